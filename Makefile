@@ -1,0 +1,64 @@
+# Everything runs in a virtual environment in this folder; no ROS install is needed, nothing outside is touched.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+MESSAGES := build/messages
+MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test check format benchmark lock clean
+
+help:  ## show what can be made
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(VENV)/.package  ## make the virtual environment, compile the messages, install the package
+
+demo: setup  ## run the paper's case 2 over real ROS 2 nodes and record it
+	@$(BIN)/vessel-hsmc run case2_tracking
+
+test: setup  ## run all tests
+	@$(BIN)/python -m pytest
+
+check: setup  ## lint, types, direction of imports
+	@$(BIN)/ruff format --check .
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+
+format: setup  ## format the code
+	@$(BIN)/ruff format .
+	@$(BIN)/ruff check --fix .
+
+benchmark: setup  ## measure a lockstep step against bare rclpy round trips
+	@$(BIN)/python benchmarks/loop.py
+
+lock: setup  ## resolve requirements.in into requirements.lock
+	@$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-annotate --no-header \
+		requirements.in --output-file requirements.lock
+
+clean:  ## remove the virtual environment and all builds
+	rm -rf $(VENV) build install log *.egg-info
+
+$(VENV)/.requirements: requirements.lock
+	@$(PYTHON) -c 'import sys; v = sys.version_info; \
+		sys.exit(0 if (3, 10) <= v < (3, 14) else "Python %d.%d is not supported: it takes 3.10 to 3.13" % v[:2])'
+	@echo "Setting up the virtual environment in $(VENV), about a minute ..."
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --requirement requirements.lock
+	@touch $@
+
+# The wheels' prefix is the underlay, as a sourced ROS install would be.
+$(VENV)/.messages: $(VENV)/.requirements $(MESSAGE_SOURCES)
+	@echo "Compiling the messages ..."
+	@mkdir -p $(MESSAGES)
+	@export AMENT_PREFIX_PATH=$(CURDIR)/$(VENV) PATH=$(CURDIR)/$(BIN):$$PATH; \
+	{ cmake -S msg_defs -B $(MESSAGES) -G Ninja -DCMAKE_PREFIX_PATH=$(CURDIR)/$(VENV) \
+		-DCMAKE_INSTALL_PREFIX=$(CURDIR)/$(VENV) -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python -DBUILD_TESTING=OFF \
+	&& cmake --build $(MESSAGES) && cmake --install $(MESSAGES); } > $(MESSAGES)/log.txt 2>&1 \
+	|| { tail -n 30 $(MESSAGES)/log.txt; echo "The messages did not compile; the whole log is in $(MESSAGES)/log.txt"; exit 1; }
+	@touch $@
+
+$(VENV)/.package: $(VENV)/.messages setup.py setup.cfg pyproject.toml package.xml
+	@echo "Installing the package ..."
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@

@@ -1,0 +1,50 @@
+"""Installs the nodes, the command and the data files, for colcon and for pip alike."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = "vessel_hsmc_ros"
+SHARE = f"share/{PACKAGE}"
+
+
+def data_files() -> list[tuple[str, list[str]]]:
+    """Where what is not Python goes: the resource marker, package.xml, config and launch."""
+    files = [
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (SHARE, ["package.xml"]),
+    ]
+    for top in ("config", "launch"):
+        for folder in [Path(top), *(path for path in Path(top).rglob("*") if path.is_dir())]:
+            names = sorted(str(path) for path in folder.iterdir() if path.suffix in (".py", ".yaml", ".xml"))
+            if names:
+                files.append((f"{SHARE}/{folder.as_posix()}", names))
+    return files
+
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Hierarchical sliding-mode control of underactuated ships over ROS 2",
+    license="Apache-2.0",
+    maintainer="vessel_hsmc_ros maintainers",
+    maintainer_email="maintainers@vessel-hsmc.org",
+    python_requires=">=3.10",
+    packages=find_packages(exclude=["test", "test.*", "msg_defs*", "benchmarks*"]),
+    data_files=data_files(),
+    install_requires=["click", "matplotlib", "mcap", "numpy", "pyyaml", "rich", "rosbags", "setuptools"],
+    extras_require={
+        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "test": ["pytest"],
+    },
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "vessel_sim_node = vessel_sim_node.node:main",
+            "reference_ship_node = vessel_hsmc_ros.reference_ship_node:main",
+            "controller_node = vessel_hsmc_ros.controller_node:main",
+            "recorder_node = vessel_hsmc_ros.recorder_node:main",
+            "vessel-hsmc = vessel_hsmc_ros.cli:main",
+        ]
+    },
+)

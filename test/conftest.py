@@ -1,0 +1,20 @@
+"""Each pytest process has a ROS domain of its own, and nodes that find each other fast."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ros_domain():
+    """A domain that no other pytest process on this machine uses, set before any ROS context is made."""
+    from domain_coordinator import domain_id
+
+    with domain_id() as domain:
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
+        yield domain

@@ -1,0 +1,83 @@
+"""The offline loop against the figures that an independent prototype measured (100 Hz, the paper's gains and disturbance)."""
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.exceptions import ScenarioError, SimulationError
+from vessel_hsmc_ros.metrics import heading_error, position_error
+
+
+def run_of(seconds, **changes):
+    changes = {name.replace("__", "."): value for name, value in changes.items()}
+    return simulate(load_scenario("case2_tracking", {"vessel_sim.duration": seconds, **changes}))
+
+
+def test_a_run_has_one_row_for_each_odometry_message():
+    run = run_of(2.0)
+    assert [a.shape for a in (run.time, run.state, run.reference, run.wrench, run.disturbance)] == [
+        (201,),
+        (201, 6),
+        (201, 6),
+        (201, 2),
+        (201, 3),
+    ]
+    np.testing.assert_allclose(np.diff(run.time), 0.01)
+    assert run.control["yaw_surface"].shape == (201,)
+    np.testing.assert_allclose(run.disturbance[0], [11e2 / 120e3, 26e2 / 177.9e3, 950e2 / 636e5])
+
+
+def test_the_same_scenario_gives_the_same_bits():
+    first, second = run_of(3.0), run_of(3.0)
+    np.testing.assert_array_equal(first.state, second.state)
+    np.testing.assert_array_equal(first.wrench, second.wrench)
+
+
+def test_straight_reference_heading_converges_and_the_lateral_error_stays():
+    run = run_of(400.0, reference_ship__yaw_moment=0.0)
+    assert position_error(run.state, run.reference)[-1] == pytest.approx(5.1, rel=0.1)
+    assert abs(np.degrees(heading_error(run.state, run.reference)[-1])) < 0.01
+
+
+def test_circle_the_lateral_error_grows():
+    run = run_of(400.0)
+    distance = position_error(run.state, run.reference)
+    assert distance[-1] > 20.0
+    assert np.all(np.diff(distance[10_000::1000]) > 0.0)
+    assert abs(np.degrees(heading_error(run.state, run.reference)[-1])) < 0.1
+
+
+def test_peaks_of_the_first_second():
+    run = run_of(1.0)
+    assert np.max(np.abs(run.wrench), axis=0) == pytest.approx([3.1e7, 1.5e9], rel=0.05)
+
+
+def test_limits_of_the_actuators_hold():
+    run = run_of(5.0, vessel_sim__actuators__surge_force_limit=2e5, vessel_sim__actuators__yaw_moment_limit=3e6)
+    assert np.max(np.abs(run.wrench), axis=0) == pytest.approx([2e5, 3e6])
+
+
+def test_a_slower_law_holds_its_wrench_between_its_updates():
+    slow = {"controller__hierarchical__yaw_reaching_gain": 20.0, "controller__hierarchical__surge_reaching_gain": 20.0}
+    run = run_of(1.0, controller__rate_hz=20.0, **slow)
+    assert len(run.control["time"]) == 21
+    np.testing.assert_array_equal(run.wrench[5:10], np.tile(run.wrench[5], (5, 1)))
+    assert not np.array_equal(run.wrench[9], run.wrench[10])
+
+
+def test_a_run_without_an_end_is_refused():
+    with pytest.raises(ScenarioError, match="duration = 0 s goes on for ever"):
+        run_of(0.0)
+
+
+def test_a_loop_that_blows_up_ends_with_a_word():
+    with pytest.raises(SimulationError, match="no longer finite"):
+        run_of(400.0, controller__hierarchical__sway_weight=30.0)
+
+
+def test_progress_is_told():
+    told = []
+    scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 0.1})
+    simulate(scenario, lambda done, total: told.append((done, total)))
+    assert told[0] == (1, 11)
+    assert told[-1] == (11, 11)

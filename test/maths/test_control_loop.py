@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.control_loop import ControlLoop
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.timing import RateGrid
+
+STATE, REFERENCE, NONE = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6), np.zeros(3)
+
+
+@pytest.fixture
+def loop():
+    return ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0))
+
+
+def step(loop, milliseconds):
+    return loop.step(milliseconds * 1_000_000, STATE, REFERENCE, NONE)
+
+
+def test_a_period_is_served_once(loop):
+    assert loop.due(0)
+    step(loop, 0)
+    assert not loop.due(9_999_999)
+    assert loop.due(10_000_000)
+
+
+def test_missed_periods_are_counted(loop):
+    for milliseconds in (0, 10, 25, 61):
+        step(loop, milliseconds)
+    assert loop.missed_periods == 3  # those that began at 30, 40 and 50 ms
+
+
+def test_disabled_means_no_wrench_and_nothing_learnt(loop):
+    step(loop, 0)
+    assert any(loop.wrench)
+    loop.enabled = False
+    step(loop, 10)
+    assert loop.wrench == (0.0, 0.0)
+    loop.enabled = True
+    assert not step(loop, 20).yaw_weights.any()
+    assert step(loop, 30).yaw_weights.any()
+
+
+def test_reset_starts_over(loop):
+    step(loop, 500)
+    step(loop, 900)
+    loop.reset()
+    assert loop.missed_periods == 0
+    assert loop.due(900_000_000)
+    assert loop.wrench == (0.0, 0.0)

@@ -1,0 +1,117 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.exceptions import SimulationError
+from vessel_sim_node.actuators import ActuatorParameters, applied
+from vessel_sim_node.disturbance import PeriodicParameters, acceleration, periodic_wrench
+from vessel_sim_node.integrate import rk4
+from vessel_sim_node.plant import VesselParameters, derivative
+from vessel_sim_node.simulator import PlantParameters, Simulator
+
+SHIP = VesselParameters().coefficients()
+CALM = (0.0, 0.0, 0.0)
+REST = np.zeros(6)
+
+motions = st.tuples(*[st.floats(-100.0, 100.0)] * 2, st.floats(-7.0, 7.0), *[st.floats(-3.0, 3.0)] * 3).map(np.array)
+
+
+def test_derivative_by_hand():
+    state = np.array([0.0, 0.0, math.pi / 2, 2.0, 1.0, 0.5])
+    rates = derivative(state, (1e5, 1e6), (0.1, 0.2, 0.3), SHIP)
+    damping_u = 215e2 * 2.0 + 43e2 * 4.0 + 21.5e2 * 8.0
+    damping_v = 147e3 * 1.0 + 29.4e3 * 1.0 + 14.7e3 * 1.0
+    damping_r = 802e4 * 0.5 + 160.4e4 * 0.25 + 80.2e4 * 0.125
+    expected = [
+        -1.0,
+        2.0,
+        0.5,
+        (177.9e3 * 0.5 - damping_u + 1e5) / 120e3 + 0.1,
+        (-120e3 * 1.0 - damping_v) / 177.9e3 + 0.2,
+        ((120e3 - 177.9e3) * 2.0 - damping_r + 1e6) / 636e5 + 0.3,
+    ]
+    np.testing.assert_allclose(rates, expected, rtol=1e-12)
+
+
+def test_the_munk_moment_turns_a_drifting_ship():
+    drifting = np.array([0.0, 0.0, 0.0, 2.0, 0.5, 0.0])
+    assert derivative(drifting, (0.0, 0.0), CALM, SHIP)[5] == pytest.approx((120e3 - 177.9e3) * 1.0 / 636e5)
+
+
+@given(motions, st.floats(-1e6, 1e6), st.floats(-1e7, 1e7))
+def test_left_and_right_are_alike(state, force, moment):
+    mirror = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+    left = derivative(state, (force, moment), (0.1, 0.2, 0.3), SHIP)
+    right = derivative(mirror * state, (force, -moment), (0.1, -0.2, -0.3), SHIP)
+    np.testing.assert_allclose(right, mirror * left, rtol=1e-12, atol=1e-12)
+
+
+@given(motions)
+def test_without_input_kinetic_energy_falls(state):
+    inertia = np.array([SHIP.m11, SHIP.m22, SHIP.m33])
+    power = np.sum(inertia * state[3:] * derivative(state, (0.0, 0.0), CALM, SHIP)[3:])
+    assert power <= 1e-6
+
+
+def test_steady_surge_speed_solves_the_drag_polynomial():
+    state = REST
+    for _ in range(20_000):
+        state = rk4(state, (1e5, 0.0), CALM, SHIP, 0.01)
+    roots = np.roots([SHIP.d_u3, SHIP.d_u2, SHIP.d_u, -1e5])
+    assert state[3] == pytest.approx(float(roots[np.isreal(roots)].real[0]), rel=1e-9)
+
+
+def test_runge_kutta_converges_at_order_four():
+    start = np.array([0.0, 0.0, 0.3, 2.0, -0.4, 0.3])  # no velocity changes its sign: |v|v is smooth there only once
+
+    def error(steps):
+        state = start
+        for _ in range(steps):
+            state = rk4(state, (1e5, 2e6), (0.01, 0.02, 0.003), SHIP, 2.0 / steps)
+        return np.linalg.norm(state - exact)
+
+    exact = start
+    for _ in range(4000):
+        exact = rk4(exact, (1e5, 2e6), (0.01, 0.02, 0.003), SHIP, 2.0 / 4000)
+    orders = [math.log2(error(n) / error(2 * n)) for n in (10, 20, 40)]
+    assert all(3.8 < order < 4.2 for order in orders), orders
+
+
+def test_the_papers_disturbance():
+    w = periodic_wrench(50.0 * math.pi, PeriodicParameters())
+    assert w == pytest.approx((2 * 11e2, 2 * 26e2, 2 * 950e2))
+    assert acceleration(w, SHIP) == pytest.approx((22e2 / 120e3, 52e2 / 177.9e3, 1900e2 / 636e5))
+
+
+def test_actuators_cut_both_ways_and_pass_what_is_within():
+    limits = ActuatorParameters(surge_force_limit=2e5, yaw_moment_limit=3e6)
+    assert applied((5e5, -5e6), limits) == (2e5, -3e6)
+    assert applied((-1e5, 1e6), limits) == (-1e5, 1e6)
+    assert applied((1e9, -1e12), ActuatorParameters()) == (1e9, -1e12)
+
+
+@pytest.mark.parametrize("command", [(math.nan, 0.0), (0.0, math.inf)])
+def test_a_command_that_is_no_number_never_reaches_the_ship(command):
+    simulator = Simulator(PlantParameters(), 0.01)
+    with pytest.raises(SimulationError, match=r"(nan|inf).*must be finite"):
+        simulator.applied(command)
+    np.testing.assert_array_equal(simulator.state, [5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
+
+
+def test_a_motion_that_explodes_is_reported():
+    simulator = Simulator(PlantParameters(), 0.01)
+    with pytest.raises(SimulationError, match="no longer finite"):
+        simulator.advance((1e300, 1e300), CALM)
+
+
+def test_substeps_refine_the_same_motion():
+    coarse, fine = (Simulator(PlantParameters(substeps=n), 0.1) for n in (1, 20))
+    for simulator in (coarse, fine):
+        for _ in range(50):
+            simulator.advance((1e5, 1e6), CALM)
+    np.testing.assert_allclose(coarse.state, fine.state, rtol=1e-6)
+    coarse.reset()
+    np.testing.assert_array_equal(coarse.state, [5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])

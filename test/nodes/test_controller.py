@@ -1,0 +1,265 @@
+import math
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import ParameterType
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from std_srvs.srv import SetBool, Trigger
+from vessel_hsmc_msgs.msg import ControlState, ReferenceState
+
+from vessel_hsmc_ros import conversions as conv
+from vessel_hsmc_ros import qos, schema
+from vessel_hsmc_ros.controller_node import ControllerNode
+from vessel_hsmc_ros.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.parameters import ControllerParameters
+
+STEP = 10_000_000
+STATE = np.array([5.0, 1.0, 0.5, 0.3, 0.1, 0.02])
+REFERENCE = np.array([5.5, 1.2, 0.45, 0.4, 0.0, 0.01])
+ACCELERATION = np.array([0.1, 0.0, 0.01])
+
+
+class Plant:
+    """Sends odometry and reference as plant and reference ship would."""
+
+    def __init__(self, bench, lockstep=True):
+        self.bench = bench
+        profile = qos.data(lockstep)
+        self.odometry = bench.publisher(Odometry, "odom", lockstep)
+        self.reference = bench.publisher(ReferenceState, "reference", lockstep)
+        self.commands = bench.collect(WrenchStamped, "cmd_wrench", profile)
+        self.states = bench.collect(ControlState, "controller/state", profile)
+
+    def send_odometry(self, stamp, state=STATE):
+        message = conv.new_odometry()
+        conv.write_odometry(message, conv.time_message(stamp), np.asarray(state))
+        self.odometry.publish(message)
+
+    def send_reference(self, stamp, state=REFERENCE, acceleration=ACCELERATION):
+        message = conv.new_reference()
+        conv.write_reference(message, conv.time_message(stamp), np.asarray(state), np.asarray(acceleration))
+        self.reference.publish(message)
+
+    def connect(self, node):
+        self.bench.until(lambda: node.connected and self.odometry.get_subscription_count())
+        return node
+
+    def stamps(self):
+        return [conv.nanoseconds(m.header.stamp) for m in self.commands]
+
+    def now(self):
+        return self.bench.probe.get_clock().now().nanoseconds
+
+
+@pytest.fixture
+def plant(bench):
+    return Plant(bench)
+
+
+def test_each_odometry_is_answered_with_its_stamp_once_the_reference_is_there(bench, plant):
+    plant.connect(bench.start(ControllerNode))
+    plant.send_odometry(0)
+    bench.spin(0.2)
+    assert plant.stamps() == []
+    plant.send_reference(0)
+    bench.until(lambda: plant.stamps() == [0])
+    plant.send_reference(STEP)
+    plant.send_odometry(STEP)
+    bench.until(lambda: plant.stamps() == [0, STEP])
+
+
+def test_the_answer_is_the_laws(bench, plant):
+    plant.connect(bench.start(ControllerNode))
+    plant.send_reference(0)
+    plant.send_odometry(0)
+    bench.until(lambda: plant.commands and plant.states)
+    law = make_controller("hierarchical", 0.01)
+    odometry, reference = conv.new_odometry(), conv.new_reference()
+    conv.write_odometry(odometry, conv.time_message(0), STATE)
+    conv.write_reference(reference, conv.time_message(0), REFERENCE, ACCELERATION)
+    wrench, terms = law.update(0.0, conv.read_odometry(odometry), *conv.read_reference(reference))
+    assert conv.read_wrench(plant.commands[0]) == wrench
+    told = conv.read_control_state(plant.states[0])
+    for name, value in terms._asdict().items():
+        np.testing.assert_array_equal(told[name], value)
+    assert 0.0 < told["compute_time"] < 1.0
+
+
+def test_a_slower_law_holds_its_wrench_in_between(bench, plant):
+    gains = {"hierarchical__yaw_reaching_gain": 20.0, "hierarchical__surge_reaching_gain": 20.0}
+    plant.connect(bench.start(ControllerNode, rate_hz=50.0, **gains))
+    for k in range(4):
+        plant.send_reference(k * STEP)
+        plant.send_odometry(k * STEP, STATE + k * 0.01)
+        bench.until(lambda k=k: len(plant.commands) == k + 1)
+    bench.until(lambda: len(plant.states) == 2)
+    wrenches = [conv.read_wrench(m) for m in plant.commands]
+    assert plant.stamps() == [0, STEP, 2 * STEP, 3 * STEP]
+    assert wrenches[0] == wrenches[1] != wrenches[2] == wrenches[3]
+
+
+@pytest.mark.parametrize(("place", "named"), [(0, "x = nan"), (2, "heading = nan"), (5, "yaw velocity = nan")])
+def test_odometry_that_is_no_number_ends_a_lockstep_run_and_is_named(bench, plant, place, named):
+    plant.connect(bench.start(ControllerNode))
+    state = STATE.copy()
+    state[place] = math.nan
+    plant.send_odometry(0, state)
+    with pytest.raises(ControlError, match=rf"odometry with {named} is not allowed: all of it must be finite"):
+        bench.spin(2.0)
+
+
+def test_a_reference_that_is_no_number_is_named(bench, plant):
+    plant.connect(bench.start(ControllerNode))
+    plant.send_reference(0, acceleration=[0.0, math.inf, 0.0])
+    with pytest.raises(ControlError, match="reference with sway acceleration = inf is not allowed"):
+        bench.spin(2.0)
+
+
+class Sea(Plant):
+    """A plant in real time."""
+
+    def __init__(self, bench):
+        super().__init__(bench, lockstep=False)
+        self.diagnostics = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+        self.silent = False
+        self.state = STATE
+        bench.probe.create_timer(0.01, self.tick)
+
+    def tick(self):
+        if not self.silent:
+            self.send_reference(self.now())
+            self.send_odometry(self.now(), self.state)
+
+    def wrench(self):
+        return conv.read_wrench(self.commands[-1]) if self.commands else None
+
+    def status(self):
+        return self.diagnostics[-1].status[0] if self.diagnostics else None
+
+
+@pytest.fixture
+def sea(bench):
+    return Sea(bench)
+
+
+def test_in_real_time_the_law_runs_at_its_own_rate(bench, sea):
+    bench.start(ControllerNode, lockstep=False)
+    bench.until(lambda: len(sea.states) > 100)
+    stamps = np.array([conv.nanoseconds(m.header.stamp) for m in sea.states])
+    assert np.median(np.diff(stamps)) == pytest.approx(1e7, rel=0.05)
+    assert abs(stamps[-1] - sea.now()) < 1e9
+
+
+def test_in_real_time_silence_makes_the_wrench_zero_after_a_fraction_of_a_second(bench, sea):
+    bench.start(ControllerNode, lockstep=False, input_timeout=0.2)
+    bench.until(lambda: sea.wrench() and any(sea.wrench()))
+    sea.silent, began = True, sea.now()
+    bench.until(lambda: not any(sea.wrench()), deadline=2.0)
+    zero_at = next(m.header.stamp for m in reversed(sea.commands) if any(conv.read_wrench(m)))
+    assert 0.1 < 1e-9 * (conv.nanoseconds(zero_at) - began) < 0.5
+    bench.until(lambda: sea.status() and sea.status().level == DiagnosticStatus.ERROR)
+    assert sea.status().message == "no odometry for 0.2 s: the wrench is zero"
+    sea.silent = False
+    bench.until(lambda: any(sea.wrench()))
+
+
+def test_in_real_time_a_bad_odometry_is_ignored_and_reported(bench, sea):
+    bench.start(ControllerNode, lockstep=False)
+    bench.until(lambda: sea.wrench() and any(sea.wrench()))
+    sea.state = np.array([math.nan, *STATE[1:]])
+    bench.until(lambda: sea.status() and "odometry with x = nan is not allowed" in sea.status().message)
+    bench.until(lambda: not any(sea.wrench()))
+    assert all(np.isfinite(conv.read_wrench(m)).all() for m in sea.commands)
+    sea.state = STATE
+    bench.until(lambda: any(sea.wrench()))
+
+
+def test_disabled_the_wrench_is_zero_and_enabled_it_is_back(bench, sea):
+    bench.start(ControllerNode, lockstep=False)
+    bench.until(lambda: sea.wrench() and any(sea.wrench()))
+    bench.call(SetBool, "/controller/enable", SetBool.Request(data=False))
+    bench.until(lambda: not any(sea.wrench()))
+    bench.call(SetBool, "/controller/enable", SetBool.Request(data=True))
+    bench.until(lambda: any(sea.wrench()))
+
+
+def weights(plant):
+    return np.array(plant.states[-1].yaw_weights)
+
+
+def learn(bench, plant, steps):
+    for _ in range(steps):
+        count = len(plant.commands)
+        plant.send_reference(count * STEP)
+        plant.send_odometry(count * STEP)
+        bench.until(lambda count=count: len(plant.commands) == len(plant.states) == count + 1)
+
+
+def test_a_new_gain_is_taken_and_what_was_learnt_stays(bench, plant):
+    plant.connect(bench.start(ControllerNode))
+    learn(bench, plant, 5)
+    before, surface = weights(plant), plant.states[-1].heading_surface
+    client = AsyncParameterClient(bench.probe, "controller")
+    bench.until(client.services_are_ready)
+    future = client.set_parameters([Parameter("hierarchical.heading_surface_slope", value=0.6)])
+    assert bench.until(lambda: future.done() and future.result()).results[0].successful
+    learn(bench, plant, 1)
+    assert plant.states[-1].heading_surface != pytest.approx(surface)
+    assert np.all(np.abs(weights(plant)) >= np.abs(before))
+    assert weights(plant).any()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("hierarchical.yaw_reaching_gain", 250.0, "must be below 2"),
+        ("hierarchical.sway_weight", -1.0, ""),
+        ("rate_hz", 50.0, "read-only"),
+        ("law", "hierarchical", "read-only"),
+    ],
+)
+def test_a_change_that_is_not_allowed_is_refused(bench, plant, name, value, told):
+    node = plant.connect(bench.start(ControllerNode))
+    client = AsyncParameterClient(bench.probe, "controller")
+    bench.until(client.services_are_ready)
+    future = client.set_parameters([Parameter(name, value=value)])
+    result = bench.until(lambda: future.done() and future.result()).results[0]
+    assert not result.successful
+    assert told in result.reason
+    assert node.parameters == ControllerParameters()
+
+
+def test_reset_forgets_what_was_learnt(bench, plant):
+    plant.connect(bench.start(ControllerNode))
+    learn(bench, plant, 3)
+    assert weights(plant).any()
+    assert bench.call(Trigger, "/controller/reset", Trigger.Request()).success
+    learn(bench, plant, 1)
+    assert not weights(plant).any()
+
+
+def test_every_parameter_is_described_with_unit_and_range(bench, plant):
+    plant.connect(bench.start(ControllerNode))
+    client = AsyncParameterClient(bench.probe, "controller")
+    bench.until(client.services_are_ready)
+    declared = schema.entries(ControllerParameters)
+    future = client.describe_parameters(list(declared))
+    described = bench.until(lambda: future.done() and future.result()).descriptors
+    for entry, told in zip(declared.values(), described, strict=True):
+        assert told.description.startswith(entry.description)
+        assert f"[{entry.unit}]" in told.description or not entry.unit
+        assert entry.allowed in told.additional_constraints
+        if entry.type is float:
+            assert told.type == ParameterType.PARAMETER_DOUBLE
+            assert (told.floating_point_range[0].from_value, told.floating_point_range[0].to_value) == (entry.low, entry.high)
+        assert told.read_only is not entry.tunable
+
+
+def test_an_unstable_gain_is_refused_at_the_start(bench):
+    with pytest.raises(ParameterError, match=r"is unstable at controller\.rate_hz = 50 Hz"):
+        bench.start(ControllerNode, rate_hz=50.0)

@@ -1,0 +1,80 @@
+import itertools
+import time
+
+import pytest
+from std_msgs.msg import Int64
+from std_srvs.srv import Trigger
+
+from vessel_hsmc_ros import qos
+from vessel_hsmc_ros.executor import SERVICE_PERIOD, DirectExecutor
+
+
+@pytest.mark.parametrize("poll_period", [0.0, 0.01])
+def test_direct_subscriptions_timers_and_services_all_have_their_turn(bench, poll_period):
+    received, ticks, calls = [], [], []
+    publisher = bench.probe.create_publisher(Int64, "numbers", qos.LOSSLESS)
+    bench.executor.remove_node(bench.probe)
+    subscription = bench.probe.create_subscription(Int64, "numbers", lambda m: received.append(m.data), qos.LOSSLESS)
+    bench.probe.create_timer(0.05, lambda: ticks.append(time.monotonic()))
+
+    def on_call(_request, response):
+        calls.append(1)
+        return response
+
+    bench.probe.create_service(Trigger, "call", on_call)
+    client = bench.probe.create_client(Trigger, "call")
+    direct = DirectExecutor([subscription], poll_period, bench.context)
+    direct.add_node(bench.probe)
+    end = time.monotonic() + 10.0
+    sent = 0
+
+    def running():
+        nonlocal sent
+        if sent < 2000 and len(received) == sent:
+            publisher.publish(Int64(data=sent))
+            sent += 1
+        if sent == 100:
+            client.call_async(Trigger.Request())
+        return time.monotonic() < end and not (len(received) == 2000 and calls and len(ticks) > 3)
+
+    direct.spin_while(running)
+    direct.shutdown()
+    assert received == list(range(2000))
+    assert calls
+    gaps = [b - a for a, b in itertools.pairwise(ticks)]
+    assert max(gaps) < 0.05 + 10 * SERVICE_PERIOD
+
+
+def test_exceptions_of_callbacks_come_out(bench):
+    def fail(_message):
+        raise RuntimeError("as it must")
+
+    bench.executor.remove_node(bench.probe)
+    publisher = bench.probe.create_publisher(Int64, "numbers", qos.LOSSLESS)
+    subscription = bench.probe.create_subscription(Int64, "numbers", fail, qos.LOSSLESS)
+    direct = DirectExecutor([subscription], 0.0, bench.context)
+    direct.add_node(bench.probe)
+    end = time.monotonic() + 10.0
+    publisher.publish(Int64())
+    with pytest.raises(RuntimeError, match="as it must"):
+        direct.spin_while(lambda: time.monotonic() < end)
+    direct.shutdown()
+
+
+def test_subscriptions_may_come_later(bench):
+    received, subscriptions = [], []
+    bench.executor.remove_node(bench.probe)
+    publisher = bench.probe.create_publisher(Int64, "numbers", qos.LOSSLESS)
+
+    def subscribe():
+        if not subscriptions:
+            subscriptions.append(bench.probe.create_subscription(Int64, "numbers", received.append, qos.LOSSLESS))
+            publisher.publish(Int64())
+
+    bench.probe.create_timer(0.1, subscribe)
+    direct = DirectExecutor(subscriptions, 0.0, bench.context)
+    direct.add_node(bench.probe)
+    end = time.monotonic() + 10.0
+    direct.spin_while(lambda: time.monotonic() < end and not received)
+    direct.shutdown()
+    assert received

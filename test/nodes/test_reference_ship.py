@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+from vessel_hsmc_msgs.msg import ReferenceState
+
+from vessel_hsmc_ros import conversions as conv
+from vessel_hsmc_ros import qos
+from vessel_hsmc_ros.kinematics import as_published
+from vessel_hsmc_ros.reference_ship import ReferenceShip, VirtualShipParameters
+from vessel_hsmc_ros.reference_ship_node import ReferenceShipNode
+
+STEP = 10_000_000
+
+
+@pytest.fixture
+def clock(bench):
+    publisher = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
+    return lambda stamp: publisher.publish(Clock(clock=conv.time_message(stamp)))
+
+
+def stamps(messages):
+    return [conv.nanoseconds(m.header.stamp) for m in messages]
+
+
+def test_it_is_one_period_ahead_of_the_clock(bench, clock):
+    references, poses = bench.collect(ReferenceState, "reference"), bench.collect(PoseStamped, "reference/pose")
+    bench.start(ReferenceShipNode)
+    bench.until(lambda: stamps(references) == [0])
+    clock(0)
+    bench.until(lambda: stamps(references) == [0, STEP])
+    clock(STEP)
+    bench.until(lambda: stamps(poses) == [0, STEP, 2 * STEP])
+
+
+def test_a_late_start_catches_up_with_every_period(bench, clock):
+    references = bench.collect(ReferenceState, "reference")
+    clock(5 * STEP)
+    bench.start(ReferenceShipNode)
+    bench.until(lambda: stamps(references) == [k * STEP for k in range(7)])
+
+
+def test_its_motion_is_the_virtual_ships(bench, clock):
+    references, poses = bench.collect(ReferenceState, "reference"), bench.collect(PoseStamped, "reference/pose")
+    bench.start(ReferenceShipNode)
+    clock(300 * STEP)
+    bench.until(lambda: len(references) == len(poses) == 302)
+    ship = ReferenceShip(VirtualShipParameters(), 0.01)
+    for reference, pose in zip(references, poses, strict=True):
+        state, acceleration = conv.read_reference(reference)
+        np.testing.assert_array_equal(state, as_published(ship.state))
+        np.testing.assert_array_equal(acceleration, ship.acceleration())
+        assert pose.pose == reference.pose
+        ship.advance()
+
+
+def test_in_real_time_it_keeps_its_own_rate(bench):
+    references = bench.collect(ReferenceState, "reference", qos.STREAM)
+    bench.start(ReferenceShipNode, lockstep=False, rate_hz=50.0)
+    bench.until(lambda: len(references) > 25)
+    assert set(np.diff(stamps(references))) == {20_000_000}
+
+
+def test_reset_puts_it_back_and_lets_time_go_on(bench, clock):
+    references = bench.collect(ReferenceState, "reference")
+    bench.start(ReferenceShipNode)
+    clock(100 * STEP)
+    bench.until(lambda: len(references) == 102)
+    assert bench.call(Trigger, "/reference_ship/reset", Trigger.Request()).success
+    clock(101 * STEP)
+    bench.until(lambda: len(references) == 103)
+    assert stamps(references)[-1] == 102 * STEP
+    assert references[-1].pose.position.x == pytest.approx(15.0, abs=1e-3)

@@ -1,0 +1,171 @@
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool, Trigger
+
+from vessel_hsmc_ros import conversions as conv
+from vessel_hsmc_ros import qos
+from vessel_hsmc_ros.exceptions import ParameterError, SimulationError
+from vessel_sim_node.node import VesselSimNode
+
+
+class Helm:
+    """Answers the plant as a controller would."""
+
+    def __init__(self, bench, lockstep=True):
+        self.bench = bench
+        profile = qos.data(lockstep)
+        self.odometry = bench.collect(Odometry, "odom", profile)
+        self.applied = bench.collect(WrenchStamped, "applied_wrench", profile)
+        self.disturbance = bench.collect(WrenchStamped, "disturbance", profile)
+        self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
+
+    def command(self, stamp, force=0.0, moment=0.0):
+        message = conv.new_wrench()
+        conv.write_wrench(message, conv.time_message(stamp), (force, moment))
+        self.commands.publish(message)
+
+    def stamps(self):
+        return [conv.nanoseconds(m.header.stamp) for m in self.odometry]
+
+
+STEP = 10_000_000
+
+
+@pytest.fixture
+def helm(bench):
+    return Helm(bench)
+
+
+def test_a_step_waits_for_the_command_of_its_own_stamp(bench, helm):
+    clocks = bench.collect(Clock, "/clock", qos.CLOCK)
+    bench.start(VesselSimNode)
+    bench.until(lambda: helm.stamps() == [0])
+    helm.command(STEP)  # of another step
+    helm.command(0, force=1e5)
+    bench.until(lambda: helm.stamps() == [0, STEP])
+    bench.spin(0.2)
+    assert helm.stamps() == [0, STEP]
+    assert [conv.nanoseconds(c.clock) for c in clocks] == [0, STEP]
+    assert helm.odometry[1].twist.twist.linear.x == pytest.approx(0.01 * (1e5 + 1100) / 120e3, rel=1e-2)
+    assert conv.read_wrench(helm.applied[0]) == (1e5, 0.0)
+    assert conv.read_disturbance(helm.disturbance[0]) == (1100.0, 2600.0, 95000.0)
+
+
+def test_odometry_is_in_the_frames_of_rep_103(bench, helm):
+    bench.start(VesselSimNode)
+    first = bench.until(lambda: helm.odometry and helm.odometry[0])
+    assert (first.header.frame_id, first.child_frame_id) == ("odom", "base_link")
+    np.testing.assert_allclose(conv.read_odometry(first), [5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
+
+
+def test_nothing_is_published_before_a_controller_is_there(bench):
+    odometry = bench.collect(Odometry, "odom")
+    bench.start(VesselSimNode)
+    bench.spin(0.3)
+    assert odometry == []
+
+
+def test_nothing_is_published_before_an_awaited_recorder_is_there(bench, helm):
+    bench.start(VesselSimNode, recorded=True)
+    bench.spin(0.3)
+    assert helm.odometry == []
+
+
+def test_the_run_ends_after_its_duration_with_one_message_more_than_steps(bench, helm):
+    node = bench.start(VesselSimNode, duration=0.05)
+    for k in range(6):
+        bench.until(lambda k=k: len(helm.odometry) == k + 1)
+        assert not node.finished
+        helm.command(k * STEP)
+    bench.until(lambda: node.finished)
+    bench.until(lambda: len(helm.applied) == 6)
+    assert helm.stamps() == [k * STEP for k in range(6)]
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_command_that_is_no_number_ends_a_lockstep_run_with_a_word(bench, helm, bad):
+    bench.start(VesselSimNode)
+    bench.until(lambda: helm.odometry)
+    helm.command(0, force=bad)
+    with pytest.raises(SimulationError, match=rf"\({bad} N, 0\.0 N·m\) is not allowed: both must be finite"):
+        bench.spin(2.0)
+
+
+def test_an_overdue_command_ends_a_lockstep_run_and_names_the_time(bench, helm):
+    bench.start(VesselSimNode, command_timeout=0.3)
+    bench.until(lambda: helm.odometry)
+    with pytest.raises(SimulationError, match=r"no command came for t = 0 s within 0\.3 s"):
+        bench.spin(2.0)
+
+
+def test_two_plants_in_one_lockstep_are_refused(bench, helm):
+    bench.start(VesselSimNode)
+    bench.start(VesselSimNode)
+    with pytest.raises(SimulationError, match="/clock has 2 publishers"):
+        bench.spin(2.0)
+
+
+def test_pause_holds_the_step_and_the_timeout(bench, helm):
+    bench.start(VesselSimNode, command_timeout=0.2)
+    bench.until(lambda: helm.odometry)
+    assert bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=True)).message == "paused"
+    helm.command(0)
+    bench.spin(0.5)
+    assert helm.stamps() == [0]
+    assert bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=False)).message == "running"
+    bench.until(lambda: helm.stamps() == [0, STEP])
+
+
+def test_reset_puts_the_ship_back_and_lets_time_go_on(bench, helm):
+    bench.start(VesselSimNode)
+    for k in range(20):
+        bench.until(lambda k=k: len(helm.odometry) == k + 1)
+        helm.command(k * STEP, force=1e6)
+    bench.until(lambda: len(helm.odometry) == 21)
+    assert helm.odometry[-1].twist.twist.linear.x > 1.0
+    assert bench.call(Trigger, "/vessel_sim/reset", Trigger.Request()).success
+    helm.command(20 * STEP)
+    bench.until(lambda: len(helm.odometry) == 22)
+    assert helm.stamps()[-1] == 21 * STEP
+    assert abs(helm.odometry[-1].twist.twist.linear.x) < 0.01
+
+
+def test_in_real_time_steps_come_at_their_rate_without_a_controller(bench):
+    helm = Helm(bench, lockstep=False)
+    bench.start(VesselSimNode, lockstep=False, rate_hz=50.0)
+    bench.until(lambda: len(helm.odometry) >= 30)
+    assert set(np.diff(helm.stamps())) == {20_000_000}
+    assert abs(helm.stamps()[-1] - bench.probe.get_clock().now().nanoseconds) < 2e9
+
+
+def test_in_real_time_a_bad_command_is_ignored_and_an_old_one_runs_out(bench):
+    helm = Helm(bench, lockstep=False)
+    bench.start(VesselSimNode, lockstep=False, command_timeout=0.25)
+    bench.until(lambda: helm.commands.get_subscription_count() and len(helm.applied) > 3)
+    helm.command(0, force=1e5)
+    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (1e5, 0.0))
+    helm.command(0, force=math.nan)
+    helm.command(0, moment=math.inf)
+    bench.spin(0.1)
+    assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
+    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (0.0, 0.0), deadline=1.0)
+    assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("rate_hz", 0.0, r"vessel_sim\.rate_hz = 0\.0 is not allowed: it takes a finite number from 1 to 1000 Hz"),
+        ("initial_pose", [1.0, math.nan, 0.0], r"initial_pose = \[1\.0, nan, 0\.0\] is not allowed"),
+        ("vessel__surge_inertia", -5.0, r"vessel\.surge_inertia = -5\.0 .* kg"),
+        ("ratehz", 3.0, "did you mean rate_hz"),
+    ],
+)
+def test_bad_parameters_are_refused_at_the_start(bench, name, value, told):
+    with pytest.raises(ParameterError, match=told):
+        bench.start(VesselSimNode, **{name: value})

@@ -1,0 +1,176 @@
+"""What goes wrong ends soon, says what it was in one line, leaves no process behind and a bag that can be read."""
+
+import json
+import math
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from conftest import children, command_line, run_folder
+from mcap_ros2.reader import read_ros2_messages
+from nav_msgs.msg import Odometry
+from rosbags.highlevel import AnyReader
+
+from vessel_hsmc_ros import conversions, qos
+from vessel_hsmc_ros.processes import MODULES
+
+
+def started(start, *arguments):
+    """A run that is well under way, and its output folder."""
+    command = start("vessel-hsmc", "run", "case2_tracking", *arguments)
+    runs = command.output.parent / "runs"
+    command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > 500_000, 20.0)
+    return command, run_folder(runs)
+
+
+def bag_size(folder):
+    path = folder / "bag" / "bag_0.mcap"
+    return path.stat().st_size if path.exists() else 0
+
+
+def nodes_of(command):
+    lines = {pid: command_line(pid) for pid in children(command.popen.pid)}
+    return {name: pid for name, module in MODULES.items() for pid, line in lines.items() if module in line}
+
+
+def check_bag(folder):
+    """Two foreign readers find the same odometry, without a gap."""
+    with AnyReader([folder / "bag"]) as reader:
+        stamps = []
+        for connection, _, data in reader.messages():
+            if connection.topic == "/odom":
+                stamp = reader.deserialize(data, connection.msgtype).header.stamp
+                stamps.append(stamp.sec * 10**9 + stamp.nanosec)
+    np.testing.assert_array_equal(stamps, np.arange(len(stamps)) * 10_000_000)
+    assert len(stamps) > 500
+    decoded = sum(m.channel.topic == "/odom" for m in read_ros2_messages(folder / "bag" / "bag_0.mcap"))
+    assert decoded == len(stamps)
+
+
+def check_nothing_left(pids):
+    assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_killed_node_ends_the_run_and_is_named(start, name):
+    command, folder = started(start)
+    nodes = nodes_of(command)
+    assert nodes.keys() == MODULES.keys()
+    os.kill(nodes[name], signal.SIGKILL)
+    began = time.monotonic()
+    assert command.wait(20.0) == 1
+    assert time.monotonic() - began < 5.0
+    assert f"error: {name} was killed by SIGKILL" in command.text
+    assert "Traceback" not in command.text
+    check_nothing_left(nodes.values())
+    check_bag(folder)
+    assert json.loads((folder / "run.json").read_text())["exit_code"] == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start, number):
+    command, folder = started(start)
+    nodes = nodes_of(command)
+    command.popen.send_signal(number)
+    began = time.monotonic()
+    assert command.wait(20.0) == 128 + number
+    assert time.monotonic() - began < 5.0
+    assert "Traceback" not in command.text
+    check_nothing_left(nodes.values())
+    check_bag(folder)
+    assert "0 dropped" in (folder / "logs" / "recorder.log").read_text()
+
+
+def test_a_ctrl_c_that_reaches_the_whole_group_does_the_same(start):
+    command, folder = started(start)
+    os.killpg(command.popen.pid, signal.SIGINT)
+    assert command.wait(20.0) == 130
+    check_bag(folder)
+
+
+def test_a_hanging_node_ends_the_run_and_is_named(start):
+    command, folder = started(start)
+    nodes = nodes_of(command)
+    os.kill(nodes["controller"], signal.SIGSTOP)
+    assert command.wait(20.0) == 1
+    assert "controller has been silent" in command.text
+    check_nothing_left(nodes.values())
+    check_bag(folder)
+
+
+def test_when_the_command_itself_is_killed_its_nodes_end_and_the_bag_is_complete(start):
+    command, folder = started(start)
+    nodes = nodes_of(command)
+    command.popen.kill()
+    command.popen.wait(5.0)
+    end = time.monotonic() + 10.0
+    while any(Path(f"/proc/{pid}").exists() for pid in nodes.values()):
+        assert time.monotonic() < end, "nodes outlive the command that started them"
+        time.sleep(0.05)
+    check_bag(folder)
+
+
+BAD_RUNS = [
+    (["nothing_like_it"], "scenario nothing_like_it is unknown: it takes one of"),
+    (["case2_tracking", "--set", "controller.speed=3"], "controller.speed is not a parameter"),
+    (["case2_tracking", "--set", "controller.rate_hz=-5"], "controller.rate_hz = -5.0 is not allowed: it takes"),
+    (["case2_tracking", "--set", "controller.rate_hz=50"], "is unstable at controller.rate_hz = 50 Hz"),
+    (["case2_tracking", "--set", "vessel_sim.initial_pose=[1, .nan, 0]"], "vessel_sim.initial_pose = [1.0, nan, 0.0]"),
+    (["case2_tracking", "--set", "controller.law=autopilot"], "controller.law = autopilot is not allowed: it takes one of"),
+    (["case2_tracking", "--set", "vessel_sim.duration"], "it takes node.param=value"),
+    (["case2_tracking", "--output", "/dev/null"], "cannot be made"),
+    (["case2_tracking", "--namespace", "no good"], "namespace no good is not allowed"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "told"), BAD_RUNS)
+def test_a_run_that_cannot_be_is_refused_in_one_line(start, arguments, told):
+    command = start("vessel-hsmc", "run", *arguments)
+    assert command.wait(20.0) in (1, 2)
+    lines = command.text.strip().splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("error: ")
+    assert told in lines[0]
+    assert run_folder(command.output.parent / "runs") is None
+
+
+BAD_NODES = [
+    ("controller_node", ["-p", "rate_hz:=50.0"], "is unstable at controller.rate_hz = 50 Hz"),
+    ("controller_node", ["-p", "rate_hz:=fast"], "controller.rate_hz = 'fast' is not allowed"),
+    ("vessel_sim_node", ["-p", "speed:=1"], "vessel_sim.speed is not a parameter"),
+    ("vessel_sim_node", ["-p", "vessel.surge_inertia:=-1.0"], "vessel_sim.vessel.surge_inertia = -1.0 is not allowed"),
+    ("reference_ship_node", ["-p", "surge_force:=.nan"], "reference_ship.surge_force = nan is not allowed"),
+    ("recorder_node", ["-p", "compression:=brotli"], "recorder.compression = brotli is not allowed: it takes one of none, lz4"),
+    ("recorder_node", ["-p", "directory:=/dev/null/bag"], "bag folder /dev/null/bag cannot be made"),
+    ("controller_node", ["--params-file", "missing.yaml"], "missing.yaml"),
+]
+
+
+@pytest.mark.parametrize(("executable", "arguments", "told"), BAD_NODES)
+def test_a_node_that_cannot_start_says_why_in_one_line(start, executable, arguments, told):
+    command = start(executable, "--ros-args", *arguments)
+    assert command.wait(20.0) == 2
+    assert told in command.text
+    assert "Traceback" not in command.text
+    assert len([line for line in command.text.splitlines() if "[rcl]" not in line]) == 1
+
+
+def test_odometry_that_is_no_number_stops_the_controller_with_one_line(start):
+    command = start("controller_node")
+    context = rclpy.Context()
+    rclpy.init(context=context, args=[])
+    node = rclpy.create_node("sensor", context=context)
+    publisher = node.create_publisher(Odometry, "odom", qos.LOSSLESS)
+    command.until(publisher.get_subscription_count, 10.0)
+    message = conversions.new_odometry()
+    message.pose.pose.position.y = math.nan
+    publisher.publish(message)
+    code = command.wait(10.0)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+    assert code == 1
+    assert command.text.strip() == "[ERROR] [controller]: odometry with y = nan is not allowed: all of it must be finite numbers"

@@ -1,0 +1,86 @@
+"""Installed by pip and built by colcon, the package is whole and runs from where it was put, not from the checkout."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EXECUTABLES = ("vessel_sim_node", "reference_ship_node", "controller_node", "recorder_node", "vessel-hsmc")
+NOT_SOURCE = shutil.ignore_patterns(".*", "build", "install", "log", "runs", "*.egg-info", "__pycache__")
+OUR_PACKAGES = sysconfig.get_path("purelib")
+
+
+def check_output(*command, cwd, environment=None, deadline=120.0):
+    done = subprocess.run(
+        command, cwd=cwd, capture_output=True, text=True, timeout=deadline, env={**os.environ, **(environment or {})}
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    """The source as a fresh clone would have it."""
+    copy = tmp_path_factory.mktemp("clone") / "vessel_hsmc_ros"
+    shutil.copytree(ROOT, copy, ignore=NOT_SOURCE)
+    return copy
+
+
+def modules():
+    return {path.relative_to(ROOT) for top in ("vessel_hsmc_ros", "vessel_sim_node") for path in (ROOT / top).rglob("*.py")}
+
+
+def data(top):
+    return {path.relative_to(ROOT) for path in (ROOT / top).rglob("*") if path.is_file() and path.suffix != ".pyc"}
+
+
+def test_pip_installs_all_modules_config_launch_and_executables(source, tmp_path):
+    prefix = tmp_path / "venv"
+    check_output(sys.executable, "-m", "venv", prefix, cwd=tmp_path)
+    check_output(prefix / "bin" / "python", "-m", "pip", "install", "-qq", "--no-deps", source, cwd=tmp_path)
+    packages = next(prefix.glob("lib/python3.*/site-packages"))
+    assert {path for path in modules() if not (packages / path).is_file()} == set()
+    share = prefix / "share" / "vessel_hsmc_ros"
+    assert {path for top in ("config", "launch") for path in data(top) if not (share / path).is_file()} == set()
+    assert (prefix / "share" / "ament_index" / "resource_index" / "packages" / "vessel_hsmc_ros").is_file()
+    assert (share / "package.xml").is_file()
+    assert {name for name in EXECUTABLES if not (prefix / "bin" / name).is_file()} == set()
+
+    # The libraries it depends on are lent by this environment; the package itself comes from the new one.
+    environment = {"PYTHONPATH": f"{packages}{os.pathsep}{OUR_PACKAGES}", "AMENT_PREFIX_PATH": sys.prefix}
+    where = "import vessel_hsmc_ros, vessel_sim_node as v; print(vessel_hsmc_ros.__file__, v.__file__)"
+    told = check_output(prefix / "bin" / "python", "-c", where, cwd=tmp_path, environment=environment)
+    assert told.count(str(packages)) == 2
+    command = (prefix / "bin" / "vessel-hsmc", "run", "case2_tracking", "--set", "vessel_sim.duration=2")
+    assert "messages recorded" in check_output(*command, cwd=tmp_path, environment=environment)
+
+
+def test_colcon_builds_both_packages_from_the_root(source):
+    underlay = {"AMENT_PREFIX_PATH": sys.prefix, "CMAKE_PREFIX_PATH": sys.prefix}
+    underlay["PATH"] = f"{sys.prefix}/bin{os.pathsep}{os.environ['PATH']}"
+    told = check_output("colcon", "build", cwd=source, environment=underlay, deadline=300.0)
+    assert "2 packages finished" in told
+    install = source / "install"
+    executables = install / "vessel_hsmc_ros" / "lib" / "vessel_hsmc_ros"
+    assert {path.name for path in executables.iterdir()} == set(EXECUTABLES)
+    share = install / "vessel_hsmc_ros" / "share" / "vessel_hsmc_ros"
+    assert {path for top in ("config", "launch") for path in data(top) if not (share / path).is_file()} == set()
+
+    run = f"{executables}/vessel-hsmc run case2_tracking --set vessel_sim.duration=2"
+    where = "python -c 'import vessel_hsmc_ros, vessel_hsmc_msgs as m; print(vessel_hsmc_ros.__file__, m.__file__)'"
+    script = f". install/local_setup.sh && cd log && {where} && {run}"
+    told = check_output("sh", "-c", script, cwd=source, environment=underlay)
+    assert told.count(f"{install}/vessel_hsmc_ros/lib") == 1
+    assert told.count(f"{install}/vessel_hsmc_msgs/lib") == 1
+    assert "messages recorded" in told
+
+
+def test_colcon_sees_both_packages_in_a_workspace_above(source):
+    paths = ("--base-paths", "vessel_hsmc_ros", "vessel_hsmc_ros/msg_defs")
+    told = check_output(Path(sys.prefix) / "bin" / "colcon", "list", "--names-only", *paths, cwd=source.parent)
+    assert told.split() == ["vessel_hsmc_msgs", "vessel_hsmc_ros"]

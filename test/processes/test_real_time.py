@@ -1,0 +1,66 @@
+"""Real time: the pace of the clock, and two vessels side by side."""
+
+import json
+
+import numpy as np
+import pytest
+from conftest import run_folder
+
+from vessel_hsmc_ros.bag_reading import read_recording
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.metrics import position_error
+from vessel_sim_node.plant import VesselParameters
+
+SHIP = VesselParameters().coefficients()
+
+
+def begin(start, duration, *arguments):
+    return start("vessel-hsmc", "run", "case2_tracking", "--real-time", "--set", f"vessel_sim.duration={duration}", *arguments)
+
+
+def finish(command, deadline):
+    assert command.wait(deadline) == 0, command.text
+    folder = run_folder(command.output.parent / "runs")
+    return read_recording(folder / "bag", SHIP), json.loads((folder / "run.json").read_text())
+
+
+def test_a_real_time_run_keeps_its_rate(start):
+    recording, summary = finish(begin(start, 8), 40.0)
+    run = recording.run
+    assert summary["mode"] == "real time"
+    assert summary["real_time_factor"] == pytest.approx(1.0, abs=0.02)
+    assert summary["messages_dropped"] == 0
+    np.testing.assert_allclose(np.diff(run.time), 0.01, atol=1e-9)
+    assert len(run.time) == 801
+    intervals = np.diff(run.control["time"])
+    assert np.median(intervals) == pytest.approx(0.01, rel=0.01)
+    assert summary["missed_periods"] <= 8  # of 800; an idle machine misses none, a busy one must not fail this test
+    assert "/clock" not in recording.messages
+
+
+def test_a_real_time_run_follows_the_lockstep_run(start):
+    recording, _ = finish(begin(start, 6), 40.0)
+    offline = simulate(load_scenario("case2_tracking", {"vessel_sim.duration": 6.0}))
+    distance, expected = (position_error(r.state, r.reference)[-1] for r in (recording.run, offline))
+    assert distance == pytest.approx(expected, rel=0.1)
+
+
+def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start):
+    alpha = begin(start, 8, "--namespace", "alpha")
+    beta = begin(
+        start, 8, "--namespace", "fleet/beta", "--set", "vessel_sim.initial_pose=[500.0, 0.0, 0.0]",
+        "--set", "reference_ship.initial_pose=[510.0, 0.0, 0.0]", "--set", "reference_ship.yaw_moment=-1e6",
+    )  # fmt: skip
+    for command, prefix, x in ((alpha, "/alpha/", 0.0), (beta, "/fleet/beta/", 500.0)):
+        recording, summary = finish(command, 60.0)
+        assert recording.messages.keys() == {
+            *(prefix + topic for topic in ("odom", "cmd_wrench", "applied_wrench", "disturbance", "controller/state")),
+            *(prefix + topic for topic in ("reference", "reference/pose")),
+            "/diagnostics",
+        }
+        assert summary["messages_dropped"] == 0
+        assert len(recording.run.time) == 801
+        assert np.all(np.abs(recording.run.state[:, 0] - x) < 100.0)
+        assert recording.status.keys() == {"vessel_sim", "controller", "reference_ship", "recorder"}
+        distance = position_error(recording.run.state, recording.run.reference)
+        assert distance[-1] < 0.6 * distance[0]

@@ -1,0 +1,191 @@
+"""`vessel-hsmc run`: four processes over DDS, a recorded bag, and the offline loop's numbers to the last bit."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import BIN
+from mcap_ros2.reader import read_ros2_messages
+from rosbags.highlevel import AnyReader
+
+from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.bag_reading import read_recording
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.parameters import NODES
+from vessel_sim_node.plant import VesselParameters
+
+DURATION = 20.0
+STEPS = 2000
+CHANGES = ["--set", f"vessel_sim.duration={DURATION}"]
+TYPES = {
+    "/odom": "nav_msgs/msg/Odometry",
+    "/cmd_wrench": "geometry_msgs/msg/WrenchStamped",
+    "/applied_wrench": "geometry_msgs/msg/WrenchStamped",
+    "/disturbance": "geometry_msgs/msg/WrenchStamped",
+    "/reference": "vessel_hsmc_msgs/msg/ReferenceState",
+    "/reference/pose": "geometry_msgs/msg/PoseStamped",
+    "/controller/state": "vessel_hsmc_msgs/msg/ControlState",
+    "/clock": "rosgraph_msgs/msg/Clock",
+    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+}
+
+
+def vessel_hsmc(*arguments, cwd):
+    return subprocess.run([BIN / "vessel-hsmc", *arguments], cwd=cwd, capture_output=True, text=True, timeout=60.0)
+
+
+def run(folder):
+    done = vessel_hsmc("run", "case2_tracking", *CHANGES, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return done, next((folder / "runs").iterdir())
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("recorded"))
+
+
+@pytest.fixture(scope="module")
+def recording(recorded):
+    return read_recording(recorded[1] / "bag", VesselParameters().coefficients())
+
+
+def test_the_run_folder_has_everything(recorded):
+    _, folder = recorded
+    assert {path.name for path in folder.iterdir()} == {
+        "bag",
+        "figures",
+        "logs",
+        "params.yaml",
+        "report.html",
+        "run.json",
+    }
+    assert {path.name for path in (folder / "bag").iterdir()} == {"bag_0.mcap", "metadata.yaml"}
+    for name in ("track", "errors", "velocities", "wrench", "timing"):
+        assert (folder / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    page = (folder / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == 5
+    assert "http" not in page
+
+
+def test_the_table_and_the_summary_tell_how_it_went(recorded):
+    done, folder = recorded
+    for row in (
+        "position error, rms",
+        "position error, final",
+        "heading error, rms",
+        "surge force, peak",
+        "yaw moment, rms",
+        "control periods missed",
+        "messages recorded",
+        "times faster than real time",
+        f"run folder: runs/{folder.name}",
+    ):
+        assert row in done.stdout
+    summary = json.loads((folder / "run.json").read_text())
+    assert summary["exit_code"] == 0
+    assert summary["steps"] == STEPS
+    assert summary["missed_periods"] == summary["messages_dropped"] == 0
+    assert summary["mode"] == "lockstep"
+    assert {"version", "git_commit", "seed", "host", "started", "duration"} <= summary.keys()
+
+
+def test_start_up_takes_less_than_three_seconds(recorded):
+    assert 0.0 < json.loads((recorded[1] / "run.json").read_text())["start_up"] < 3.0
+
+
+def test_the_parameters_are_all_there_and_load_again(recorded):
+    scenario = load_scenario(recorded[1] / "params.yaml")
+    expected = load_scenario("case2_tracking", {"vessel_sim.duration": DURATION})
+    assert schema.flatten(scenario.controller) == schema.flatten(expected.controller) | {"recorded": True}
+    assert scenario.recorder.directory == str(recorded[1] / "bag")
+    assert all(getattr(scenario, node).lockstep for node in NODES)
+
+
+def test_rosbags_reads_every_topic_typed_and_without_gaps(recorded):
+    with AnyReader([recorded[1] / "bag"]) as reader:
+        assert {c.topic: c.msgtype for c in reader.connections} == TYPES
+        counts = {c.topic: c.msgcount for c in reader.connections}
+        stamps = {}
+        for connection, _, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            stamp = message.clock if connection.topic == "/clock" else message.header.stamp
+            stamps.setdefault(connection.topic, []).append(stamp.sec * 10**9 + stamp.nanosec)
+    assert counts["/odom"] == STEPS + 1
+    for topic in TYPES.keys() - {"/diagnostics"}:
+        assert len(stamps[topic]) == counts[topic] >= STEPS + 1
+        np.testing.assert_array_equal(stamps[topic], np.arange(counts[topic]) * 10_000_000)
+
+
+def test_mcap_ros2_support_decodes_every_message(recorded):
+    decoded = {}
+    for message in read_ros2_messages(recorded[1] / "bag" / "bag_0.mcap"):
+        decoded.setdefault(message.channel.topic, []).append(message.ros_msg)
+    assert decoded.keys() == TYPES.keys()
+    assert len(decoded["/odom"]) == STEPS + 1
+    assert len(decoded["/controller/state"][7].yaw_weights) == 27
+    assert decoded["/reference"][0].acceleration.linear.x == pytest.approx(1e5 / 120e3)
+    assert decoded["/odom"][0].child_frame_id == "base_link"
+
+
+def test_the_nodes_and_the_offline_loop_agree_to_the_last_bit(recording):
+    offline = simulate(load_scenario("case2_tracking", {"vessel_sim.duration": DURATION}))
+    for name in ("time", "state", "reference", "wrench", "disturbance"):
+        np.testing.assert_array_equal(getattr(recording.run, name), getattr(offline, name), err_msg=name)
+    assert offline.control.keys() <= recording.run.control.keys()
+    for name, values in offline.control.items():
+        np.testing.assert_array_equal(recording.run.control[name], values, err_msg=name)
+
+
+def odometry_bytes(bag):
+    with AnyReader([bag]) as reader:
+        return [bytes(data) for c, _, data in reader.messages() if c.topic == "/odom"]
+
+
+def test_the_same_scenario_twice_gives_the_same_odometry_byte_for_byte(recorded, tmp_path):
+    _, again = run(tmp_path)
+    assert odometry_bytes(recorded[1] / "bag") == odometry_bytes(again / "bag")
+
+
+def test_every_node_reported_on_itself(recording):
+    assert recording.status.keys() == set(NODES)
+    assert recording.status["vessel_sim"]["message"] == "finished"
+    assert recording.status["controller"]["updates"] == str(STEPS + 1)
+
+
+def test_simulate_gives_the_same_table_without_ros(tmp_path, recorded):
+    done = vessel_hsmc("simulate", "case2_tracking", *CHANGES, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    folder = next((tmp_path / "runs").iterdir())
+    offline, over_ros = (json.loads((path / "run.json").read_text()) for path in (folder, recorded[1]))
+    assert offline["metrics"] == over_ros["metrics"]
+    assert (folder / "figures" / "track.png").exists()
+
+
+def test_simulate_does_not_import_ros(tmp_path):
+    code = (
+        "import sys; sys.argv[1:] = ['simulate', 'case2_tracking', '--set', 'vessel_sim.duration=1'];"
+        "from vessel_hsmc_ros.cli import main; assert main() == 0; assert 'rclpy' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=60.0, capture_output=True)
+
+
+def test_report_makes_the_figures_again_from_the_bag(recorded):
+    _, folder = recorded
+    track = folder / "figures" / "track.png"
+    track.unlink()
+    done = vessel_hsmc("report", str(folder / "bag"), cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert track.exists()
+    assert "position error, final" in done.stdout
+
+
+def test_a_scenario_file_of_ones_own(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("/**/vessel_sim: {ros__parameters: {duration: 1.0, initial_pose: [0.0, 0.0, 1e-1]}}\n")
+    done = vessel_hsmc("run", str(mine), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert Path(next((tmp_path / "runs").iterdir())).name.endswith("_mine")

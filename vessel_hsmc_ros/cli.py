@@ -1,0 +1,145 @@
+"""The command `vessel-hsmc`."""
+
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+import yaml
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from vessel_hsmc_ros import __version__, report, runs
+from vessel_hsmc_ros.exceptions import ParameterError, ScenarioError, VesselHsmcError
+from vessel_hsmc_ros.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario import Scenario, for_nodes, load_scenario, read_yaml
+
+console = Console(stderr=True)
+
+NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
+PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
+
+scenario_argument = click.argument("scenario")
+set_option = click.option(
+    "--set", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Change a parameter; may be given several times."
+)
+output_option = click.option(
+    "--output", type=click.Path(path_type=Path), default=Path("runs"), show_default=True, help="Folder of the run folders."
+)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__)
+def cli() -> None:
+    """Hierarchical sliding-mode control of underactuated ships: run it, record it, explain it."""
+
+
+@cli.command()
+@scenario_argument
+@set_option
+@output_option
+@click.option("--real-time", is_flag=True, help="At the pace of the clock instead of as fast as possible.")
+@click.option("--namespace", default="", help="ROS namespace of the vessel.")
+def run(scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, namespace: str) -> None:
+    """Run SCENARIO with real nodes over ROS 2 and record it.
+
+    SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
+    """
+    loaded = load_scenario(scenario, for_nodes(recorded=True, real_time=real_time) | parse_changes(changes))
+    namespace = namespace.strip("/")
+    if not NAMESPACE.fullmatch(namespace):
+        raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, parted by /")
+    folder = make_run_folder(output, loaded.name)
+    with progress_bar("running", loaded) as progress:
+        result = runs.run_nodes(loaded, folder, namespace, progress)
+    present(result)
+    sys.exit(result.exit_code)
+
+
+@cli.command()
+@scenario_argument
+@set_option
+@output_option
+def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
+    """Run SCENARIO in this process, without ROS: the same numbers to the last bit."""
+    loaded = load_scenario(scenario, parse_changes(changes))
+    with progress_bar("simulating", loaded) as progress:
+        result = runs.run_offline(loaded, output, progress)
+    present(result)
+
+
+@cli.command("report")
+@click.argument("bag", type=click.Path(path_type=Path, exists=True, file_okay=False))
+def report_command(bag: Path) -> None:
+    """Table, figures and page of a recorded run from its BAG, with the params.yaml beside it."""
+    present(runs.report_bag(bag))
+
+
+def parse_changes(changes: tuple[str, ...]) -> dict[str, object]:
+    """`node.param=value` texts, values in YAML."""
+    parsed: dict[str, object] = {}
+    for change in changes:
+        key, equals, value = change.partition("=")
+        if not equals:
+            raise ParameterError(f"--set {change} is not allowed: it takes node.param=value")
+        try:
+            parsed[key.strip()] = read_yaml(value)
+        except yaml.YAMLError:
+            raise ParameterError(f"--set {change} is not allowed: {value} is not a YAML value") from None
+    return parsed
+
+
+@contextmanager
+def progress_bar(what: str, scenario: Scenario) -> Iterator[Callable[[float], None]]:
+    """A bar of simulated time; where nobody looks at a terminal, a line that says what goes on."""
+    duration = scenario.vessel_sim.duration
+    if not console.is_terminal:
+        console.print(f"{what} {scenario.name}" + (f", {duration:g} s" if duration else ""), **PLAIN)
+    columns = (
+        TextColumn(f"{what} {scenario.name}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s" if duration else "{task.completed:.0f} s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task(what, total=duration or None)
+        yield lambda time: progress.update(task, completed=time)
+
+
+def present(result: runs.Result) -> None:
+    """Print a run's table and where everything is."""
+    out = Console()
+    if result.metrics is not None:
+        table = Table(show_header=False)
+        table.add_column()
+        table.add_column(justify="right")
+        for label, value in report.rows(result.metrics, result.facts):
+            table.add_row(label, value)
+        out.print(table)
+    if result.failure:
+        out.print(f"the bag is complete; for a table and figures: vessel-hsmc report {result.folder.bag}", **PLAIN)
+        console.print(f"error: {result.failure}", style="red", **PLAIN)
+    out.print(f"run folder: {result.folder.path}", **PLAIN)
+
+
+def main() -> int:
+    """Entry point: every error of this package becomes one line; wrong use exits with 2, a failed run with 1."""
+    try:
+        cli(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except click.Abort:
+        return 130
+    except VesselHsmcError as error:
+        console.print(f"error: {error}", style="red", **PLAIN)
+        return 2 if isinstance(error, ParameterError | ScenarioError) else 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""The closed loop without ROS: the same plant, virtual ship and law, stepped in one process.
+
+What passes between the parts is passed as their messages would carry it, so a lockstep run of the nodes gives the same
+numbers to the last bit.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.control_loop import ControlLoop
+from vessel_hsmc_ros.exceptions import ScenarioError
+from vessel_hsmc_ros.kinematics import as_published
+from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.reference_ship import ReferenceShip
+from vessel_hsmc_ros.run_data import Run
+from vessel_hsmc_ros.scenario import Scenario, load_scenario, make_law
+from vessel_hsmc_ros.timing import RateGrid, seconds
+from vessel_sim_node.disturbance import acceleration
+from vessel_sim_node.simulator import Simulator
+
+__all__ = ["Run", "load_scenario", "simulate"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Desired:
+    """The virtual ship as the controller knows it: its latest published motion."""
+
+    ship: ReferenceShip
+    grid: RateGrid
+    index: int = -1
+
+    def at(self, stamp: int) -> tuple[Array, Array]:
+        """State and acceleration at the last instant not after a time in nanoseconds."""
+        while self.index < self.grid.index(stamp):
+            if self.index >= 0:
+                self.ship.advance()
+            self.index += 1
+            self._published = as_published(self.ship.state), self.ship.acceleration()
+        return self._published
+
+
+def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Run:
+    """Run a scenario offline.
+
+    Args:
+        scenario: From `load_scenario`.
+        progress: Called with the samples done and to do, after each.
+
+    Raises:
+        ScenarioError: the scenario has no end.
+        SimulationError: the motion is no longer finite.
+        ControlError: the law has no value at a state of the run.
+    """
+    sim = scenario.vessel_sim
+    if sim.duration <= 0.0:
+        raise ScenarioError("vessel_sim.duration = 0 s goes on for ever: offline it must be above 0 s")
+    grid = RateGrid(sim.rate_hz)
+    plant = Simulator(sim, grid.period)
+    vessel = sim.vessel.coefficients()
+    reference_grid = RateGrid(scenario.reference_ship.rate_hz)
+    desired = Desired(ReferenceShip(scenario.reference_ship, reference_grid.period), reference_grid)
+    loop = ControlLoop(make_law(scenario.controller), RateGrid(scenario.controller.rate_hz))
+
+    samples = sample_count(sim.duration, grid)
+    rows = np.empty((samples, 1 + 6 + 6 + 2 + 3))
+    terms: list[tuple[float, Terms]] = []
+    for k in range(samples):
+        stamp = grid.stamp(k)
+        time = seconds(stamp)
+        push = plant.disturbance(time)
+        state = as_published(plant.state)
+        reference, reference_acceleration = desired.at(stamp)
+        if loop.due(stamp):
+            terms.append((time, loop.step(stamp, state, reference, reference_acceleration)))
+        wrench = plant.applied(loop.wrench)
+        rows[k] = (time, *state, *reference, *wrench, *acceleration(push, vessel))
+        if k + 1 < samples:
+            plant.advance(wrench, push)
+        if progress is not None:
+            progress(k + 1, samples)
+    return Run.from_rows(rows, terms)
+
+
+def sample_count(duration: float, grid: RateGrid) -> int:
+    """Odometry messages in a run: one a step, and one for the start."""
+    return round(duration * grid.rate_hz) + 1

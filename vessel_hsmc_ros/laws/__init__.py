@@ -1,0 +1,65 @@
+"""Control laws, one file each, behind one way to make and to call them."""
+
+import dataclasses
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.exceptions import ParameterError
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, HierarchicalParameters, KnownVessel, Terms
+
+__all__ = ["LAWS", "HierarchicalParameters", "KnownVessel", "Law", "Terms", "make_controller"]
+
+Array = NDArray[np.float64]
+
+
+class LawKind(NamedTuple):
+    """A law and the dataclass that declares its parameters."""
+
+    controller: Any
+    parameters: type
+
+
+LAWS = {"hierarchical": LawKind(HierarchicalController, HierarchicalParameters)}
+
+
+class Law(Protocol):
+    """What every law offers."""
+
+    def update(
+        self, time: float, state: Array, reference: Array, reference_acceleration: Array
+    ) -> tuple[tuple[float, float], Terms]:
+        """One control period: the wrench to command, and every term that led to it."""
+        ...
+
+    def retune(self, parameters: Any) -> None:
+        """Take other gains and keep what was learnt."""
+        ...
+
+    def reset(self) -> None:
+        """Forget what was learnt."""
+        ...
+
+
+def make_controller(law: str, period: float, **parameters: object) -> Law:
+    """Make a law from its name, its period and its parameters.
+
+    Args:
+        law: One of LAWS.
+        period: Time between two updates, s.
+        parameters: Names as in the YAML below `controller.<law>` (a name in a group with its dot, in a dictionary) and
+            `controller.vessel`; the rest keep their defaults.
+
+    Raises:
+        ParameterError: the law or a parameter is unknown, out of range, or a gain is unstable at this period.
+    """
+    if law not in LAWS:
+        raise ParameterError(f"controller.law = {law} is not allowed: it takes one of {', '.join(LAWS)}")
+    hull = {field.name for field in dataclasses.fields(KnownVessel)}
+    vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in hull}, "controller.vessel")
+    own = {k: v for k, v in parameters.items() if k not in hull}
+    kind = LAWS[law]
+    made: Law = kind.controller(schema.build(kind.parameters, own, f"controller.{law}"), vessel, period)
+    return made

@@ -1,0 +1,246 @@
+"""The paper's law: two-level sliding surfaces for yaw, one for surge, networks for what is unknown; (12) to (29).
+
+| symbol | meaning | unit | equation |
+|---|---|---|---|
+| z1e, z2e, z3e | tracking errors | m, m, rad | (11) |
+| sigma1, sigma2 | first-level surfaces, sway and heading | m/s, rad/s | (12), (17) |
+| S1, S2 | second-level surface of yaw, surface of surge | rad/s, m/s | (20), (23) |
+| c1, c2, c3 | slopes of sigma1, sigma2, S2 | 1/s | (12), (17), (23) |
+| a, b | weights of sigma1, sigma2 in S1 | rad/m, - | (20) |
+| k1, k2 | reaching gains | 1/s | (21), (27) |
+| eta1, eta2 | switching gains | rad/s², m/s² | (21), (27) |
+| gamma1, gamma2, gamma3 | adaptation gains of f_v, f_r, f_u | mixed | (29) |
+| fu, fv, fr | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (14), (15), (25) |
+| Wv, Wr, Wu | their weights W1, W2, W3, shape (l,) | as the outputs | (14), (15), (25) |
+| H | activations shared by the three networks, shape (l,) | - | (2) |
+| tau_1, tau_2 | surge force, yaw moment | N, N·m | (28), (22) |
+
+Two readings differ from the print. The parts of tau_2 are summed before anything is divided by z1, because z1 cancels: the
+printed (16) has no value at z1 = 0. The weights adapt as the Lyapunov function (32) asks: the printed (29) mixes up which
+network belongs to which error.
+Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.kinematics import tracking_error, transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.network import NetworkParameters, activations, output
+from vessel_hsmc_ros.schema import group, parameter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class KnownVessel:
+    """All that a law knows of the ship."""
+
+    surge_inertia: float = parameter(120e3, "Mass with added mass in surge.", unit="kg", low=1e-3, high=1e12, symbol="m11")
+    yaw_inertia: float = parameter(
+        636e5, "Moment of inertia with added inertia in yaw.", unit="kg·m²", low=1e-3, high=1e15, symbol="m33"
+    )
+
+
+def gain(default: float, description: str, unit: str, symbol: str) -> float:
+    """Declare a non-negative gain that may be changed while the law runs."""
+    return parameter(default, description, unit=unit, low=0.0, high=1e9, symbol=symbol, tunable=True)
+
+
+@dataclass(frozen=True)
+class HierarchicalParameters:
+    """Gains of the paper's section 6.2; the adaptation gains and the neurons' spacing are ours, the paper gives none."""
+
+    sway_surface_slope: float = gain(0.3, "Slope of the sway surface (12).", "1/s", "c1")
+    heading_surface_slope: float = gain(0.3, "Slope of the heading surface (17).", "1/s", "c2")
+    surge_surface_slope: float = gain(0.3, "Slope of the surge surface (23).", "1/s", "c3")
+    sway_weight: float = gain(0.001, "Weight of the sway surface in the yaw surface (20).", "rad/m", "a")
+    heading_weight: float = gain(100.0, "Weight of the heading surface in the yaw surface (20).", "", "b")
+    yaw_reaching_gain: float = gain(100.0, "Rate at which the yaw surface is approached (21).", "1/s", "k1")
+    surge_reaching_gain: float = gain(100.0, "Rate at which the surge surface is approached (27).", "1/s", "k2")
+    yaw_switching_gain: float = gain(0.001, "Switching part of the yaw law (21).", "rad/s²", "eta1")
+    surge_switching_gain: float = gain(0.001, "Switching part of the surge law (27).", "m/s²", "eta2")
+    sway_adaptation_gain: float = gain(0.01, "Learning gain of the network for f_v (29).", "", "gamma1")
+    yaw_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_r (29).", "", "gamma2")
+    surge_adaptation_gain: float = gain(1.0, "Learning gain of the network for f_u (29).", "", "gamma3")
+    network: NetworkParameters = group(NetworkParameters)
+
+
+class Gains(NamedTuple):
+    """Everything constant in the law, by the paper's symbols."""
+
+    c1: float
+    c2: float
+    c3: float
+    a: float
+    b: float
+    k1: float
+    k2: float
+    eta1: float
+    eta2: float
+    gamma1: float
+    gamma2: float
+    gamma3: float
+    m11: float
+    m33: float
+
+
+class Weights(NamedTuple):
+    """Weights of the three networks, or their rates; each of shape (l,)."""
+
+    Wv: Array
+    Wr: Array
+    Wu: Array
+
+
+class Terms(NamedTuple):
+    """What the law computed on its way to the wrench, in words; units as in the table above."""
+
+    surge_error: float
+    sway_error: float
+    heading_error: float
+    surge_error_rate: float
+    sway_error_rate: float
+    heading_error_rate: float
+    sway_surface: float
+    heading_surface: float
+    yaw_surface: float
+    surge_surface: float
+    surge_estimate: float
+    sway_estimate: float
+    yaw_estimate: float
+    surge_weights: Array
+    sway_weights: Array
+    yaw_weights: Array
+
+
+def sign(value: float) -> float:
+    """Sgn of (21) and (27): -1, 0 or 1."""
+    return float(value > 0.0) - float(value < 0.0)
+
+
+def control(
+    state: Array, reference: Array, reference_acceleration: Array, W: Weights, H: Array, g: Gains
+) -> tuple[tuple[float, float], Terms]:
+    """The wrench (22), (28), with the parts of tau_2 summed so that z1 cancels.
+
+    tau_2 = [b·tau_eq22 - a·(z1·tau_eq21) + m33·(-eta1·sgn S1 - k1·S1)] / (b - a·z1)
+
+    Args:
+        state: x, y, psi, u, v, r, shape (6,).
+        reference: The same of the virtual ship, shape (6,).
+        reference_acceleration: du_d, dv_d, dr_d, shape (3,).
+        W: Weights of the networks.
+        H: Activations of their neurons at (u, v, r), shape (l,).
+        g: Gains.
+
+    Returns:
+        (tau_1 [N], tau_2 [N·m]) and the terms. Without a value where b = a·z1: the caller must see to that.
+    """
+    u, v, r = float(state[3]), float(state[4]), float(state[5])
+    z, z_d = transform(state), transform(reference)
+    dz, dz_d = transform_rate(z, state), transform_rate(z_d, reference)
+    ddz_d = transform_acceleration(z_d, reference, reference_acceleration)
+    z_e = tracking_error(z, z_d)
+    dz1e, dz2e, dz3e = dz.z1 - dz_d.z1, dz.z2 - dz_d.z2, dz.z3 - dz_d.z3
+    fv, fr, fu = output(W.Wv, H), output(W.Wr, H), output(W.Wu, H)
+
+    sigma1 = g.c1 * z_e.z2 + dz2e
+    sigma2 = g.c2 * z_e.z3 + dz3e
+    S1 = g.a * sigma1 + g.b * sigma2
+    S2 = g.c3 * z_e.z1 + dz1e
+
+    z1_tau_eq21 = -g.m33 * (-g.c1 * dz2e - fv + (u + z.z2 * r) * r + z.z1 * fr + ddz_d.z2)
+    tau_eq22 = g.m33 * (-g.c2 * dz3e - fr + ddz_d.z3)
+    reaching = g.m33 * (-g.eta1 * sign(S1) - g.k1 * S1)
+    tau_2 = (g.b * tau_eq22 - g.a * z1_tau_eq21 + reaching) / (g.b - g.a * z.z1)
+
+    tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
+    tau_1 = tau_eq1 + g.m11 * (-g.eta2 * sign(S2) - g.k2 * S2)
+
+    errors = (z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e)
+    return (tau_1, tau_2), Terms(*errors, sigma1, sigma2, S1, S2, fu, fv, fr, W.Wu, W.Wv, W.Wr)
+
+
+def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -> Weights:
+    """Rates of the weights that cancel the cross terms of (32).
+
+    dWv = gamma1·a·S1·H, dWr = gamma2·((b - a·z1)·S1 + z2·S2)·H, dWu = gamma3·S2·H
+    """
+    return Weights(
+        (g.gamma1 * g.a * S1) * H,
+        (g.gamma2 * ((g.b - g.a * z1) * S1 + z2 * S2)) * H,
+        (g.gamma3 * S2) * H,
+    )
+
+
+class HierarchicalController:
+    """The law with its memory: the weights, advanced by one Euler step each period.
+
+    Args:
+        parameters: Gains and network.
+        vessel: What is known of the ship.
+        period: Time between two updates, s.
+
+    Raises:
+        ParameterError: a reaching gain times the period is 2 or more: the discrete loop would diverge.
+    """
+
+    def __init__(self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> None:
+        self._vessel = vessel
+        self._period = period
+        self._mu = parameters.network.centers()
+        self._delta = parameters.network.width
+        self.retune(parameters)
+        self.reset()
+
+    def retune(self, parameters: HierarchicalParameters) -> None:
+        """Take other gains and keep the weights; the network's shape stays as it was made."""
+        for name in ("yaw_reaching_gain", "surge_reaching_gain"):
+            k = getattr(parameters, name)
+            if k * self._period >= 2.0:
+                raise ParameterError(
+                    f"controller.hierarchical.{name} = {k:g} 1/s is unstable at controller.rate_hz ="
+                    f" {1.0 / self._period:g} Hz: gain times period is {k * self._period:g} and must be below 2,"
+                    f" so take a gain below {2.0 / self._period:g} 1/s or a rate above {0.5 * k:g} Hz"
+                )
+        self._gains = Gains(**schema.symbols(parameters), **schema.symbols(self._vessel))
+
+    def reset(self) -> None:
+        """Forget what the networks have learnt: all weights zero."""
+        neurons = len(self._mu)
+        self.weights = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
+
+    def update(  # every law has the same arguments
+        self,
+        time: float,  # noqa: ARG002
+        state: Array,
+        reference: Array,
+        reference_acceleration: Array,
+    ) -> tuple[tuple[float, float], Terms]:
+        """One period: the wrench of (22) and (28) from the present weights, then the weights move on.
+
+        Args:
+            time: Time of the state, s; this law does not depend on it.
+            state: x, y, psi, u, v, r, shape (6,).
+            reference: The same of the virtual ship, shape (6,).
+            reference_acceleration: du_d, dv_d, dr_d, shape (3,).
+
+        Raises:
+            ControlError: the ship is where the law has no value, z1 = b/a.
+        """
+        g = self._gains
+        z = transform(state)
+        if abs(g.b - g.a * z.z1) <= 1e-9 * g.b:
+            raise ControlError(f"the hierarchical law has no value at z1 = {z.z1:g} m: it takes any but b/a")
+        H = activations(state[3:], self._mu, self._delta)
+        wrench, terms = control(state, reference, reference_acceleration, self.weights, H, g)
+        rate = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, H, g)
+        T = self._period
+        W = self.weights
+        self.weights = Weights(W.Wv + T * rate.Wv, W.Wr + T * rate.Wr, W.Wu + T * rate.Wu)
+        return wrench, terms

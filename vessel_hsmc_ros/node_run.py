@@ -1,0 +1,112 @@
+"""One run of a scenario by the real nodes: processes over DDS, watched to their end, recorded."""
+
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+from vessel_hsmc_ros import bag_repair
+from vessel_hsmc_ros.exceptions import RunError
+from vessel_hsmc_ros.processes import NodeGroup
+from vessel_hsmc_ros.run_folder import RunFolder
+from vessel_hsmc_ros.status_listener import StatusListener
+
+CONNECT_LIMIT = 20.0
+"""Time the nodes get to find each other, s."""
+
+SILENCE_LIMIT = 3.5
+"""Nodes report once a second; one that has not for this long hangs, s."""
+
+INTERRUPTED = 128
+"""Added to the number of the signal that ended a run, as shells do."""
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Attributes:
+        exit_code: 0, 1 when a node failed, 128 plus the signal's number when it was interrupted.
+        failure: What went wrong, in one line; empty when nothing did.
+    """
+
+    exit_code: int
+    failure: str = ""
+
+
+class Interrupts:
+    """While its context lasts, remembers SIGINT and SIGTERM instead of acting on them."""
+
+    def __init__(self) -> None:
+        self.received = 0
+
+    def __enter__(self) -> "Interrupts":
+        self._previous = {number: signal.signal(number, self._on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+
+    def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+        self.received = self.received or number
+
+
+def run_nodes(folder: RunFolder, namespace: str, progress: Progress) -> Outcome:
+    """Start the nodes on a folder's parameters, wait for the plant to end the run, stop them.
+
+    Args:
+        folder: Its parameters are read, its bag and logs are written.
+        namespace: The nodes' namespace, without slashes at its ends.
+        progress: Called with the simulated time whenever it is known anew, s.
+    """
+    # The processes come first: they start while this one makes its own node, and before it has threads.
+    with (
+        Interrupts() as interrupts,
+        NodeGroup(folder.parameters, folder.logs, namespace) as nodes,
+        StatusListener(namespace) as listener,
+    ):
+        outcome = _watch(nodes, listener, interrupts, progress)
+    if folder.bag.exists() or not outcome.failure:
+        _complete(folder.bag)
+    return outcome
+
+
+def _watch(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, progress: Progress) -> Outcome:
+    """Until the plant has finished, a node has failed or fallen silent, or the user has had enough."""
+    deadline = time.monotonic() + CONNECT_LIMIT
+    while True:
+        listener.listen(0.05)
+        if interrupts.received:
+            name = signal.Signals(interrupts.received).name
+            return Outcome(INTERRUPTED + interrupts.received, f"interrupted by {name}")
+        if ended := nodes.ended():
+            if ended.name == "vessel_sim" and ended.popen.returncode == 0:
+                return Outcome(0)
+            # Whoever has been silent for as long as another waited for him is the likely cause.
+            return Outcome(1, ended.outcome() + _silence(listener, 0.5 * SILENCE_LIMIT))
+        if silent := _silence(listener, SILENCE_LIMIT):
+            return Outcome(1, f"the run stands still{silent}")
+        simulated = float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))
+        if simulated > 0.0:
+            progress(simulated)
+        elif time.monotonic() > deadline:
+            return Outcome(1, f"the nodes did not find each other within {CONNECT_LIMIT:g} s, see their logs")
+
+
+def _silence(listener: StatusListener, limit: float) -> str:
+    """Which nodes have said nothing for longer than they should, in words."""
+    now = time.monotonic()
+    return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in listener.heard_at.items() if now - at > limit)
+
+
+def _complete(directory: Path) -> None:
+    """A bag whose recorder was killed gets its index and metadata now."""
+    if not directory.exists():
+        raise RunError(f"the recorder left no bag at {directory}, see its log")
+    if not bag_repair.is_complete(directory):
+        bag_repair.repair(directory)

@@ -1,0 +1,92 @@
+"""The parameters of every node, each declared once; ROS, YAML, the command line and the docs all read them from here."""
+
+from dataclasses import dataclass
+
+from vessel_hsmc_ros.laws import LAWS, HierarchicalParameters, KnownVessel
+from vessel_hsmc_ros.reference_ship import VirtualShipParameters
+from vessel_hsmc_ros.schema import group, parameter
+from vessel_sim_node.simulator import PlantParameters
+
+TOPICS = (
+    "odom",
+    "cmd_wrench",
+    "applied_wrench",
+    "disturbance",
+    "reference",
+    "reference/pose",
+    "controller/state",
+    "/clock",
+    "/diagnostics",
+)
+
+
+def rate(description: str) -> float:
+    """Declare a rate, 100 Hz unless said otherwise."""
+    return parameter(100.0, description, unit="Hz", low=1.0, high=1000.0)
+
+
+@dataclass(frozen=True)
+class CommonParameters:
+    """What every node of the closed loop takes."""
+
+    lockstep: bool = parameter(
+        True, "Step for step with the plant, as fast as the machine can; false runs in real time on the node's clock."
+    )
+    recorded: bool = parameter(
+        False, "A recorder takes part: publish nothing before it and the readers of every topic are connected."
+    )
+
+
+@dataclass(frozen=True)
+class SimParameters(PlantParameters, CommonParameters):
+    """Parameters of vessel_sim."""
+
+    rate_hz: float = rate("Odometry messages, and plant steps, per second.")
+    duration: float = parameter(
+        0.0, "Simulated time after which the plant ends the run; 0 goes on for ever.", unit="s", low=0.0, high=1e6
+    )
+    command_timeout: float = parameter(
+        2.0,
+        "In lockstep, the wall time to wait for a command before giving up; in real time, the age of a command after"
+        " which the wrench is zero.",
+        unit="s",
+        low=0.01,
+        high=60.0,
+    )
+
+
+@dataclass(frozen=True)
+class ReferenceParameters(VirtualShipParameters, CommonParameters):
+    """Parameters of reference_ship."""
+
+    rate_hz: float = rate("Reference messages per second.")
+
+
+@dataclass(frozen=True)
+class ControllerParameters(CommonParameters):
+    """Parameters of controller."""
+
+    law: str = parameter("hierarchical", "The control law.", choices=tuple(LAWS))
+    rate_hz: float = rate("Updates of the law per second.")
+    input_timeout: float = parameter(
+        0.5, "In real time, the age of odometry or reference after which the wrench is zero.", unit="s", low=0.01, high=60.0
+    )
+    vessel: KnownVessel = group(KnownVessel)
+    hierarchical: HierarchicalParameters = group(HierarchicalParameters)
+
+
+@dataclass(frozen=True)
+class RecorderParameters(CommonParameters):
+    """Parameters of recorder; in lockstep messages are stamped with simulated time, else with their time of receipt."""
+
+    directory: str = parameter("bag", "The bag's folder, which must not exist yet.")
+    topics: tuple[str, ...] = parameter(TOPICS, "Topics to record, relative to the recorder's namespace.")
+    compression: str = parameter("zstd", "Compression of the bag's chunks.", choices=("none", "lz4", "zstd"))
+
+
+NODES: dict[str, type] = {
+    "vessel_sim": SimParameters,
+    "reference_ship": ReferenceParameters,
+    "controller": ControllerParameters,
+    "recorder": RecorderParameters,
+}

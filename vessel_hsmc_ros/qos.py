@@ -1,0 +1,36 @@
+"""Quality of service of every topic.
+
+All data topics are reliable. In lockstep nothing may ever be lost, so histories keep all and a slow reader holds the writer
+back; in real time a slow reader loses the oldest.
+"""
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+LOSSLESS = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
+)
+STREAM = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=100,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.VOLATILE,
+)
+DIAGNOSTICS = STREAM
+
+CLOCK = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1000,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""The clock of a lockstep run is latched: whoever joins late gets the present time, for no further tick comes without him."""
+
+RECORDED = LOSSLESS
+RECORDED_BEST_EFFORT = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+
+
+def data(lockstep: bool) -> QoSProfile:
+    """The profile of the data topics."""
+    return LOSSLESS if lockstep else STREAM

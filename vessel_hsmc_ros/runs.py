@@ -1,0 +1,163 @@
+"""A run from its scenario to its folder: by the nodes or offline, measured, drawn, written down."""
+
+import datetime
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vessel_hsmc_ros import closed_loop, report
+from vessel_hsmc_ros.metrics import Metrics, evaluate
+from vessel_hsmc_ros.run_data import Run
+from vessel_hsmc_ros.run_folder import RunFolder, make_run_folder, provenance
+from vessel_hsmc_ros.scenario import Scenario, load_scenario
+
+Progress = Callable[[float], None]
+
+
+@dataclass
+class Result:
+    """What a run came to.
+
+    Attributes:
+        folder: Where everything is.
+        exit_code: 0, 1 when a node failed, 128 plus the signal's number when it was interrupted.
+        failure: What went wrong, in one line; empty when nothing did.
+        run: The arrays; None when there is too little to make any.
+        facts: Everything else that was measured, by name.
+    """
+
+    folder: RunFolder
+    exit_code: int = 0
+    failure: str = ""
+    run: Run | None = None
+    metrics: Metrics | None = None
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: Progress) -> Result:
+    """Run a scenario by the real nodes over ROS 2 and record it.
+
+    A run that fails or is interrupted ends at once: its bag is complete, but nothing is drawn.
+
+    Args:
+        scenario: Resolved; its recorder's directory is replaced by one in the run's folder.
+        folder: The run's folder.
+        namespace: The nodes' namespace, without slashes at its ends.
+        progress: Called with the simulated time, s.
+
+    Raises:
+        RunError: the recorder left no bag.
+        BagError: the bag cannot be read.
+    """
+    from vessel_hsmc_ros import node_run
+
+    began = _now()
+    folder.write_parameters(scenario.with_bag(folder.bag.absolute()))
+    outcome = node_run.run_nodes(folder, namespace, progress)
+    result = Result(folder, outcome.exit_code, outcome.failure)
+    if not outcome.failure:
+        _take_bag(result, scenario)
+    _write_summary(result, began, scenario.name, "lockstep" if scenario.controller.lockstep else "real time", namespace)
+    return result
+
+
+def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
+    """Run a scenario in this process, without ROS; what came of it goes into a new run folder below `parent`.
+
+    Raises:
+        ScenarioError: the scenario has no end.
+        SimulationError, ControlError: the loop cannot go on.
+        RunError: the run's folder cannot be made.
+    """
+    began = _now()
+    started = time.monotonic()
+    samples_per_second = scenario.vessel_sim.rate_hz
+    run = closed_loop.simulate(scenario, lambda done, _: progress((done - 1) / samples_per_second))
+    wall = time.monotonic() - started
+    folder = make_run_folder(parent, f"{scenario.name}_offline")
+    folder.write_parameters(scenario)
+    result = Result(folder, run=run, facts={"real_time_factor": float(run.time[-1]) / wall})
+    _present(result, scenario.name)
+    _write_summary(result, began, scenario.name, "offline", "")
+    return result
+
+
+def report_bag(directory: Path) -> Result:
+    """Table, figures and page of a recorded run, from its bag and the parameters beside it.
+
+    Raises:
+        BagError: the bag cannot be read.
+        ScenarioError: the parameters are missing or cannot be read.
+    """
+    folder = RunFolder(directory.absolute().parent)
+    result = Result(folder)
+    _take_bag(result, load_scenario(folder.parameters), directory)
+    return result
+
+
+def _take_bag(result: Result, scenario: Scenario, directory: Path | None = None) -> None:
+    from vessel_hsmc_ros.bag_reading import read_recording
+
+    recording = read_recording(directory or result.folder.bag, scenario.vessel_sim.vessel.coefficients())
+    result.run = recording.run
+    result.facts = _facts(recording.status, sum(recording.messages.values()))
+    if not scenario.controller.lockstep:
+        intervals = np.diff(recording.run.control["time"])
+        result.facts["control_interval_deviation_max"] = float(np.max(np.abs(intervals - 1.0 / scenario.controller.rate_hz)))
+    _present(result, scenario.name if directory is None else result.folder.path.name)
+
+
+def _present(result: Result, title: str) -> None:
+    """Measure and draw."""
+    run = result.run
+    if run is not None:
+        result.metrics = evaluate(run.time, run.state, run.reference, run.wrench)
+        report.write(result.folder, title, run, report.rows(result.metrics, result.facts))
+
+
+def _facts(status: dict[str, dict[str, str]], messages: int) -> dict[str, Any]:
+    """What the nodes said of themselves in the end."""
+    plant, controller, recorder = (status.get(name, {}) for name in ("vessel_sim", "controller", "recorder"))
+    first_command_at = float(plant.get("first_command_at", 0.0))
+    return {
+        "steps": int(plant.get("steps", 0)),
+        "loop_time": float(plant.get("wall_time", 0.0)),
+        "real_time_factor": float(plant.get("real_time_factor", 0.0)),
+        "start_up": first_command_at - _process_start() if first_command_at > _process_start() else None,
+        "missed_periods": int(controller.get("missed_periods", 0)),
+        "compute_time_max": float(controller.get("compute_time_max", 0.0)),
+        "messages_recorded": messages,
+        "messages_dropped": int(recorder.get("dropped", 0)),
+    }
+
+
+def _write_summary(result: Result, began: datetime.datetime, scenario: str, mode: str, namespace: str) -> None:
+    summary = {
+        **provenance(),
+        "scenario": scenario,
+        "mode": mode,
+        "namespace": namespace,
+        "seed": None,
+        "started": began.isoformat(),
+        "duration": (_now() - began).total_seconds(),
+        "exit_code": result.exit_code,
+        "failure": result.failure,
+        "metrics": result.metrics._asdict() if result.metrics else None,
+        **result.facts,
+    }
+    result.folder.write_summary(summary)
+
+
+def _now() -> datetime.datetime:
+    return datetime.datetime.now(tz=datetime.timezone.utc)
+
+
+def _process_start() -> float:
+    """When this process was started, in the seconds of time.time(); from before the interpreter's first line."""
+    after_boot = float(Path("/proc/self/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[19])
+    ticks_per_second = 100.0
+    return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + after_boot / ticks_per_second

@@ -1,0 +1,36 @@
+"""Times at a fixed rate as exact whole nanoseconds: one truth for the period, in every node."""
+
+from fractions import Fraction
+
+NANOSECONDS = 1_000_000_000
+
+
+class RateGrid:
+    """The instants k/rate, k = 0, 1, 2, ... in nanoseconds, without drift for any rate.
+
+    Args:
+        rate_hz: Instants per second, above 0.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        self.rate_hz = rate_hz
+        self.period = 1.0 / rate_hz
+        ratio = NANOSECONDS / Fraction(rate_hz).limit_denominator(10**6)
+        self._numerator, self._denominator = ratio.numerator, ratio.denominator
+
+    def stamp(self, index: int) -> int:
+        """Nanoseconds of instant `index`, rounded down."""
+        return index * self._numerator // self._denominator
+
+    def index(self, nanoseconds: int) -> int:
+        """The last instant not after a time: stamp(index) <= nanoseconds < stamp(index + 1)."""
+        return (nanoseconds * self._denominator + self._denominator - 1) // self._numerator
+
+    def divides(self, other: "RateGrid") -> bool:
+        """Whether every instant of this grid is one of the other's too."""
+        return (self._numerator * other._denominator) % (self._denominator * other._numerator) == 0
+
+
+def seconds(nanoseconds: int) -> float:
+    """Nanoseconds as seconds; the one conversion, so that all parts compute with the same bits."""
+    return nanoseconds * 1e-9

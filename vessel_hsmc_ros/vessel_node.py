@@ -1,0 +1,264 @@
+"""What all nodes share: declared parameters, the wait for their readers, diagnostics, and an orderly start and end."""
+
+import math
+import signal
+import sys
+import time
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible
+from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
+
+from vessel_hsmc_ros import qos, schema
+from vessel_hsmc_ros.exceptions import BackpressureError, ParameterError, VesselHsmcError
+from vessel_hsmc_ros.executor import DirectExecutor
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+RECORDER = "recorder"
+
+SEND_LIMIT = 2.0
+"""Longest wait for a reader whose queue is full, s."""
+
+ACKNOWLEDGE_LIMIT = 1.0
+"""Longest wait, at the end, for readers to acknowledge what was published, s."""
+
+
+class VesselNode(Node):
+    """Base of the package's nodes.
+
+    A subclass names its node and its parameters, publishes through `advertise`, and starts its work in `on_connected`.
+
+    Raises:
+        ParameterError: a parameter is unknown or out of range.
+    """
+
+    NAME: ClassVar[str]
+    PARAMETERS: ClassVar[type]
+    POLL_PERIOD: ClassVar[float] = 0.0
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(self.NAME, **options)
+        self.parameters: Any = declare(self, self.PARAMETERS)
+        self.add_on_set_parameters_callback(self._on_set_parameters)
+        self.direct_subscriptions: list[Subscription] = []
+        self.finished = False
+        self.connected = False
+        self._advertised: list[tuple[Publisher, bool]] = []
+        self._awaited: list[tuple[Any, str, Callable[[Any], None], QoSProfile]] = []
+        self._wall = Clock(clock_type=ClockType.STEADY_TIME)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+        self.create_timer(1.0, self.publish_diagnostics, clock=self._wall)
+        self._connecting = self.create_timer(0.02, self._check_connected, clock=self._wall)
+
+    # -- for subclasses -----------------------------------------------------------------------------------------------
+
+    def advertise(self, kind: Any, topic: str, profile: QoSProfile, needed: bool = False) -> Publisher:
+        """A publisher whose readers are waited for before work starts; `needed` ones must have one besides a recorder."""
+        publisher = self.create_publisher(kind, topic, profile)
+        self._advertised.append((publisher, needed))
+        return publisher
+
+    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
+        """Subscribe to a topic that sets this node's pace.
+
+        In lockstep only once its publisher is known: the reader is then connected before the writer hears of it, so that a writer
+        which waits for its readers loses nothing to one that is half connected.
+        """
+        if self.parameters.lockstep:
+            self._awaited.append((kind, topic, callback, profile))
+        else:
+            self.create_subscription(kind, topic, callback, profile)
+
+    def send(self, publisher: Publisher, message: Any) -> None:
+        """Publish; where nothing may be lost, wait for a slow reader.
+
+        Raises:
+            BackpressureError: a reader has not kept up for SEND_LIMIT.
+        """
+        deadline = time.monotonic() + SEND_LIMIT
+        while True:
+            try:
+                publisher.publish(message)
+            except rclpy_implementation.RCLError:
+                if time.monotonic() > deadline:
+                    raise BackpressureError(
+                        f"a reader of {publisher.topic_name} has not kept up for {SEND_LIMIT:g} s: is it alive?"
+                    ) from None
+            else:
+                return
+
+    def on_connected(self) -> None:
+        """Called once, when every awaited reader and writer is connected."""
+
+    def check_graph(self) -> None:
+        """Raise a VesselHsmcError when the other nodes are not as they must be."""
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Level, message and figures for /diagnostics."""
+        return OK, "running" if self.connected else "waiting to be connected", {}
+
+    def retune(self, parameters: Any) -> None:
+        """Take changed tunable parameters; raise ParameterError to refuse them."""
+
+    def close(self) -> None:
+        """Last work of the node, its context still alive: say how it ended and see that every reader has everything."""
+        self.publish_diagnostics()
+        deadline = time.monotonic() + ACKNOWLEDGE_LIMIT
+        for publisher in self.publishers:
+            if publisher.get_subscription_count():
+                publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
+
+    # -- spinning -----------------------------------------------------------------------------------------------------
+
+    def spin(self, running: Callable[[], bool]) -> None:
+        """Serve callbacks until the node has finished or `running` says no."""
+        if self.parameters.lockstep or self.POLL_PERIOD:
+            with DirectExecutor(self.direct_subscriptions, self.POLL_PERIOD, self.context) as direct:
+                direct.add_node(self)
+                direct.spin_while(lambda: running() and not self.finished)
+            return
+        with SingleThreadedExecutor(context=self.context) as executor:
+            executor.add_node(self)
+            while running() and not self.finished:
+                executor.spin_once(timeout_sec=0.1)
+
+    def publish_diagnostics(self) -> None:
+        """Publish the node's status."""
+        level, message, figures = self.status()
+        array = DiagnosticArray()
+        array.header.stamp = self.get_clock().now().to_msg()
+        values = [KeyValue(key=key, value=str(value)) for key, value in figures.items()]
+        name = self.get_fully_qualified_name().lstrip("/")
+        array.status = [DiagnosticStatus(level=level, name=name, message=message, hardware_id="", values=values)]
+        self._diagnostics.publish(array)
+
+    def _check_connected(self) -> None:
+        self.check_graph()
+        for awaited in list(self._awaited):
+            if self.count_publishers(awaited[1]):
+                self._awaited.remove(awaited)
+                self.direct_subscriptions.append(self.create_subscription(*awaited))
+        if self._awaited or not all(self._has_readers(publisher, needed) for publisher, needed in self._advertised):
+            self.get_logger().info("waiting for the other nodes", throttle_duration_sec=5.0, skip_first=True)
+            return
+        self.connected = True
+        self.destroy_timer(self._connecting)
+        self.publish_diagnostics()
+        self.on_connected()
+
+    def _has_readers(self, publisher: Publisher, needed: bool) -> bool:
+        """Whether every reader the graph shows is connected, and those that are awaited are among them.
+
+        The graph knows of a reader before the publisher is connected with it; what is published in between may be lost.
+        """
+        if not (needed or self.parameters.recorded):
+            return True
+        readers = [
+            (info.node_name, info.qos_profile.reliability)
+            for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
+            if qos_check_compatible(publisher.qos_profile, info.qos_profile)[0] is not QoSCompatibility.ERROR
+        ]
+        if needed and not [name for name, _ in readers if name != RECORDER]:
+            return False
+        # A node that uses simulated time reads /clock for itself, best effort; the recorder's own subscription is reliable.
+        if self.parameters.recorded and (RECORDER, ReliabilityPolicy.RELIABLE) not in readers:
+            return False
+        return int(publisher.get_subscription_count()) >= len(readers)
+
+    def _on_set_parameters(self, changes: list[Parameter]) -> SetParametersResult:
+        known = schema.entries(self.PARAMETERS)
+        values = {p.name: p.value for p in changes if p.name in known}
+        if not values:
+            return SetParametersResult(successful=True)
+        try:
+            parameters: Any = schema.build(self.PARAMETERS, schema.flatten(self.parameters) | values, self.get_name())
+            self.retune(parameters)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self.parameters = parameters
+        return SetParametersResult(successful=True)
+
+
+def declare(node: Node, cls: type) -> Any:
+    """Declare a dataclass's parameters on a node and return the instance that the node was started with.
+
+    Raises:
+        ParameterError: the node was given a parameter that is unknown, or a value that is not allowed.
+    """
+    given = {
+        name: value.value
+        for name, value in node._parameter_overrides.items()
+        if not node.has_parameter(name) and not name.startswith("qos_overrides.")
+    }
+    instance: Any = schema.build(cls, given, node.get_name())
+    values = schema.flatten(instance)
+    for name, entry in schema.entries(cls).items():
+        value = values[name]
+        node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
+    return instance
+
+
+def descriptor(entry: schema.Entry) -> ParameterDescriptor:
+    """What `ros2 param describe` shows of a declared parameter."""
+    described = ParameterDescriptor(
+        description=entry.description + (f" [{entry.unit}]" if entry.unit else ""),
+        additional_constraints=f"It takes {entry.allowed}.",
+        read_only=not entry.tunable,
+    )
+    if entry.type is float and entry.low is not None and entry.high is not None:
+        described.floating_point_range = [FloatingPointRange(from_value=entry.low, to_value=entry.high)]
+    if entry.type is int and entry.low is not None and entry.high is not None:
+        described.integer_range = [IntegerRange(from_value=math.ceil(entry.low), to_value=math.floor(entry.high), step=1)]
+    return described
+
+
+def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
+    """Run a node as a process does: until it has finished, fails or is told to stop by SIGINT or SIGTERM.
+
+    The signals only ask for the end: the node then finishes what it is doing with its context alive, which rclpy's own handlers
+    would not let it.
+
+    Returns:
+        The exit code: 0, or 1 when the node failed, or 2 when it could not start.
+    """
+    stopped: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, _frame: stopped.append(received))
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except (RuntimeError, ValueError) as error:
+        return _complain(node_class.NAME, f"cannot start: {' '.join(str(error).split())}", 2)
+    try:
+        node = node_class()
+    except VesselHsmcError as error:
+        rclpy.shutdown()
+        return _complain(node_class.NAME, str(error), 2)
+    try:
+        node.spin(lambda: not stopped)
+        return 0
+    except VesselHsmcError as error:
+        return _complain(node_class.NAME, str(error), 1)
+    except ExternalShutdownException:
+        return 0
+    finally:
+        node.close()
+        node.destroy_node()
+        rclpy.shutdown()
+
+
+def _complain(name: str, message: str, code: int) -> int:
+    print(f"[ERROR] [{name}]: {message}", file=sys.stderr, flush=True)
+    return code

@@ -1,0 +1,23 @@
+"""The classic fourth-order Runge-Kutta step over `plant.derivative`, inputs held constant over the step."""
+
+from typing import Any
+
+from vessel_sim_node.plant import Array, Vessel, derivative
+
+
+def rk4(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, step: float) -> Array:
+    """The state one step later, with an error of order step⁵.
+
+    Args:
+        state: x, y, psi, u, v, r, shape (6,).
+        wrench: tau_1 [N], tau_2 [N·m], held over the step, shape (2,).
+        disturbance: Accelerations held over the step, shape (3,), m/s², m/s², rad/s².
+        vessel: Coefficients of (6).
+        step: Length of the step, s.
+    """
+    half = 0.5 * step
+    k1 = derivative(state, wrench, disturbance, vessel)
+    k2 = derivative(state + half * k1, wrench, disturbance, vessel)
+    k3 = derivative(state + half * k2, wrench, disturbance, vessel)
+    k4 = derivative(state + step * k3, wrench, disturbance, vessel)
+    return state + (step / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)

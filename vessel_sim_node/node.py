@@ -1,0 +1,207 @@
+"""The plant-simulator node: odometry out, wrench in, and in lockstep the owner of the time."""
+
+import sys
+import time
+from typing import Any
+
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool, Trigger
+
+from vessel_hsmc_ros import conversions, qos
+from vessel_hsmc_ros.exceptions import SimulationError
+from vessel_hsmc_ros.parameters import SimParameters
+from vessel_hsmc_ros.timing import RateGrid, seconds
+from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
+from vessel_sim_node.simulator import Simulator
+
+NO_WRENCH = (0.0, 0.0)
+
+
+class VesselSimNode(VesselNode):
+    """Moves the ship and publishes what it does.
+
+    Lockstep: publishes step k and goes on when the command stamped k has come. Real time: a timer sets the pace, the latest
+    command holds; a step is never skipped, late ones are caught up with.
+    """
+
+    NAME = "vessel_sim"
+    PARAMETERS = SimParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        self._grid = RateGrid(p.rate_hz)
+        self._plant = Simulator(p, self._grid.period)
+        self._last_step = round(p.duration * p.rate_hz) if p.duration else sys.maxsize
+        self._step = 0
+        self._start = 0
+        self._paused = False
+        self._command = NO_WRENCH
+        self._answer: tuple[float, float] | None = None
+        self._answer_at = self._wall_start = self._wall_seconds = self._first_command_at = 0.0
+        self._create_topics()
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(SetBool, "~/pause", self._on_pause)
+
+    def _create_topics(self) -> None:
+        lockstep = self.parameters.lockstep
+        profile = qos.data(lockstep)
+        self._odometry_out = self.advertise(Odometry, "odom", profile, needed=lockstep)
+        self._disturbance_out = self.advertise(WrenchStamped, "disturbance", profile)
+        self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
+        self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
+        self._odometry, self._clock_message = conversions.new_odometry(), Clock()
+        self._disturbance, self._applied = conversions.new_wrench(), conversions.new_wrench()
+        if lockstep:
+            self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
+            self.create_timer(0.1, self._check_command_timeout, clock=self._wall)
+
+    def check_graph(self) -> None:
+        """In lockstep nobody else may move a ship of this name or own the time.
+
+        Raises:
+            SimulationError: somebody does.
+        """
+        if not self.parameters.lockstep:
+            return
+        for topic in ("/clock", self._odometry_out.topic_name):
+            if (publishers := self.count_publishers(topic)) > 1:
+                raise SimulationError(
+                    f"{topic} has {publishers} publishers: in lockstep this plant must be the only one in its ROS domain"
+                )
+
+    def on_connected(self) -> None:
+        """Publish the first step."""
+        self._wall_start = self._answer_at = time.monotonic()
+        if not self.parameters.lockstep:
+            self._start = self.get_clock().now().nanoseconds
+            self.create_timer(self._grid.period, self._on_timer)
+        self._publish_motion()
+        self._publish_disturbance()
+
+    # -- steps --------------------------------------------------------------------------------------------------------
+
+    def _stamp(self) -> int:
+        return self._start + self._grid.stamp(self._step)
+
+    def _publish_motion(self) -> None:
+        stamp = conversions.time_message(self._stamp())
+        conversions.write_odometry(self._odometry, stamp, self._plant.state)
+        self.send(self._odometry_out, self._odometry)
+        if self.parameters.lockstep:
+            self._clock_message.clock = stamp
+            self.send(self._clock_out, self._clock_message)
+
+    def _publish_disturbance(self) -> None:
+        self._push = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
+        conversions.write_disturbance(self._disturbance, conversions.time_message(self._stamp()), self._push)
+        self.send(self._disturbance_out, self._disturbance)
+
+    def _finish_step(self, command: tuple[float, float]) -> None:
+        """Apply a command to the present step and go to the next; the odometry first, the controller waits for it."""
+        wrench = self._plant.applied(command)
+        stamp = conversions.time_message(self._stamp())
+        last = self._step >= self._last_step
+        if not last:
+            self._plant.advance(wrench, self._push)
+            self._step += 1
+            self._publish_motion()
+        conversions.write_wrench(self._applied, stamp, wrench)
+        self.send(self._applied_out, self._applied)
+        if last:
+            self._finish()
+        else:
+            self._publish_disturbance()
+
+    def _finish(self) -> None:
+        self.finished = True
+        self._wall_seconds = time.monotonic() - self._wall_start
+        simulated = seconds(self._grid.stamp(self._step))
+        self.get_logger().info(f"finished: {self._step} steps, {simulated:g} s in {self._wall_seconds:.2f} s")
+
+    # -- commands -----------------------------------------------------------------------------------------------------
+
+    def _on_command(self, message: WrenchStamped) -> None:
+        command = conversions.read_wrench(message)
+        if not self._first_command_at:
+            self._first_command_at = time.time()
+        if not self.parameters.lockstep:
+            self._take_command(command)
+        elif conversions.nanoseconds(message.header.stamp) == self._stamp() and not self.finished:
+            self._answer = command
+            self._answer_at = time.monotonic()
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """Lockstep: take the step that has been answered, unless paused."""
+        if self._answer is not None and not self._paused:
+            command, self._answer = self._answer, None
+            self._finish_step(command)
+
+    def _check_command_timeout(self) -> None:
+        """Lockstep: give up when the answer to the present step is overdue."""
+        waited = time.monotonic() - self._answer_at
+        limit = self.parameters.command_timeout
+        if self.connected and not self._paused and self._answer is None and waited > limit:
+            when = seconds(self._stamp())
+            raise SimulationError(f"no command came for t = {when:g} s within {limit:g} s: is the controller alive?")
+
+    def _take_command(self, command: tuple[float, float]) -> None:
+        """Real time: hold a command until the next, unless it is not finite."""
+        try:
+            self._plant.applied(command)
+        except SimulationError as error:
+            self.get_logger().error(f"{error}; ignored", throttle_duration_sec=1.0)
+            return
+        self._command, self._answer_at = command, time.monotonic()
+
+    def _on_timer(self) -> None:
+        """Real time: take every step that is due."""
+        due = self._grid.index(self.get_clock().now().nanoseconds - self._start)
+        while self._step < due and not self.finished and not self._paused:
+            fresh = time.monotonic() - self._answer_at <= self.parameters.command_timeout
+            self._finish_step(self._command if fresh else NO_WRENCH)
+        if due >= self._last_step and self._step >= self._last_step and not self.finished:
+            self._finish_step(self._command)
+
+    # -- services and diagnostics -------------------------------------------------------------------------------------
+
+    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._plant.reset()
+        response.success, response.message = True, "the ship is back at its start; time goes on"
+        return response
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._paused = request.data
+        self._answer_at = time.monotonic()
+        if not self._paused and self.connected:
+            if self.parameters.lockstep:
+                self._go_on()
+            else:
+                self._start = self.get_clock().now().nanoseconds - self._grid.stamp(self._step)
+        response.success, response.message = True, "paused" if self._paused else "running"
+        return response
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """How far the run is and how fast it goes."""
+        simulated = seconds(self._grid.stamp(self._step))
+        wall = self._wall_seconds if self.finished else time.monotonic() - self._wall_start
+        message = "finished" if self.finished else "paused" if self._paused else "running"
+        figures = {
+            "simulated_time": simulated,
+            "steps": self._step,
+            "duration": self.parameters.duration,
+            "wall_time": wall,
+            "real_time_factor": simulated / wall if self.connected and wall else 0.0,
+            "first_command_at": self._first_command_at,
+        }
+        if not self.connected:
+            return WARN, "waiting for the other nodes", figures
+        return (WARN if self._paused else OK), message, figures
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it has finished or is told to stop."""
+    return run_node(VesselSimNode, arguments)
