@@ -6,7 +6,7 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format benchmark lock clean
+.PHONY: help setup demo test check format benchmark docs lock clean
 
 help:  ## show what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -31,6 +31,9 @@ format: setup  ## format the code
 
 benchmark: setup  ## measure a lockstep step against bare rclpy round trips
 	@$(BIN)/python benchmarks/loop.py
+
+docs: setup  ## write docs/parameters.md from the declarations
+	@$(BIN)/vessel-hsmc parameters > docs/parameters.md
 
 lock: setup  ## resolve requirements.in into requirements.lock
 	@$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-annotate --no-header \

@@ -1,6 +1,7 @@
 """Bags: MCAP files in a folder, written as rosbag2 and its friends expect. Nothing here needs a running ROS."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,8 @@ class Topic:
 class BagWriter:
     """A rosbag2 directory being written: `<name>/<name>_0.mcap` and `<name>/metadata.yaml`.
 
+    Whatever is written may fail with a BagError, when the disk is full for instance.
+
     Args:
         directory: The bag's folder, made here.
         compression: none, lz4 or zstd.
@@ -53,8 +56,10 @@ class BagWriter:
         self._first: int | None = None
         self._last = 0
         self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=_COMPRESSION[compression])
-        self._writer.start(profile="ros2")
-        self._write_metadata()
+        with self._told():
+            self._writer.start(profile="ros2")
+            self._stream.flush()
+            self._write_metadata()
 
     @property
     def message_count(self) -> int:
@@ -70,7 +75,10 @@ class BagWriter:
 
     def write(self, topic: Topic, data: bytes, log_time: int, publish_time: int) -> None:
         """Append one message: CDR with its encapsulation header, times in nanoseconds."""
-        self._writer.add_message(topic.channel, log_time, data, publish_time)
+        try:
+            self._writer.add_message(topic.channel, log_time, data, publish_time)
+        except OSError as error:
+            raise self._failure(error) from None
         topic.count += 1
         if self._first is None:
             self._first = self._last = log_time
@@ -81,14 +89,26 @@ class BagWriter:
 
     def flush(self) -> None:
         """Hand complete chunks to the operating system."""
-        self._stream.flush()
+        with self._told():
+            self._stream.flush()
 
     def close(self) -> None:
         """Complete the bag: summary, footer and metadata."""
-        self._writer.add_metadata("rosbag2", {"serialized_metadata": yaml.safe_dump(self._metadata())})
-        self._writer.finish()
-        self._stream.close()
-        self._write_metadata()
+        with self._told():
+            self._writer.add_metadata("rosbag2", {"serialized_metadata": yaml.safe_dump(self._metadata())})
+            self._writer.finish()
+            self._stream.close()
+            self._write_metadata()
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise self._failure(error) from None
+
+    def _failure(self, error: OSError) -> BagError:
+        return BagError(f"bag {self.directory} cannot be written: {error.strerror}")
 
     def _write_metadata(self) -> None:
         """Also at the start: a recorder that is killed leaves a folder that can be told to be a bag."""

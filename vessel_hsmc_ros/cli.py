@@ -15,6 +15,7 @@ from rich.table import Table
 
 from vessel_hsmc_ros import __version__, report, runs
 from vessel_hsmc_ros.exceptions import ParameterError, ScenarioError, VesselHsmcError
+from vessel_hsmc_ros.parameter_page import parameter_page
 from vessel_hsmc_ros.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario import Scenario, for_nodes, load_scenario, read_yaml
 
@@ -79,6 +80,12 @@ def report_command(bag: Path) -> None:
     present(runs.report_bag(bag))
 
 
+@cli.command("parameters")
+def parameters_command() -> None:
+    """Every parameter of every node, as a Markdown page."""
+    click.echo(parameter_page(), nl=False)
+
+
 def parse_changes(changes: tuple[str, ...]) -> dict[str, object]:
     """`node.param=value` texts, values in YAML."""
     parsed: dict[str, object] = {}
@@ -120,8 +127,9 @@ def present(result: runs.Result) -> None:
         for label, value in report.rows(result.metrics, result.facts):
             table.add_row(label, value)
         out.print(table)
-    if result.failure:
+    if result.failure and result.folder.bag.exists():
         out.print(f"the bag is complete; for a table and figures: vessel-hsmc report {result.folder.bag}", **PLAIN)
+    if result.failure:
         console.print(f"error: {result.failure}", style="red", **PLAIN)
     out.print(f"run folder: {result.folder.path}", **PLAIN)
 

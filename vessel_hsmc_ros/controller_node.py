@@ -8,6 +8,7 @@ import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
+from rclpy.timer import Timer
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
@@ -43,6 +44,7 @@ class ControllerNode(VesselNode):
         p = self.parameters
         self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz))
         self._start = 0
+        self._phase: Timer | None = None
         self._odometry: tuple[int, Array] | None = None
         self._odometry_at = self._reference_at = 0.0
         self._references: dict[int, tuple[Array, Array]] = {}
@@ -62,12 +64,9 @@ class ControllerNode(VesselNode):
         self.listen(ReferenceState, "reference", self._on_reference, profile)
 
     def on_connected(self) -> None:
-        """Answer what has come already; in real time, start the timer."""
+        """Answer what has come already."""
         if self.parameters.lockstep:
             self._answer()
-        else:
-            self._start = self.get_clock().now().nanoseconds
-            self.create_timer(self._loop.grid.period, self._on_timer)
 
     # -- input --------------------------------------------------------------------------------------------------------
 
@@ -80,6 +79,8 @@ class ControllerNode(VesselNode):
         self._odometry_at = time.monotonic()
         if self.parameters.lockstep:
             self._answer()
+        elif self.connected and self._phase is None:
+            self._lock_phase(self._odometry[0])
 
     def _on_reference(self, message: ReferenceState) -> None:
         reference, acceleration = conversions.read_reference(message)
@@ -122,6 +123,22 @@ class ControllerNode(VesselNode):
 
     # -- real time ----------------------------------------------------------------------------------------------------
 
+    def _lock_phase(self, stamp: int) -> None:
+        """Start the timer so that it fires half a period away from the odometry.
+
+        Fired together with it, the law would take now the new, now the old odometry, and a gain that is stable without delay
+        is not with one of a whole period.
+        """
+        period = self._loop.grid.stamp(1)
+        now = self.get_clock().now().nanoseconds
+        wait = (stamp + period // 2 - now) % period
+        self._start = now + wait
+        self._phase = self.create_timer(max(wait, 1) * 1e-9, self._start_timer)
+
+    def _start_timer(self) -> None:
+        self.destroy_timer(self._phase)
+        self.create_timer(self._loop.grid.period, self._on_timer)
+
     def _on_timer(self) -> None:
         now = self.get_clock().now().nanoseconds
         if not self._loop.due(now - self._start) or self._odometry is None or not self._references:
@@ -161,6 +178,7 @@ class ControllerNode(VesselNode):
 
     def _publish(self, stamp: int, terms: Terms | None) -> None:
         """The wrench first, the plant waits for it; then, once a period, what led to it."""
+        self.stamp = stamp
         time_stamp = conversions.time_message(stamp)
         conversions.write_wrench(self._command, time_stamp, self._loop.wrench)
         self.send(self._command_out, self._command)

@@ -120,20 +120,18 @@ def wrench(run: Run) -> Figure:
 
 
 def timing(run: Run) -> Figure:
-    """How evenly the law ran, and how long it took: two histograms."""
-    figure = Figure(figsize=(8.0, 2.8), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    """How long the law took and, where it is not always the same, the time from one control step to the next."""
     intervals = np.diff(run.control["time"])
     period = round(float(np.median(intervals)), 4) if len(intervals) else 0.0
-    for axis, values, name in (
-        (left, 1e3 * (intervals - period), f"control interval minus {1e3 * period:.4g} ms [ms]"),
-        (right, 1e6 * np.asarray(run.control["compute_time"]), "time the law took [µs]"),
-    ):
-        values = np.round(values, 6)
-        if len(values):
-            low, high = np.percentile(values, [0.1, 99.9])
-            pad = 0.1 * (high - low) or 0.1 * abs(high) or 1.0
-            axis.hist(np.clip(values, low - pad, high + pad), bins=60, color=OTHER)
-            axis.set_title(f"smallest {np.min(values):.4g}, largest {np.max(values):.4g}", fontsize=9)
+    histograms = {"time the law took [µs]": 1e6 * np.asarray(run.control["compute_time"])}
+    if len(intervals) and np.ptp(intervals) > 1e-6:
+        histograms[f"control interval minus {1e3 * period:.4g} ms [ms]"] = 1e3 * (intervals - period)
+    figure = Figure(figsize=(4.0 * len(histograms), 2.8), layout="constrained")
+    for i, (name, values) in enumerate(histograms.items()):
+        axis = figure.add_subplot(1, len(histograms), i + 1)
+        low, high = np.percentile(values, [0.1, 99.9])
+        pad = 0.1 * (high - low) or 1.0
+        axis.hist(np.clip(values, low - pad, high + pad), bins=60, color=OTHER)
+        axis.set_title(f"smallest {np.min(values):.4g}, largest {np.max(values):.4g}", fontsize=9)
         axis.set(xlabel=name, ylabel="count", yscale="log")
     return figure

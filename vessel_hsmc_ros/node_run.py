@@ -1,8 +1,12 @@
 """One run of a scenario by the real nodes: processes over DDS, watched to their end, recorded."""
 
+import fcntl
+import os
 import signal
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -63,17 +67,43 @@ def run_nodes(folder: RunFolder, namespace: str, progress: Progress) -> Outcome:
         folder: Its parameters are read, its bag and logs are written.
         namespace: The nodes' namespace, without slashes at its ends.
         progress: Called with the simulated time whenever it is known anew, s.
+
+    Raises:
+        RunError: another run is in the way.
     """
     # The processes come first: they start while this one makes its own node, and before it has threads.
     with (
+        exclusive(namespace),
         Interrupts() as interrupts,
         NodeGroup(folder.parameters, folder.logs, namespace) as nodes,
         StatusListener(namespace) as listener,
     ):
         outcome = _watch(nodes, listener, interrupts, progress)
-    if folder.bag.exists() or not outcome.failure:
-        _complete(folder.bag)
+    if not outcome.failure and (bad := nodes.failed()):
+        outcome = Outcome(1, bad.outcome())
+    if folder.bag.exists() and not bag_repair.is_complete(folder.bag):
+        bag_repair.repair(folder.bag)
     return outcome
+
+
+@contextmanager
+def exclusive(namespace: str) -> Iterator[None]:
+    """Keep a second run of this machine's out of a ROS domain and namespace: the nodes of the two would mix.
+
+    Raises:
+        RunError: a run is there already.
+    """
+    domain = os.environ.get("ROS_DOMAIN_ID", "0")
+    name = f"vessel_hsmc_ros_{os.getuid()}_{domain}_{namespace.replace('/', '.')}.lock"
+    with (Path(tempfile.gettempdir()) / name).open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise RunError(
+                f"another run uses ROS domain {domain} and namespace /{namespace}:"
+                " give this one another --namespace in real time, or another ROS_DOMAIN_ID"
+            ) from None
+        yield
 
 
 def _watch(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, progress: Progress) -> Outcome:
@@ -102,11 +132,3 @@ def _silence(listener: StatusListener, limit: float) -> str:
     """Which nodes have said nothing for longer than they should, in words."""
     now = time.monotonic()
     return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in listener.heard_at.items() if now - at > limit)
-
-
-def _complete(directory: Path) -> None:
-    """A bag whose recorder was killed gets its index and metadata now."""
-    if not directory.exists():
-        raise RunError(f"the recorder left no bag at {directory}, see its log")
-    if not bag_repair.is_complete(directory):
-        bag_repair.repair(directory)

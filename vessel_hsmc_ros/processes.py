@@ -91,6 +91,10 @@ class NodeGroup:
         """The first process found to have ended, if any."""
         return next((process for process in self.processes if process.popen.poll() is not None), None)
 
+    def failed(self) -> NodeProcess | None:
+        """The first process that ended otherwise than well, if any."""
+        return next((process for process in self.processes if process.popen.returncode), None)
+
     def stop(self) -> None:
         """Ask all but the recorder to end, then the recorder; kill whoever does not."""
         self._stop([process for process in self.processes if process.name != "recorder"], STOP_LIMIT)

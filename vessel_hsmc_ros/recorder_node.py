@@ -39,7 +39,6 @@ class RecorderNode(VesselNode):
         self._writer = BagWriter(Path(p.directory), p.compression)
         self._missing = [self.resolve_topic_name(topic) for topic in p.topics]
         self._dropped = 0
-        self._last_stamp = 0
         self._last_message_at = time.monotonic()
         self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
         self.create_timer(FLUSH_PERIOD, self._writer.flush, clock=self._wall)
@@ -84,9 +83,9 @@ class RecorderNode(VesselNode):
                 expected = number + 1
             if lockstep and data_topic:
                 sec, nanosec = _STAMP.unpack_from(data, 4)
-                self._last_stamp = received = sent = sec * NANOSECONDS + nanosec
+                self.stamp = received = sent = sec * NANOSECONDS + nanosec
             elif lockstep:
-                received = sent = self._last_stamp
+                received = sent = self.stamp
             else:
                 received, sent = info["received_timestamp"], info["source_timestamp"]
             self._writer.write(topic, data, received, sent)

@@ -61,7 +61,8 @@ class ReferenceShipNode(VesselNode):
             self._publish()
 
     def _publish(self) -> None:
-        stamp = conversions.time_message(self._start + self._grid.stamp(self._index))
+        self.stamp = self._start + self._grid.stamp(self._index)
+        stamp = conversions.time_message(self.stamp)
         conversions.write_reference(self._reference, stamp, self._ship.state, self._ship.acceleration())
         self.send(self._reference_out, self._reference)
         conversions.write_pose_stamped(self._pose, stamp, self._ship.state)

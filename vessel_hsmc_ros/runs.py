@@ -1,6 +1,7 @@
 """A run from its scenario to its folder: by the nodes or offline, measured, drawn, written down."""
 
 import datetime
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vessel_hsmc_ros import closed_loop, report
+from vessel_hsmc_ros.exceptions import BagError, RunError
 from vessel_hsmc_ros.metrics import Metrics, evaluate
 from vessel_hsmc_ros.run_data import Run
 from vessel_hsmc_ros.run_folder import RunFolder, make_run_folder, provenance
@@ -50,17 +52,22 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
         progress: Called with the simulated time, s.
 
     Raises:
-        RunError: the recorder left no bag.
-        BagError: the bag cannot be read.
+        RunError: ROS is not installed, or another run is in the way.
     """
-    from vessel_hsmc_ros import node_run
+    try:
+        from vessel_hsmc_ros import node_run
+    except ModuleNotFoundError as error:
+        raise RunError(f"{error.name} is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without") from None
 
     began = _now()
     folder.write_parameters(scenario.with_bag(folder.bag.absolute()))
     outcome = node_run.run_nodes(folder, namespace, progress)
     result = Result(folder, outcome.exit_code, outcome.failure)
-    if not outcome.failure:
-        _take_bag(result, scenario)
+    if not result.failure:
+        try:
+            _take_bag(result, scenario)
+        except BagError as error:
+            result.exit_code, result.failure = 1, str(error)
     _write_summary(result, began, scenario.name, "lockstep" if scenario.controller.lockstep else "real time", namespace)
     return result
 
@@ -159,5 +166,4 @@ def _now() -> datetime.datetime:
 def _process_start() -> float:
     """When this process was started, in the seconds of time.time(); from before the interpreter's first line."""
     after_boot = float(Path("/proc/self/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[19])
-    ticks_per_second = 100.0
-    return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + after_boot / ticks_per_second
+    return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + after_boot / os.sysconf("SC_CLK_TCK")

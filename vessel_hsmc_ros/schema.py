@@ -37,19 +37,14 @@ class Entry:
     @property
     def allowed(self) -> str:
         """The allowed values in words, for error messages, descriptors and the docs."""
-        unit = f" {self.unit}" if self.unit else ""
         if self.choices:
             return "one of " + ", ".join(self.choices)
-        kind = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text"}.get(
-            self.type, "a list of texts" if self.type == tuple[str, ...] else "a list of finite numbers"
-        )
-        if self.length is not None:
-            kind = f"a list of {self.length} finite numbers"
-        if self.low is not None and self.high is not None:
-            kind += f" from {self.low:g} to {self.high:g}{unit}"
-        elif unit:
-            kind += f" in{unit}"
-        return kind
+        number = "number" if self.high == math.inf else "finite number"
+        kinds = {bool: "true or false", int: "a whole number", float: f"a {number}", str: "a text"}
+        many = "a list of texts" if self.type == tuple[str, ...] else f"a list of {self.length or ''} {number}s"
+        unit = f" {self.unit}" if self.unit else ""
+        span = f" from {self.low:g} to {self.high:g}{unit}" if self.low is not None and self.high is not None else ""
+        return " ".join(kinds.get(self.type, many).split()) + span
 
 
 def parameter(

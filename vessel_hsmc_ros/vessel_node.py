@@ -1,15 +1,15 @@
 """What all nodes share: declared parameters, the wait for their readers, diagnostics, and an orderly start and end."""
 
-import math
 import signal
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, ClassVar
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -21,9 +21,10 @@ from rclpy.qos import QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 
-from vessel_hsmc_ros import qos, schema
+from vessel_hsmc_ros import conversions, qos, schema
 from vessel_hsmc_ros.exceptions import BackpressureError, ParameterError, VesselHsmcError
 from vessel_hsmc_ros.executor import DirectExecutor
+from vessel_hsmc_ros.ros_parameters import declare
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
@@ -40,6 +41,7 @@ class VesselNode(Node):
     """Base of the package's nodes.
 
     A subclass names its node and its parameters, publishes through `advertise`, and starts its work in `on_connected`.
+    In lockstep it keeps in `stamp` the time it has come to, ns.
 
     Raises:
         ParameterError: a parameter is unknown or out of range.
@@ -55,6 +57,7 @@ class VesselNode(Node):
         self.add_on_set_parameters_callback(self._on_set_parameters)
         self.direct_subscriptions: list[Subscription] = []
         self.finished = False
+        self.stamp = 0
         self.connected = False
         self._advertised: list[tuple[Publisher, bool]] = []
         self._awaited: list[tuple[Any, str, Callable[[Any], None], QoSProfile]] = []
@@ -139,7 +142,8 @@ class VesselNode(Node):
         """Publish the node's status."""
         level, message, figures = self.status()
         array = DiagnosticArray()
-        array.header.stamp = self.get_clock().now().to_msg()
+        stamp = self.stamp if self.parameters.lockstep else self.get_clock().now().nanoseconds
+        array.header.stamp = conversions.time_message(stamp)
         values = [KeyValue(key=key, value=str(value)) for key, value in figures.items()]
         name = self.get_fully_qualified_name().lstrip("/")
         array.status = [DiagnosticStatus(level=level, name=name, message=message, hardware_id="", values=values)]
@@ -192,39 +196,6 @@ class VesselNode(Node):
         return SetParametersResult(successful=True)
 
 
-def declare(node: Node, cls: type) -> Any:
-    """Declare a dataclass's parameters on a node and return the instance that the node was started with.
-
-    Raises:
-        ParameterError: the node was given a parameter that is unknown, or a value that is not allowed.
-    """
-    given = {
-        name: value.value
-        for name, value in node._parameter_overrides.items()
-        if not node.has_parameter(name) and not name.startswith("qos_overrides.")
-    }
-    instance: Any = schema.build(cls, given, node.get_name())
-    values = schema.flatten(instance)
-    for name, entry in schema.entries(cls).items():
-        value = values[name]
-        node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
-    return instance
-
-
-def descriptor(entry: schema.Entry) -> ParameterDescriptor:
-    """What `ros2 param describe` shows of a declared parameter."""
-    described = ParameterDescriptor(
-        description=entry.description + (f" [{entry.unit}]" if entry.unit else ""),
-        additional_constraints=f"It takes {entry.allowed}.",
-        read_only=not entry.tunable,
-    )
-    if entry.type is float and entry.low is not None and entry.high is not None:
-        described.floating_point_range = [FloatingPointRange(from_value=entry.low, to_value=entry.high)]
-    if entry.type is int and entry.low is not None and entry.high is not None:
-        described.integer_range = [IntegerRange(from_value=math.ceil(entry.low), to_value=math.floor(entry.high), step=1)]
-    return described
-
-
 def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
     """Run a node as a process does: until it has finished, fails or is told to stop by SIGINT or SIGTERM.
 
@@ -246,17 +217,19 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
     except VesselHsmcError as error:
         rclpy.shutdown()
         return _complain(node_class.NAME, str(error), 2)
+    code = 0
     try:
-        node.spin(lambda: not stopped)
-        return 0
-    except VesselHsmcError as error:
-        return _complain(node_class.NAME, str(error), 1)
-    except ExternalShutdownException:
-        return 0
+        for work in (partial(node.spin, lambda: not stopped), node.close):
+            try:
+                work()
+            except VesselHsmcError as error:
+                code = _complain(node_class.NAME, str(error), 1)
+            except ExternalShutdownException:
+                break
     finally:
-        node.close()
         node.destroy_node()
         rclpy.shutdown()
+    return code
 
 
 def _complain(name: str, message: str, code: int) -> int:

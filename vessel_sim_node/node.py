@@ -56,21 +56,20 @@ class VesselSimNode(VesselNode):
         self._disturbance, self._applied = conversions.new_wrench(), conversions.new_wrench()
         if lockstep:
             self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
-            self.create_timer(0.1, self._check_command_timeout, clock=self._wall)
+            self.create_timer(0.1, self._check_lockstep, clock=self._wall)
 
     def check_graph(self) -> None:
-        """In lockstep nobody else may move a ship of this name or own the time.
+        """Nobody else may be this ship, steer it in lockstep or own the time.
 
         Raises:
             SimulationError: somebody does.
         """
-        if not self.parameters.lockstep:
-            return
-        for topic in ("/clock", self._odometry_out.topic_name):
+        alone = [self._odometry_out.topic_name]
+        if self.parameters.lockstep:
+            alone += ["/clock", self.resolve_topic_name("cmd_wrench")]
+        for topic in alone:
             if (publishers := self.count_publishers(topic)) > 1:
-                raise SimulationError(
-                    f"{topic} has {publishers} publishers: in lockstep this plant must be the only one in its ROS domain"
-                )
+                raise SimulationError(f"{topic} has {publishers} publishers and takes one: does another run use this ROS domain?")
 
     def on_connected(self) -> None:
         """Publish the first step."""
@@ -83,11 +82,9 @@ class VesselSimNode(VesselNode):
 
     # -- steps --------------------------------------------------------------------------------------------------------
 
-    def _stamp(self) -> int:
-        return self._start + self._grid.stamp(self._step)
-
     def _publish_motion(self) -> None:
-        stamp = conversions.time_message(self._stamp())
+        self.stamp = self._start + self._grid.stamp(self._step)
+        stamp = conversions.time_message(self.stamp)
         conversions.write_odometry(self._odometry, stamp, self._plant.state)
         self.send(self._odometry_out, self._odometry)
         if self.parameters.lockstep:
@@ -96,13 +93,13 @@ class VesselSimNode(VesselNode):
 
     def _publish_disturbance(self) -> None:
         self._push = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
-        conversions.write_disturbance(self._disturbance, conversions.time_message(self._stamp()), self._push)
+        conversions.write_disturbance(self._disturbance, conversions.time_message(self.stamp), self._push)
         self.send(self._disturbance_out, self._disturbance)
 
     def _finish_step(self, command: tuple[float, float]) -> None:
         """Apply a command to the present step and go to the next; the odometry first, the controller waits for it."""
         wrench = self._plant.applied(command)
-        stamp = conversions.time_message(self._stamp())
+        stamp = conversions.time_message(self.stamp)
         last = self._step >= self._last_step
         if not last:
             self._plant.advance(wrench, self._push)
@@ -129,7 +126,7 @@ class VesselSimNode(VesselNode):
             self._first_command_at = time.time()
         if not self.parameters.lockstep:
             self._take_command(command)
-        elif conversions.nanoseconds(message.header.stamp) == self._stamp() and not self.finished:
+        elif conversions.nanoseconds(message.header.stamp) == self.stamp and not self.finished:
             self._answer = command
             self._answer_at = time.monotonic()
             self._go_on()
@@ -140,12 +137,13 @@ class VesselSimNode(VesselNode):
             command, self._answer = self._answer, None
             self._finish_step(command)
 
-    def _check_command_timeout(self) -> None:
-        """Lockstep: give up when the answer to the present step is overdue."""
+    def _check_lockstep(self) -> None:
+        """Lockstep: give up when the answer to the present step is overdue, or when somebody else interferes."""
+        self.check_graph()
         waited = time.monotonic() - self._answer_at
         limit = self.parameters.command_timeout
         if self.connected and not self._paused and self._answer is None and waited > limit:
-            when = seconds(self._stamp())
+            when = seconds(self.stamp)
             raise SimulationError(f"no command came for t = {when:g} s within {limit:g} s: is the controller alive?")
 
     def _take_command(self, command: tuple[float, float]) -> None:
@@ -158,13 +156,14 @@ class VesselSimNode(VesselNode):
         self._command, self._answer_at = command, time.monotonic()
 
     def _on_timer(self) -> None:
-        """Real time: take every step that is due."""
-        due = self._grid.index(self.get_clock().now().nanoseconds - self._start)
-        while self._step < due and not self.finished and not self._paused:
+        """Real time: take every step that is due; a command holds from the odometry it answers, as in lockstep."""
+        now = self.get_clock().now().nanoseconds
+        if self._paused:
+            self._start = now - self._grid.stamp(self._step)
+        due = self._grid.index(now - self._start)
+        while self._step < due and not self.finished:
             fresh = time.monotonic() - self._answer_at <= self.parameters.command_timeout
             self._finish_step(self._command if fresh else NO_WRENCH)
-        if due >= self._last_step and self._step >= self._last_step and not self.finished:
-            self._finish_step(self._command)
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 
@@ -176,11 +175,8 @@ class VesselSimNode(VesselNode):
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._paused = request.data
         self._answer_at = time.monotonic()
-        if not self._paused and self.connected:
-            if self.parameters.lockstep:
-                self._go_on()
-            else:
-                self._start = self.get_clock().now().nanoseconds - self._grid.stamp(self._step)
+        if self.parameters.lockstep and self.connected:
+            self._go_on()
         response.success, response.message = True, "paused" if self._paused else "running"
         return response
 

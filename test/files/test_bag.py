@@ -1,6 +1,7 @@
 """Bags without ROS: written here, read by readers that were not."""
 
 import itertools
+import resource
 
 import pytest
 import yaml
@@ -80,6 +81,21 @@ def test_metadata_has_what_rosbag2_insists_on(tmp_path):
     profile = told["topics_with_message_count"][0]["topic_metadata"]["offered_qos_profiles"][0]
     assert len(profile) == 9
     assert profile["deadline"] == {"sec": 9223372036, "nsec": 854775807}
+
+
+@pytest.fixture
+def full_disk():
+    """No file may grow beyond 200 kB."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.usefixtures("full_disk")
+def test_a_full_disk_is_told_in_one_line(tmp_path):
+    with pytest.raises(BagError, match=r"bag .*/bag cannot be written: File too large"):
+        write(tmp_path / "bag", 20_000, "none")
 
 
 def test_a_folder_that_exists_is_refused(tmp_path):

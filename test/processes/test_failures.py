@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy
-from conftest import children, command_line, run_folder
+from harness import children, command_line, run_folder
 from mcap_ros2.reader import read_ros2_messages
 from nav_msgs.msg import Odometry
 from rosbags.highlevel import AnyReader
@@ -112,6 +112,21 @@ def test_when_the_command_itself_is_killed_its_nodes_end_and_the_bag_is_complete
         assert time.monotonic() < end, "nodes outlive the command that started them"
         time.sleep(0.05)
     check_bag(folder)
+
+
+def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_goes_on(start):
+    first, _ = started(start)
+    second = start("vessel-hsmc", "run", "case2_tracking")
+    assert second.wait(20.0) == 1
+    assert "another run uses ROS domain" in second.text
+    assert first.popen.poll() is None
+
+
+def test_without_ros_run_says_what_is_missing(start):
+    code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
+    command = start("python", "-c", code + "from vessel_hsmc_ros.cli import main; sys.exit(main())")
+    assert command.wait(20.0) == 1
+    assert "error: rclpy is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without" in command.text
 
 
 BAD_RUNS = [

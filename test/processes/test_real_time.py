@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import run_folder
+from harness import run_folder
 
 from vessel_hsmc_ros.bag_reading import read_recording
 from vessel_hsmc_ros.closed_loop import load_scenario, simulate

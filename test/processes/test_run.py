@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import BIN
+from harness import BIN
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.highlevel import AnyReader
 

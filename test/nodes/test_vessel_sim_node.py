@@ -106,7 +106,15 @@ def test_an_overdue_command_ends_a_lockstep_run_and_names_the_time(bench, helm):
 def test_two_plants_in_one_lockstep_are_refused(bench, helm):
     bench.start(VesselSimNode)
     bench.start(VesselSimNode)
-    with pytest.raises(SimulationError, match="/clock has 2 publishers"):
+    with pytest.raises(SimulationError, match="/odom has 2 publishers and takes one"):
+        bench.spin(2.0)
+
+
+def test_a_second_controller_in_lockstep_is_refused(bench, helm):
+    bench.start(VesselSimNode)
+    bench.until(lambda: helm.odometry)
+    Helm(bench)
+    with pytest.raises(SimulationError, match="/cmd_wrench has 2 publishers and takes one"):
         bench.spin(2.0)
 
 
