@@ -113,7 +113,7 @@ def wrench(run: Run) -> Figure:
         if not low - 10.0 * margin < values[peak] < high + 10.0 * margin:
             axis.set_ylim(low - margin, high + margin)
             note = f"peak {values[peak]:.2g} {unit} at {run.time[peak]:.2f} s, beyond this scale"
-            axis.text(0.02, 0.9, note, transform=axis.transAxes, va="top")
+            axis.text(0.07, 0.9, note, transform=axis.transAxes, va="top")
     axes[0].set(title="Applied wrench")
     axes[-1].set(xlabel="time [s]")
     return figure
