@@ -60,12 +60,14 @@ def read_recording(directory: Path, vessel: Vessel) -> Recording:
         with AnyReader([directory]) as reader:
             messages = {connection.topic: connection.msgcount for connection in reader.connections}
             prefix = _namespace(directory, messages)
-            for connection, _, data in reader.messages():
+            wanted = {prefix + name for name in _READERS} | {"/diagnostics"}
+            connections = [connection for connection in reader.connections if connection.topic in wanted]
+            for connection, _, data in reader.messages(connections):
                 name = connection.topic.removeprefix(prefix)
                 if name in _READERS:
                     message: Any = reader.deserialize(data, connection.msgtype)
                     series[name].append((conversions.nanoseconds(message.header.stamp), _READERS[name](message)))
-                elif connection.topic == "/diagnostics":
+                else:
                     status.update(conversions.read_status(reader.deserialize(data, connection.msgtype), prefix[1:]))
     except (AnyReaderError, OSError) as error:
         raise BagError(f"bag {directory} cannot be read: {error}") from None
