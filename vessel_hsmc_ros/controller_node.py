@@ -50,7 +50,8 @@ class ControllerNode(VesselNode):
         self._references: dict[int, tuple[Array, Array]] = {}
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
-        self._trouble, self._trouble_at = "", -TROUBLE_SHOWN
+        self._trouble = ""
+        self._trouble_at = self._refused_at = -TROUBLE_SHOWN
         self._create_topics(p.lockstep)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(SetBool, "~/enable", self._on_enable)
@@ -98,6 +99,7 @@ class ControllerNode(VesselNode):
         """In lockstep the run can't go on without this message; in real time the next may be better."""
         if self.parameters.lockstep:
             raise ControlError(reason)
+        self._refused_at = time.monotonic()
         self._report(f"{reason}; ignored")
 
     def _report(self, trouble: str) -> None:
@@ -145,8 +147,9 @@ class ControllerNode(VesselNode):
             return
         terms = None
         if missing := self._overdue():
-            self._report(f"no {missing} for {self.parameters.input_timeout:g} s: the wrench is zero")
             self._loop.wrench = NO_WRENCH
+            if time.monotonic() - self._refused_at > TROUBLE_SHOWN:  # else that is why, and has been reported
+                self._report(f"no {missing} for {self.parameters.input_timeout:g} s: the wrench is zero")
         else:
             terms = self._update_in_real_time(now - self._start, *self._odometry)
         self._publish(now, terms)
