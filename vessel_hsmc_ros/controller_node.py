@@ -19,7 +19,7 @@ from vessel_hsmc_ros.kinematics import extrapolate
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario import make_law
-from vessel_hsmc_ros.timing import RateGrid, seconds
+from vessel_hsmc_ros.timing import NANOSECONDS, RateGrid, seconds
 from vessel_hsmc_ros.vessel_node import ERROR, OK, WARN, VesselNode, run_node
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ class ControllerNode(VesselNode):
         self._start = 0
         self._phase: Timer | None = None
         self._odometry: tuple[int, Array] | None = None
-        self._odometry_at = self._reference_at = 0.0
+        self._odometry_at = self._reference_at = 0
         self._references: dict[int, tuple[Array, Array]] = {}
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
@@ -77,7 +77,7 @@ class ControllerNode(VesselNode):
             self._refuse(f"odometry with {wrong} is not allowed: all of it must be finite numbers")
             return
         self._odometry = conversions.nanoseconds(message.header.stamp), state
-        self._odometry_at = time.monotonic()
+        self._odometry_at = self.now()
         if self.parameters.lockstep:
             self._answer()
         elif self.connected and self._phase is None:
@@ -91,7 +91,7 @@ class ControllerNode(VesselNode):
         if not self.parameters.lockstep:
             self._references.clear()
         self._references[conversions.nanoseconds(message.header.stamp)] = reference, acceleration
-        self._reference_at = time.monotonic()
+        self._reference_at = self.now()
         if self.parameters.lockstep:
             self._answer()
 
@@ -132,7 +132,7 @@ class ControllerNode(VesselNode):
         is not with one of a whole period.
         """
         period = self._loop.grid.stamp(1)
-        now = self.get_clock().now().nanoseconds
+        now = self.now()
         wait = (stamp + period // 2 - now) % period
         self._start = now + wait
         self._phase = self.create_timer(max(wait, 1) * 1e-9, self._start_timer)
@@ -142,11 +142,11 @@ class ControllerNode(VesselNode):
         self.create_timer(self._loop.grid.period, self._on_timer)
 
     def _on_timer(self) -> None:
-        now = self.get_clock().now().nanoseconds
+        now = self.now()
         if not self._loop.due(now - self._start) or self._odometry is None or not self._references:
             return
         terms = None
-        if missing := self._overdue():
+        if missing := self._overdue(now):
             self._loop.wrench = NO_WRENCH
             if time.monotonic() - self._refused_at > TROUBLE_SHOWN:  # else that is why, and has been reported
                 self._report(f"no {missing} for {self.parameters.input_timeout:g} s: the wrench is zero")
@@ -154,8 +154,8 @@ class ControllerNode(VesselNode):
             terms = self._update_in_real_time(now - self._start, *self._odometry)
         self._publish(now, terms)
 
-    def _overdue(self) -> str | None:
-        oldest = time.monotonic() - self.parameters.input_timeout
+    def _overdue(self, now: int) -> str | None:
+        oldest = now - round(self.parameters.input_timeout * NANOSECONDS)
         return "odometry" if self._odometry_at < oldest else "reference" if self._reference_at < oldest else None
 
     def _update_in_real_time(self, elapsed: int, stamp: int, state: Array) -> Terms | None:

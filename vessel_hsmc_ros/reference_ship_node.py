@@ -43,7 +43,7 @@ class ReferenceShipNode(VesselNode):
     def on_connected(self) -> None:
         """Publish the first state; in real time, start the timer."""
         if not self.parameters.lockstep:
-            self._start = self.get_clock().now().nanoseconds
+            self._start = self.now()
             self.create_timer(self._grid.period, self._on_timer)
         self._publish()
 
@@ -52,7 +52,7 @@ class ReferenceShipNode(VesselNode):
             self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)
 
     def _on_timer(self) -> None:
-        self._advance_to(self._grid.index(self.get_clock().now().nanoseconds - self._start))
+        self._advance_to(self._grid.index(self.now() - self._start))
 
     def _advance_to(self, index: int) -> None:
         while self._index < index:

@@ -85,6 +85,10 @@ class VesselNode(Node):
         else:
             self.create_subscription(kind, topic, callback, profile)
 
+    def now(self) -> int:
+        """ROS time, ns."""
+        return int(self.get_clock().now().nanoseconds)
+
     def send(self, publisher: Publisher, message: Any) -> None:
         """Publish; where nothing may be lost, wait for a slow reader.
 
@@ -142,7 +146,7 @@ class VesselNode(Node):
         """Publish the node's status."""
         level, message, figures = self.status()
         array = DiagnosticArray()
-        stamp = self.stamp if self.parameters.lockstep else self.get_clock().now().nanoseconds
+        stamp = self.stamp if self.parameters.lockstep else self.now()
         array.header.stamp = conversions.time_message(stamp)
         values = [KeyValue(key=key, value=str(value)) for key, value in figures.items()]
         name = self.get_fully_qualified_name().lstrip("/")

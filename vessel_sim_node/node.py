@@ -75,7 +75,7 @@ class VesselSimNode(VesselNode):
         """Publish the first step."""
         self._wall_start = self._answer_at = time.monotonic()
         if not self.parameters.lockstep:
-            self._start = self.get_clock().now().nanoseconds
+            self._start = self.now()
             self.create_timer(self._grid.period, self._on_timer)
         self._publish_motion()
         self._publish_disturbance()
@@ -157,7 +157,7 @@ class VesselSimNode(VesselNode):
 
     def _on_timer(self) -> None:
         """Real time: take every step that is due; a command holds from the odometry it answers, as in lockstep."""
-        now = self.get_clock().now().nanoseconds
+        now = self.now()
         if self._paused:
             self._start = now - self._grid.stamp(self._step)
         due = self._grid.index(now - self._start)

@@ -8,6 +8,7 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
+from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
@@ -153,6 +154,33 @@ def test_in_real_time_the_law_runs_at_its_own_rate(bench, sea):
     stamps = np.array([conv.nanoseconds(m.header.stamp) for m in sea.states])
     assert np.median(np.diff(stamps)) == pytest.approx(1e7, rel=0.05)
     assert abs(stamps[-1] - sea.now()) < 1e9
+
+
+def test_in_real_time_the_laws_clock_is_simulated_time_where_there_is_one(bench, plant):
+    """Somebody else's simulator, ten times slower than the wall clock."""
+    ticks = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
+    odometry, reference = (
+        bench.publisher(kind, topic, lockstep=False) for kind, topic in ((Odometry, "odom"), (ReferenceState, "reference"))
+    )
+    plant.odometry, plant.reference = odometry, reference
+    bench.start(ControllerNode, lockstep=False, use_sim_time=True, input_timeout=0.1)
+    bench.until(lambda: odometry.get_subscription_count() and reference.get_subscription_count())
+    clock = 0
+
+    def tick():
+        nonlocal clock
+        clock += STEP // 10
+        ticks.publish(Clock(clock=conv.time_message(clock)))
+        if clock % STEP == 0:
+            plant.send_reference(clock)
+            plant.send_odometry(clock)
+
+    bench.probe.create_timer(0.01, tick)
+    bench.until(lambda: len(plant.states) >= 12)
+    stamps = [conv.nanoseconds(m.header.stamp) for m in plant.states]
+    assert np.median(np.diff(stamps)) == pytest.approx(STEP, rel=0.2)
+    assert stamps[-1] <= clock < 10**9
+    assert all(any(conv.read_wrench(m)) for m in plant.commands)
 
 
 def test_in_real_time_silence_makes_the_wrench_zero_after_a_fraction_of_a_second(bench, sea):

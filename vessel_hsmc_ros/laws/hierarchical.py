@@ -119,8 +119,12 @@ class Terms(NamedTuple):
 
 
 def sign(value: float) -> float:
-    """Sgn of (21) and (27): -1, 0 or 1."""
-    return float(value > 0.0) - float(value < 0.0)
+    """The function sgn of (21) and (27): -1, 0 or 1."""
+    if value > 0.0:
+        return 1.0
+    if value < 0.0:
+        return -1.0
+    return 0.0
 
 
 def control(
