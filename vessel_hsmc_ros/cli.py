@@ -54,9 +54,10 @@ def run(scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, 
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, parted by /")
-    folder = make_run_folder(output, loaded.name)
-    with progress_bar("running", loaded) as progress:
-        result = runs.run_nodes(loaded, folder, namespace, progress)
+    with runs.place_for_nodes(namespace):
+        folder = make_run_folder(output, loaded.name)
+        with progress_bar("running", loaded) as progress:
+            result = runs.run_nodes(loaded, folder, namespace, progress)
     present(result)
     sys.exit(result.exit_code)
 

@@ -67,13 +67,9 @@ def run_nodes(folder: RunFolder, namespace: str, progress: Progress) -> Outcome:
         folder: Its parameters are read, its bag and logs are written.
         namespace: The nodes' namespace, without slashes at its ends.
         progress: Called with the simulated time whenever it is known anew, s.
-
-    Raises:
-        RunError: another run is in the way.
     """
     # The processes come first: they start while this one makes its own node, and before it has threads.
     with (
-        exclusive(namespace),
         Interrupts() as interrupts,
         NodeGroup(folder.parameters, folder.logs, namespace) as nodes,
         StatusListener(namespace) as listener,

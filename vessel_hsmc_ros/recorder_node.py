@@ -94,10 +94,16 @@ class RecorderNode(VesselNode):
         return record
 
     def spin(self, running: Any) -> None:
-        """Record until told to stop, then until nothing more comes."""
+        """Record until told to stop, then until nothing more comes, and last of all how it went."""
         super().spin(running)
-        limit = time.monotonic() + DRAIN_LIMIT
-        super().spin(lambda: time.monotonic() < min(self._last_message_at + DRAIN_QUIET, limit))
+        self._drain()
+        self.publish_diagnostics()
+        self._drain()
+
+    def _drain(self) -> None:
+        began = time.monotonic()
+        self._last_message_at = began
+        super().spin(lambda: time.monotonic() < min(self._last_message_at + DRAIN_QUIET, began + DRAIN_LIMIT))
 
     def close(self) -> None:
         """Complete the bag."""

@@ -4,6 +4,7 @@ import datetime
 import os
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,16 @@ class Result:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
+def place_for_nodes(namespace: str) -> AbstractContextManager[None]:
+    """A context in which no other run of this machine's uses the ROS domain and namespace.
+
+    Raises:
+        RunError: ROS is not installed, or another run is in the way.
+    """
+    context: AbstractContextManager[None] = _node_run().exclusive(namespace)
+    return context
+
+
 def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: Progress) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
@@ -52,13 +63,9 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
         progress: Called with the simulated time, s.
 
     Raises:
-        RunError: ROS is not installed, or another run is in the way.
+        RunError: ROS is not installed.
     """
-    try:
-        from vessel_hsmc_ros import node_run
-    except ModuleNotFoundError as error:
-        raise RunError(f"{error.name} is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without") from None
-
+    node_run = _node_run()
     began = _now()
     folder.write_parameters(scenario.with_bag(folder.bag.absolute()))
     outcome = node_run.run_nodes(folder, namespace, progress)
@@ -104,6 +111,15 @@ def report_bag(directory: Path) -> Result:
     result = Result(folder)
     _take_bag(result, load_scenario(folder.parameters), directory)
     return result
+
+
+def _node_run() -> Any:
+    """The module that needs ROS."""
+    try:
+        from vessel_hsmc_ros import node_run
+    except ModuleNotFoundError as error:
+        raise RunError(f"{error.name} is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without") from None
+    return node_run
 
 
 def _take_bag(result: Result, scenario: Scenario, directory: Path | None = None) -> None:

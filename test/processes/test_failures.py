@@ -118,7 +118,8 @@ def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_
     first, _ = started(start)
     second = start("vessel-hsmc", "run", "case2_tracking")
     assert second.wait(20.0) == 1
-    assert "another run uses ROS domain" in second.text
+    assert "error: another run uses ROS domain" in second.text
+    assert run_folder(second.output.parent / "runs") is None
     assert first.popen.poll() is None
 
 

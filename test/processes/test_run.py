@@ -154,6 +154,8 @@ def test_every_node_reported_on_itself(recording):
     assert recording.status.keys() == set(NODES)
     assert recording.status["vessel_sim"]["message"] == "finished"
     assert recording.status["controller"]["updates"] == str(STEPS + 1)
+    assert int(recording.status["recorder"]["messages"]) == sum(recording.messages.values()) - 1  # all before this report
+    assert recording.status["recorder"]["dropped"] == "0"
 
 
 def test_simulate_gives_the_same_table_without_ros(tmp_path, recorded):
