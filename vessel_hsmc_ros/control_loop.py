@@ -51,7 +51,8 @@ class ControlLoop:
         if self._last_index is not None and index > self._last_index:
             self.missed_periods += index - self._last_index - 1
         self._last_index = index
-        self.wrench, terms = self.law.update(seconds(stamp), state, reference, reference_acceleration)
+        wrench, terms = self.law.update(seconds(stamp), state, reference, reference_acceleration)
+        self.wrench = float(wrench[0]), float(wrench[1])
         if not self.enabled:
             self.wrench = NO_WRENCH
             self.law.reset()

@@ -84,7 +84,7 @@ def test_the_answer_is_the_laws(bench, plant):
     conv.write_odometry(odometry, conv.time_message(0), STATE)
     conv.write_reference(reference, conv.time_message(0), REFERENCE, ACCELERATION)
     wrench, terms = law.update(0.0, conv.read_odometry(odometry), *conv.read_reference(reference))
-    assert conv.read_wrench(plant.commands[0]) == wrench
+    assert conv.read_wrench(plant.commands[0]) == tuple(wrench)
     told = conv.read_control_state(plant.states[0])
     for name, value in terms._asdict().items():
         np.testing.assert_array_equal(told[name], value)

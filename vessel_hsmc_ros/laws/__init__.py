@@ -28,10 +28,8 @@ LAWS = {"hierarchical": LawKind(HierarchicalController, HierarchicalParameters)}
 class Law(Protocol):
     """What every law offers."""
 
-    def update(
-        self, time: float, state: Array, reference: Array, reference_acceleration: Array
-    ) -> tuple[tuple[float, float], Terms]:
-        """One control period: the wrench to command, and every term that led to it."""
+    def update(self, time: float, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """One control period: the wrench to command, shape (2,), and every term that led to it."""
         ...
 
     def retune(self, parameters: Any) -> None:

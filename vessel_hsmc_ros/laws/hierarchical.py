@@ -225,7 +225,7 @@ class HierarchicalController:
         state: Array,
         reference: Array,
         reference_acceleration: Array,
-    ) -> tuple[tuple[float, float], Terms]:
+    ) -> tuple[Array, Terms]:
         """One period: the wrench of (22) and (28) from the present weights, then the weights move on.
 
         Args:
@@ -233,6 +233,9 @@ class HierarchicalController:
             state: x, y, psi, u, v, r, shape (6,).
             reference: The same of the virtual ship, shape (6,).
             reference_acceleration: du_d, dv_d, dr_d, shape (3,).
+
+        Returns:
+            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
 
         Raises:
             ControlError: the ship is where the law has no value, z1 = b/a.
@@ -247,4 +250,4 @@ class HierarchicalController:
         T = self._period
         W = self.weights
         self.weights = Weights(W.Wv + T * rate.Wv, W.Wr + T * rate.Wr, W.Wu + T * rate.Wu)
-        return wrench, terms
+        return np.array(wrench), terms
