@@ -32,8 +32,10 @@ setup(
     python_requires=">=3.10",
     packages=find_packages(exclude=["test", "test.*", "msg_defs*", "benchmarks*"]),
     data_files=data_files(),
-    install_requires=["click", "matplotlib", "mcap", "numpy", "pyyaml", "rich", "rosbags", "setuptools"],
+    install_requires=["click", "jinja2", "matplotlib", "mcap", "numpy", "pyyaml", "rich", "rosbags", "setuptools"],
     extras_require={
+        "live": ["foxglove-sdk"],
+        "nmpc": ["casadi"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": ["pytest"],
     },

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.laws.terms import diagnosed
 from vessel_hsmc_ros.timing import RateGrid, seconds
 
 Array = NDArray[np.float64]
@@ -31,6 +32,7 @@ class ControlLoop:
         self.wrench = NO_WRENCH
         self.missed_periods = 0
         self._last_index: int | None = None
+        self._lyapunov: float | None = None
 
     def due(self, stamp: int) -> bool:
         """Whether a time in nanoseconds belongs to a period that has not been served yet."""
@@ -44,16 +46,20 @@ class ControlLoop:
             state, reference, reference_acceleration: As `Law.update` takes them.
 
         Returns:
-            The terms of the law. While disabled the law runs for its terms only: the wrench is zero, and what was learnt is
-            forgotten.
+            The terms of the law, with what follows from them for every law. While disabled the law runs for its terms only:
+            the wrench is zero, and what was learnt is forgotten.
         """
         index = self.grid.index(stamp)
+        elapsed = 1
         if self._last_index is not None and index > self._last_index:
-            self.missed_periods += index - self._last_index - 1
+            elapsed = index - self._last_index
+            self.missed_periods += elapsed - 1
         self._last_index = index
         wrench, terms = self.law.update(seconds(stamp), state, reference, reference_acceleration)
         self.wrench = float(wrench[0]), float(wrench[1])
         if not self.enabled:
             self.wrench = NO_WRENCH
             self.law.reset()
+        terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
+        self._lyapunov = terms.lyapunov
         return terms

@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -48,3 +50,14 @@ def test_reset_starts_over(loop):
     assert loop.missed_periods == 0
     assert loop.due(900_000_000)
     assert loop.wrench == (0.0, 0.0)
+
+
+def test_what_follows_from_the_terms_is_added_for_every_law(loop):
+    first, second, late = step(loop, 0), step(loop, 10), step(loop, 40)
+    for terms in (first, second, late):
+        assert terms.lyapunov == pytest.approx(0.5 * (terms.yaw_surface**2 + terms.surge_surface**2))
+        assert terms.yaw_weight_norm == pytest.approx(np.linalg.norm(terms.yaw_weights))
+    assert first.lyapunov_rate == 0.0
+    assert second.lyapunov_rate == pytest.approx((second.lyapunov - first.lyapunov) / 0.01)
+    assert late.lyapunov_rate == pytest.approx((late.lyapunov - second.lyapunov) / 0.03)
+    assert math.isnan(first.commanded_heading)

@@ -12,12 +12,12 @@ from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.laws.hierarchical import (
     Gains,
     HierarchicalParameters,
-    KnownVessel,
     Weights,
     adaptation,
     control,
     sign,
 )
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.schema import symbols
 from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
 

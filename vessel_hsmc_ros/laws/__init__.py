@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ParameterError
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, HierarchicalParameters, KnownVessel, Terms
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, HierarchicalParameters
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.terms import Terms
 
 __all__ = ["LAWS", "HierarchicalParameters", "KnownVessel", "Law", "Terms", "make_controller"]
 

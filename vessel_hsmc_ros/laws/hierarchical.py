@@ -30,20 +30,12 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.kinematics import tracking_error, transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.terms import Terms
 from vessel_hsmc_ros.network import NetworkParameters, activations, output
 from vessel_hsmc_ros.schema import group, parameter
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class KnownVessel:
-    """All that a law knows of the ship."""
-
-    surge_inertia: float = parameter(120e3, "Mass with added mass in surge.", unit="kg", low=1e-3, high=1e12, symbol="m11")
-    yaw_inertia: float = parameter(
-        636e5, "Moment of inertia with added inertia in yaw.", unit="kg·m²", low=1e-3, high=1e15, symbol="m33"
-    )
 
 
 def gain(default: float, description: str, unit: str, symbol: str) -> float:
@@ -97,27 +89,6 @@ class Weights(NamedTuple):
     Wu: Array
 
 
-class Terms(NamedTuple):
-    """What the law computed on its way to the wrench, in words; units as in the table above."""
-
-    surge_error: float
-    sway_error: float
-    heading_error: float
-    surge_error_rate: float
-    sway_error_rate: float
-    heading_error_rate: float
-    sway_surface: float
-    heading_surface: float
-    yaw_surface: float
-    surge_surface: float
-    surge_estimate: float
-    sway_estimate: float
-    yaw_estimate: float
-    surge_weights: Array
-    sway_weights: Array
-    yaw_weights: Array
-
-
 def sign(value: float) -> float:
     """The function sgn of (21) and (27): -1, 0 or 1."""
     if value > 0.0:
@@ -166,8 +137,13 @@ def control(
     tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
     tau_1 = tau_eq1 + g.m11 * (-g.eta2 * sign(S2) - g.k2 * S2)
 
-    errors = (z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e)
-    return (tau_1, tau_2), Terms(*errors, sigma1, sigma2, S1, S2, fu, fv, fr, W.Wu, W.Wv, W.Wr)
+    return (tau_1, tau_2), Terms(
+        surge_error=z_e.z1, sway_error=z_e.z2, heading_error=z_e.z3,
+        surge_error_rate=dz1e, sway_error_rate=dz2e, heading_error_rate=dz3e,
+        sway_surface=sigma1, heading_surface=sigma2, yaw_surface=S1, surge_surface=S2,
+        surge_estimate=fu, sway_estimate=fv, yaw_estimate=fr,
+        surge_weights=W.Wu, sway_weights=W.Wv, yaw_weights=W.Wr,
+    )  # fmt: skip
 
 
 def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -> Weights:

@@ -1,0 +1,81 @@
+"""What a control law computed on its way to the wrench, in words; the fields of ControlState.msg, for every law.
+
+| word | meaning | unit | equation |
+|---|---|---|---|
+| surge, sway, heading_error | z1e, z2e, z3e | m, m, rad | (11) |
+| .._error_rate | their time derivatives | m/s, m/s, rad/s | (23), (12), (17) |
+| sway, heading_surface | sigma1, sigma2 | m/s, rad/s | (12), (17) |
+| yaw, surge_surface | S1, S2 | rad/s, m/s | (20), (23) |
+| commanded_.. | what a guidance layer asks of heading, yaw rate and surge velocity | rad, rad/s, m/s | - |
+| .._estimate | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (25), (14), (15) |
+| .._weights | their weights W3, W1, W2, shape (l,) | as the outputs | (25), (14), (15) |
+| .._weight_norm | length of each weight vector | as the outputs | (30) |
+| lyapunov | V_S = (S1² + S2²)/2, the part of V that is known | mixed | (30) |
+| lyapunov_rate | its change since the last update over the time since then | 1/s | (31) |
+| .._saturated | whether the law cut the wrench at the ship's limits | - | - |
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NONE = math.nan
+NO_WEIGHTS: Array = np.empty(0)
+
+
+class Terms(NamedTuple):
+    """The terms of one control period; a law leaves out what it does not have, which then is NaN, empty or false."""
+
+    surge_error: float = NONE
+    sway_error: float = NONE
+    heading_error: float = NONE
+    surge_error_rate: float = NONE
+    sway_error_rate: float = NONE
+    heading_error_rate: float = NONE
+    sway_surface: float = NONE
+    heading_surface: float = NONE
+    yaw_surface: float = NONE
+    surge_surface: float = NONE
+    commanded_heading: float = NONE
+    commanded_yaw_rate: float = NONE
+    commanded_surge_velocity: float = NONE
+    surge_estimate: float = NONE
+    sway_estimate: float = NONE
+    yaw_estimate: float = NONE
+    surge_weights: Array = NO_WEIGHTS
+    sway_weights: Array = NO_WEIGHTS
+    yaw_weights: Array = NO_WEIGHTS
+    surge_weight_norm: float = NONE
+    sway_weight_norm: float = NONE
+    yaw_weight_norm: float = NONE
+    lyapunov: float = NONE
+    lyapunov_rate: float = NONE
+    surge_saturated: bool = False
+    yaw_saturated: bool = False
+
+
+def diagnosed(terms: Terms, previous_lyapunov: float | None, interval: float) -> Terms:
+    """The terms of a law with what follows from them for every law: the norms of the weights, V_S and its rate.
+
+    Args:
+        terms: As the law gave them.
+        previous_lyapunov: V_S at the last update; None at the first, whose rate is then 0.
+        interval: Time since that update, s.
+    """
+    lyapunov = 0.5 * (terms.yaw_surface * terms.yaw_surface + terms.surge_surface * terms.surge_surface)
+    rate = 0.0 if previous_lyapunov is None else (lyapunov - previous_lyapunov) / interval
+    return terms._replace(
+        surge_weight_norm=_norm(terms.surge_weights),
+        sway_weight_norm=_norm(terms.sway_weights),
+        yaw_weight_norm=_norm(terms.yaw_weights),
+        lyapunov=lyapunov,
+        lyapunov_rate=rate,
+    )
+
+
+def _norm(weights: Array) -> float:
+    return math.sqrt(float(np.dot(weights, weights))) if len(weights) else NONE
