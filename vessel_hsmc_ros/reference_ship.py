@@ -1,7 +1,8 @@
 """The virtual ship that generates the desired trajectory, equation (8).
 
 It has the dynamics (6) without disturbance and is driven by its own inputs tau_1d, tau_2d, so whatever it does a ship of
-the same kind can do. Its states and inputs carry the suffix d in the paper.
+the same kind can do. Its states and inputs carry the suffix d in the paper. The inputs are programmes over time, which the
+paper does not give; each is held over a period.
 """
 
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.input_program import InputProgram, RampParameters, SineParameters, StepsParameters
 from vessel_hsmc_ros.schema import group, parameter
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters, derivative
@@ -29,11 +31,17 @@ class VirtualShipParameters:
         (0.0, 0.0, 0.0), "Surge, sway and yaw velocity at the start.", low=-1e3, high=1e3, length=3
     )
     surge_force: float = parameter(
-        1e5, "Constant surge force on the virtual ship.", unit="N", low=-1e9, high=1e9, symbol="tau_1d"
+        1e5, "Constant part of the surge force on the virtual ship.", unit="N", low=-1e9, high=1e9, symbol="tau_1d"
     )
+    surge_force_sine: SineParameters = group(SineParameters)
+    surge_force_steps: StepsParameters = group(StepsParameters)
+    surge_force_ramp: RampParameters = group(RampParameters)
     yaw_moment: float = parameter(
-        1e6, "Constant yaw moment on the virtual ship.", unit="N·m", low=-1e12, high=1e12, symbol="tau_2d"
+        1e6, "Constant part of the yaw moment on the virtual ship.", unit="N·m", low=-1e12, high=1e12, symbol="tau_2d"
     )
+    yaw_moment_sine: SineParameters = group(SineParameters)
+    yaw_moment_steps: StepsParameters = group(StepsParameters)
+    yaw_moment_ramp: RampParameters = group(RampParameters)
     vessel: VesselParameters = group(VesselParameters)
 
 
@@ -43,23 +51,44 @@ class ReferenceShip:
     Args:
         parameters: The virtual ship's parameters.
         period: Time between two published states, s.
+
+    Raises:
+        ParameterError: the times of an input's programme do not fit its values.
     """
 
     def __init__(self, parameters: VirtualShipParameters, period: float) -> None:
         self._parameters = parameters
         self._period = period
         self._vessel = parameters.vessel.coefficients()
-        self._wrench = (parameters.surge_force, parameters.yaw_moment)
+        self._surge_force, self._yaw_moment = (program(parameters, name) for name in ("surge_force", "yaw_moment"))
         self.reset()
 
     def reset(self) -> None:
-        """Put the virtual ship back to its start."""
+        """Put the virtual ship back to its start; its inputs begin anew."""
         self.state: Array = np.array(self._parameters.initial_pose + self._parameters.initial_velocity)
+        self._steps = 0
+        self._read_inputs()
 
     def acceleration(self) -> Array:
         """du_d, dv_d, dr_d of (8) at the present state, shape (3,): m/s², m/s², rad/s²."""
         return derivative(self.state, self._wrench, CALM, self._vessel)[3:]
 
     def advance(self) -> None:
-        """Move on by one period."""
+        """Move on by one period, under the inputs of its beginning."""
         self.state = rk4(self.state, self._wrench, CALM, self._vessel, self._period)
+        self._steps += 1
+        self._read_inputs()
+
+    def _read_inputs(self) -> None:
+        time = self._steps * self._period
+        self._wrench = self._surge_force.value(time), self._yaw_moment.value(time)
+
+
+def program(parameters: VirtualShipParameters, name: str) -> InputProgram:
+    """The programme of one input: its constant and the three groups named after it.
+
+    Raises:
+        ParameterError: the times of its steps or ramp do not fit their values.
+    """
+    sine, steps, ramp = (getattr(parameters, f"{name}_{kind}") for kind in ("sine", "steps", "ramp"))
+    return InputProgram(getattr(parameters, name), sine, steps, ramp, f"reference_ship.{name}")

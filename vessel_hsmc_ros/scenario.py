@@ -18,6 +18,7 @@ from vessel_hsmc_ros.parameters import (
     ReferenceParameters,
     SimParameters,
 )
+from vessel_hsmc_ros.reference_ship import ReferenceShip
 from vessel_hsmc_ros.share import share_directory
 from vessel_hsmc_ros.timing import RateGrid
 
@@ -80,6 +81,7 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
     scenario = Scenario(path.stem, **parts)
     _check_rates(scenario)
     make_law(scenario.controller)
+    ReferenceShip(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
     return scenario
 
 
