@@ -16,8 +16,10 @@ setup: $(VENV)/.package  ## make the virtual environment, compile the messages, 
 demo: setup  ## run the paper's case 2 over real ROS 2 nodes and record it
 	@$(BIN)/vessel-hsmc run case2_tracking
 
+# The pure tests share the cores; those with nodes have them for themselves, because they measure time.
 test: setup  ## run all tests
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest --numprocesses 2 test/maths test/files
+	@$(BIN)/python -m pytest test/nodes test/processes
 
 check: setup  ## lint, types, direction of imports
 	@$(BIN)/ruff format --check .
