@@ -1,5 +1,6 @@
 """From a bag back to arrays, without ROS."""
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,11 +21,15 @@ from vessel_sim_node.plant import Vessel
 
 Array = NDArray[np.float64]
 
+UNKNOWN = (math.nan, math.nan, math.nan)
+
 _READERS = {
     "odom": conversions.read_odometry,
+    "odom/truth": conversions.read_odometry,
     "reference": conversions.read_reference,
     "applied_wrench": conversions.read_wrench,
     "disturbance": conversions.read_disturbance,
+    "dynamics/truth": conversions.read_acceleration,
     "controller/state": conversions.read_control_state,
 }
 
@@ -92,6 +97,7 @@ def _run(series: dict[str, list[tuple[int, Any]]], vessel: Vessel) -> Run:
     if not odometry:
         raise BagError("no odometry message has an applied wrench and a disturbance of its stamp")
     stamps = [t for t, _ in odometry]
+    truth, unforced = dict(series["odom/truth"]), dict(series["dynamics/truth"])
     start = stamps[0]
     control = series["controller/state"]
     columns = {"time": np.array([seconds(t - start) for t, _ in control])}
@@ -99,10 +105,12 @@ def _run(series: dict[str, list[tuple[int, Any]]], vessel: Vessel) -> Run:
         columns[name] = np.array([values[name] for _, values in control])
     return Run(
         np.array([seconds(t - start) for t in stamps]),
+        np.array([truth.get(t, s) for t, s in odometry]),
         np.array([s for _, s in odometry]),
         _reference_at(stamps, sorted(series["reference"], key=_stamp)),
         np.array([wrench[t] for t in stamps]),
         np.array([acceleration(disturbance[t], vessel) for t in stamps]),
+        np.array([unforced.get(t, UNKNOWN) for t in stamps]),
         columns,
     )
 

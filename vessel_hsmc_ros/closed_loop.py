@@ -15,7 +15,7 @@ from vessel_hsmc_ros.exceptions import ScenarioError
 from vessel_hsmc_ros.kinematics import as_published
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.reference_ship import ReferenceShip
-from vessel_hsmc_ros.run_data import Run
+from vessel_hsmc_ros.run_data import WIDTHS, Run
 from vessel_hsmc_ros.scenario import Scenario, load_scenario, make_law
 from vessel_hsmc_ros.timing import RateGrid, seconds
 from vessel_sim_node.disturbance import acceleration
@@ -67,18 +67,20 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     loop = ControlLoop(make_law(scenario.controller), RateGrid(scenario.controller.rate_hz))
 
     samples = sample_count(sim.duration, grid)
-    rows = np.empty((samples, 1 + 6 + 6 + 2 + 3))
+    rows = np.empty((samples, sum(WIDTHS)))
     terms: list[tuple[float, Terms]] = []
     for k in range(samples):
         stamp = grid.stamp(k)
         time = seconds(stamp)
         push = plant.disturbance(time)
         state = as_published(plant.state)
+        measured = state if plant.perfect_sensors else as_published(plant.measured(stamp))
         reference, reference_acceleration = desired.at(stamp)
         if loop.due(stamp):
-            terms.append((time, loop.step(stamp, state, reference, reference_acceleration)))
+            terms.append((time, loop.step(stamp, measured, reference, reference_acceleration)))
         wrench = plant.applied(loop.wrench)
-        rows[k] = (time, *state, *reference, *wrench, *acceleration(push, vessel))
+        unforced = plant.unforced_acceleration()
+        rows[k] = (time, *state, *measured, *reference, *wrench, *acceleration(push, vessel), *unforced)
         if k + 1 < samples:
             plant.advance(wrench, push)
         if progress is not None:

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.timing import NANOSECONDS
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time
-    from geometry_msgs.msg import PoseStamped, Twist, WrenchStamped
+    from geometry_msgs.msg import AccelStamped, PoseStamped, Twist, WrenchStamped
     from nav_msgs.msg import Odometry
     from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
@@ -61,6 +61,15 @@ def new_wrench() -> WrenchStamped:
     from geometry_msgs.msg import WrenchStamped
 
     message = WrenchStamped()
+    message.header.frame_id = BODY
+    return message
+
+
+def new_acceleration() -> AccelStamped:
+    """An empty acceleration message in the body frame."""
+    from geometry_msgs.msg import AccelStamped
+
+    message = AccelStamped()
     message.header.frame_id = BODY
     return message
 
@@ -137,6 +146,12 @@ def write_disturbance(message: WrenchStamped, stamp: Time, wrench: tuple[float, 
     message.wrench.force.x, message.wrench.force.y, message.wrench.torque.z = wrench
 
 
+def write_acceleration(message: AccelStamped, stamp: Time, acceleration: tuple[float, float, float]) -> None:
+    """Surge, sway and yaw acceleration into an acceleration message."""
+    message.header.stamp = stamp
+    message.accel.linear.x, message.accel.linear.y, message.accel.angular.z = acceleration
+
+
 def write_terms(message: ControlState, stamp: Time, terms: Terms) -> None:
     """What the law computed into a control-state message, field by field of the same name."""
     message.header.stamp = stamp
@@ -163,6 +178,11 @@ def read_wrench(message: Any) -> tuple[float, float]:
 def read_disturbance(message: Any) -> tuple[float, float, float]:
     """Surge force, sway force and yaw moment of a wrench message."""
     return message.wrench.force.x, message.wrench.force.y, message.wrench.torque.z
+
+
+def read_acceleration(message: Any) -> tuple[float, float, float]:
+    """Surge, sway and yaw acceleration of an acceleration message."""
+    return message.accel.linear.x, message.accel.linear.y, message.accel.angular.z
 
 
 def read_control_state(message: Any) -> dict[str, Any]:

@@ -9,15 +9,19 @@ from vessel_sim_node.simulator import PlantParameters
 
 TOPICS = (
     "odom",
+    "odom/truth",
     "cmd_wrench",
     "applied_wrench",
     "disturbance",
+    "dynamics/truth",
     "reference",
     "reference/pose",
     "controller/state",
     "/clock",
     "/diagnostics",
 )
+OPTIONAL_TOPICS = ("odom/truth",)
+"""Of these, those that not every run has."""
 
 
 def rate(description: str) -> float:

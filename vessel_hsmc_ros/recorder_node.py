@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from vessel_hsmc_ros import qos
 from vessel_hsmc_ros.bag import BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.message_definitions import definition
-from vessel_hsmc_ros.parameters import RecorderParameters
+from vessel_hsmc_ros.parameters import OPTIONAL_TOPICS, RecorderParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
 
@@ -114,10 +114,12 @@ class RecorderNode(VesselNode):
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """What has been recorded, and what was lost."""
-        figures = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(self._missing)}
+        optional = {self.resolve_topic_name(topic) for topic in OPTIONAL_TOPICS}
+        missing = [topic for topic in self._missing if topic not in optional]
+        figures = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
         if self._dropped:
             return WARN, f"{self._dropped} messages were lost", figures
-        return OK, "waiting for topics" if self._missing else "recording", figures
+        return OK, "waiting for topics" if missing else "recording", figures
 
 
 def main(arguments: list[str] | None = None) -> int:

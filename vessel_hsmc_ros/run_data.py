@@ -10,6 +10,9 @@ from vessel_hsmc_ros.laws import Terms
 
 Array = NDArray[np.float64]
 
+WIDTHS = (1, 6, 6, 6, 2, 3, 3)
+"""Columns of time, state, measured, reference, wrench, disturbance and unforced acceleration."""
+
 
 @dataclass(frozen=True)
 class Run:
@@ -17,25 +20,30 @@ class Run:
 
     Attributes:
         time: s since the first odometry message, (n,).
-        state: x, y, psi, u, v, r as published, (n, 6); the heading in [-pi, pi].
+        state: x, y, psi, u, v, r as they are, (n, 6); the heading in [-pi, pi].
+        measured: The same as the odometry said, (n, 6); equal to the state where the sensors are perfect.
         reference: The same of the virtual ship, (n, 6).
         wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
         disturbance: Disturbing accelerations, (n, 3), m/s², m/s², rad/s².
+        unforced_acceleration: f_u, f_v, f_r as they are, (n, 3), m/s², m/s², rad/s²; NaN where nobody knows them.
         control: What the law computed, by the field names of ControlState.msg, one row for each control period;
             `time` among them, s.
     """
 
     time: Array
     state: Array
+    measured: Array
     reference: Array
     wrench: Array
     disturbance: Array
+    unforced_acceleration: Array
     control: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def from_rows(cls, rows: Array, terms: Sequence[tuple[float, Terms]]) -> "Run":
-        """From rows of time, state, reference, wrench and disturbance, and the law's terms with their times."""
+        """From rows of a run's arrays side by side, WIDTHS columns each, and the law's terms with their times."""
         control = {"time": np.array([time for time, _ in terms])}
         for name in Terms._fields:
             control[name] = np.array([getattr(term, name) for _, term in terms])
-        return cls(rows[:, 0], rows[:, 1:7], rows[:, 7:13], rows[:, 13:15], rows[:, 15:18], control)
+        time, state, measured, reference, wrench, disturbance, unforced = np.split(rows, np.cumsum(WIDTHS)[:-1], axis=1)
+        return cls(time[:, 0], state, measured, reference, wrench, disturbance, unforced, control)

@@ -75,7 +75,7 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
             _take_bag(result, scenario)
         except BagError as error:
             result.exit_code, result.failure = 1, str(error)
-    _write_summary(result, began, scenario.name, "lockstep" if scenario.controller.lockstep else "real time", namespace)
+    _write_summary(result, began, scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
     return result
 
 
@@ -96,7 +96,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
     folder.write_parameters(scenario)
     result = Result(folder, run=run, facts={"real_time_factor": float(run.time[-1]) / wall})
     _present(result, scenario.name)
-    _write_summary(result, began, scenario.name, "offline", "")
+    _write_summary(result, began, scenario, "offline", "")
     return result
 
 
@@ -158,13 +158,13 @@ def _facts(status: dict[str, dict[str, str]], messages: int) -> dict[str, Any]:
     }
 
 
-def _write_summary(result: Result, began: datetime.datetime, scenario: str, mode: str, namespace: str) -> None:
+def _write_summary(result: Result, began: datetime.datetime, scenario: Scenario, mode: str, namespace: str) -> None:
     summary = {
         **provenance(),
-        "scenario": scenario,
+        "scenario": scenario.name,
         "mode": mode,
         "namespace": namespace,
-        "seed": None,
+        "seed": scenario.vessel_sim.seed,
         "started": began.isoformat(),
         "duration": (_now() - began).total_seconds(),
         "exit_code": result.exit_code,

@@ -2,10 +2,17 @@
 
 from typing import Any
 
-from vessel_sim_node.plant import Array, Vessel, derivative
+from vessel_sim_node.plant import STILL_WATER, Array, Vessel, derivative
 
 
-def rk4(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, step: float) -> Array:
+def rk4(
+    state: Array,
+    wrench: Any,
+    disturbance: Any,
+    vessel: Vessel,
+    step: float,
+    current: tuple[float, float] = STILL_WATER,
+) -> Array:
     """The state one step later, with an error of order step⁵.
 
     Args:
@@ -14,10 +21,11 @@ def rk4(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, step: float
         disturbance: Accelerations held over the step, shape (3,), m/s², m/s², rad/s².
         vessel: Coefficients of (6).
         step: Length of the step, s.
+        current: East and north, m/s.
     """
     half = 0.5 * step
-    k1 = derivative(state, wrench, disturbance, vessel)
-    k2 = derivative(state + half * k1, wrench, disturbance, vessel)
-    k3 = derivative(state + half * k2, wrench, disturbance, vessel)
-    k4 = derivative(state + step * k3, wrench, disturbance, vessel)
+    k1 = derivative(state, wrench, disturbance, vessel, current)
+    k2 = derivative(state + half * k1, wrench, disturbance, vessel, current)
+    k3 = derivative(state + half * k2, wrench, disturbance, vessel, current)
+    k4 = derivative(state + step * k3, wrench, disturbance, vessel, current)
     return state + (step / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)

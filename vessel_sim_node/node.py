@@ -4,7 +4,7 @@ import sys
 import time
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
@@ -51,9 +51,14 @@ class VesselSimNode(VesselNode):
         self._odometry_out = self.advertise(Odometry, "odom", profile, needed=lockstep)
         self._disturbance_out = self.advertise(WrenchStamped, "disturbance", profile)
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
+        self._dynamics_out = self.advertise(AccelStamped, "dynamics/truth", profile)
+        if not self._plant.perfect_sensors:
+            self._truth_out = self.advertise(Odometry, "odom/truth", profile)
+            self._truth = conversions.new_odometry()
         self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
         self._odometry, self._clock_message = conversions.new_odometry(), Clock()
         self._disturbance, self._applied = conversions.new_wrench(), conversions.new_wrench()
+        self._dynamics = conversions.new_acceleration()
         if lockstep:
             self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
             self.create_timer(0.1, self._check_lockstep, clock=self._wall)
@@ -78,23 +83,31 @@ class VesselSimNode(VesselNode):
             self._start = self.now()
             self.create_timer(self._grid.period, self._on_timer)
         self._publish_motion()
-        self._publish_disturbance()
+        self._publish_truth()
 
     # -- steps --------------------------------------------------------------------------------------------------------
 
     def _publish_motion(self) -> None:
-        self.stamp = self._start + self._grid.stamp(self._step)
+        elapsed = self._grid.stamp(self._step)
+        self.stamp = self._start + elapsed
         stamp = conversions.time_message(self.stamp)
-        conversions.write_odometry(self._odometry, stamp, self._plant.state)
+        conversions.write_odometry(self._odometry, stamp, self._plant.measured(elapsed))
         self.send(self._odometry_out, self._odometry)
         if self.parameters.lockstep:
             self._clock_message.clock = stamp
             self.send(self._clock_out, self._clock_message)
 
-    def _publish_disturbance(self) -> None:
+    def _publish_truth(self) -> None:
+        """What only a simulator knows; nobody waits for it."""
+        stamp = conversions.time_message(self.stamp)
         self._push = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
-        conversions.write_disturbance(self._disturbance, conversions.time_message(self.stamp), self._push)
+        conversions.write_disturbance(self._disturbance, stamp, self._push)
         self.send(self._disturbance_out, self._disturbance)
+        conversions.write_acceleration(self._dynamics, stamp, self._plant.unforced_acceleration())
+        self.send(self._dynamics_out, self._dynamics)
+        if not self._plant.perfect_sensors:
+            conversions.write_odometry(self._truth, stamp, self._plant.state)
+            self.send(self._truth_out, self._truth)
 
     def _finish_step(self, command: tuple[float, float]) -> None:
         """Apply a command to the present step and go to the next; the odometry first, the controller waits for it."""
@@ -110,7 +123,7 @@ class VesselSimNode(VesselNode):
         if last:
             self._finish()
         else:
-            self._publish_disturbance()
+            self._publish_truth()
 
     def _finish(self) -> None:
         self.finished = True

@@ -12,6 +12,15 @@
 | d_u2 .. d_r3 | quadratic and cubic damping | per power of the velocity | (6) |
 | tau_uw, tau_vw, tau_rw | disturbances, as accelerations | m/s², m/s², rad/s² | (6) |
 | f_u, f_v, f_r | acceleration from the ship's own motion | m/s², m/s², rad/s² | (7) |
+| E, N | current, steady and uniform, east and north | m/s | not in the paper |
+| u_c, v_c | the current seen from the ship, in the body frame | m/s | not in the paper |
+
+In a current the hull feels the water: Coriolis, Munk moment and damping act on the velocity relative to it, u - u_c and v - v_c.
+The state stays the velocity over ground. The frame turns under the current, so du_c = r·v_c and dv_c = -r·u_c, and (6) becomes
+
+    du = f_u(u - u_c, v - v_c, r) + r·v_c + tau_1/m11 + tau_uw
+    dv = f_v(u - u_c, v - v_c, r) - r·u_c + tau_vw
+    dr = f_r(u - u_c, v - v_c, r) + tau_2/m33 + tau_rw
 
 Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
 The printed f_r divides the higher-order yaw damping by m11; it is read here as m33, the inertia of that equation.
@@ -28,6 +37,8 @@ from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.schema import parameter
 
 Array = NDArray[np.float64]
+
+STILL_WATER = (0.0, 0.0)
 
 
 class Vessel(NamedTuple):
@@ -100,20 +111,39 @@ def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple
     return f_u, f_v, f_r
 
 
-def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel) -> Array:
-    """The time derivative of the state, (6).
+def unforced_in_current(state: Array, vessel: Vessel, current: tuple[float, float] = STILL_WATER) -> tuple[float, float, float]:
+    """f_u, f_v, f_r of a ship in a current, with the terms of the frame that turns under it; (7) in still water.
 
     Args:
         state: x, y, psi, u, v, r, shape (6,).
+        vessel: Coefficients of (6).
+        current: E, N, m/s.
+
+    Returns:
+        f_u(u_r, v_r, r) + r·v_c [m/s²], f_v(u_r, v_r, r) - r·u_c [m/s²], f_r(u_r, v_r, r) [rad/s²].
+    """
+    psi, u, v, r = float(state[2]), float(state[3]), float(state[4]), float(state[5])
+    c, s = math.cos(psi), math.sin(psi)
+    u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
+    f_u, f_v, f_r = unforced_acceleration(u - u_c, v - v_c, r, vessel)
+    return f_u + r * v_c, f_v - r * u_c, f_r
+
+
+def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, current: tuple[float, float] = STILL_WATER) -> Array:
+    """The time derivative of the state, (6).
+
+    Args:
+        state: x, y, psi, u, v, r, shape (6,); velocities over ground.
         wrench: tau_1 [N], tau_2 [N·m], shape (2,).
         disturbance: tau_uw [m/s²], tau_vw [m/s²], tau_rw [rad/s²], shape (3,).
         vessel: Coefficients of (6).
+        current: E, N, m/s.
 
     Returns:
         Derivatives in the order of the state, shape (6,).
     """
     psi, u, v, r = float(state[2]), float(state[3]), float(state[4]), float(state[5])
-    f_u, f_v, f_r = unforced_acceleration(u, v, r, vessel)
+    f_u, f_v, f_r = unforced_in_current(state, vessel, current)
     c, s = math.cos(psi), math.sin(psi)
     return np.array(
         [

@@ -33,6 +33,27 @@ def test_the_same_scenario_gives_the_same_bits():
     np.testing.assert_array_equal(first.wrench, second.wrench)
 
 
+def test_the_law_sees_what_the_sensors_say_and_the_run_keeps_both():
+    run = run_of(0.5, vessel_sim__sensors__position_noise=0.1)
+    errors = run.measured - run.state
+    assert 0.05 < errors[:, :2].std() < 0.2
+    assert not errors[:, 2:].any()
+    other_seed = run_of(0.5, vessel_sim__sensors__position_noise=0.1, vessel_sim__seed=1)
+    assert not np.array_equal(run.wrench, other_seed.wrench)
+    perfect = run_of(0.5)
+    np.testing.assert_array_equal(perfect.measured, perfect.state)
+    assert not np.array_equal(run.wrench, perfect.wrench)
+
+
+def test_accelerations_add_up_to_the_motion():
+    run = run_of(2.0, vessel_sim__disturbance__current__north=0.5, vessel_sim__disturbance__earth_fixed__east_force=2e4)
+    inertia = np.array([120e3, 636e5])
+    forced = np.column_stack((run.wrench[:, 0] / inertia[0], np.zeros(len(run.time)), run.wrench[:, 1] / inertia[1]))
+    acceleration = run.unforced_acceleration + run.disturbance + forced
+    change = np.diff(run.state[:, 3:], axis=0) / 0.01
+    np.testing.assert_allclose(acceleration[50:-1], change[50:], rtol=0.05, atol=0.01)
+
+
 def test_straight_reference_heading_converges_and_the_lateral_error_stays():
     run = run_of(400.0, reference_ship__yaw_moment=0.0)
     assert position_error(run.state, run.reference)[-1] == pytest.approx(5.1, rel=0.1)

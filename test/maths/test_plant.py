@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.exceptions import SimulationError
 from vessel_sim_node.actuators import ActuatorParameters, applied
-from vessel_sim_node.disturbance import PeriodicParameters, acceleration, periodic_wrench
+from vessel_sim_node.disturbance import (
+    DisturbanceParameters,
+    EarthFixedParameters,
+    PeriodicParameters,
+    acceleration,
+    body_wrench,
+    periodic_wrench,
+    total,
+)
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters, derivative
 from vessel_sim_node.simulator import PlantParameters, Simulator
@@ -84,6 +92,20 @@ def test_the_papers_disturbance():
     w = periodic_wrench(50.0 * math.pi, PeriodicParameters())
     assert w == pytest.approx((2 * 11e2, 2 * 26e2, 2 * 950e2))
     assert acceleration(w, SHIP) == pytest.approx((22e2 / 120e3, 52e2 / 177.9e3, 1900e2 / 636e5))
+
+
+@given(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5), st.floats(-7.0, 7.0))
+def test_an_earth_fixed_force_keeps_its_direction(east, north, psi):
+    along, across, moment = body_wrench((east, north), psi)
+    c, s = math.cos(psi), math.sin(psi)
+    assert (along * c - across * s, along * s + across * c, moment) == pytest.approx((east, north, 0.0), abs=1e-9)
+
+
+def test_disturbances_add_up():
+    calm = {"earth_fixed": EarthFixedParameters(east_force=2e4)}
+    simulator = Simulator(PlantParameters(disturbance=DisturbanceParameters(**calm)), 0.01)
+    expected = total((1100.0, 2600.0, 95000.0), body_wrench((2e4, 0.0), math.pi / 4))
+    assert simulator.disturbance(0.0) == pytest.approx(expected)
 
 
 def test_actuators_cut_both_ways_and_pass_what_is_within():

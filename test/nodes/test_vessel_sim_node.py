@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
@@ -11,6 +11,7 @@ from vessel_hsmc_ros import conversions as conv
 from vessel_hsmc_ros import qos
 from vessel_hsmc_ros.exceptions import ParameterError, SimulationError
 from vessel_sim_node.node import VesselSimNode
+from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 
 
 class Helm:
@@ -141,6 +142,32 @@ def test_reset_puts_the_ship_back_and_lets_time_go_on(bench, helm):
     bench.until(lambda: len(helm.odometry) == 22)
     assert helm.stamps()[-1] == 21 * STEP
     assert abs(helm.odometry[-1].twist.twist.linear.x) < 0.01
+
+
+def test_the_ships_own_acceleration_is_told_every_step(bench, helm):
+    truth = bench.collect(AccelStamped, "dynamics/truth")
+    bench.start(VesselSimNode, initial_velocity=[2.0, 0.5, 0.1])
+    bench.until(lambda: helm.odometry)
+    helm.command(0)
+    bench.until(lambda: len(truth) == 2)
+    assert [conv.nanoseconds(m.header.stamp) for m in truth] == [0, STEP]
+    assert truth[0].header.frame_id == "base_link"
+    expected = unforced_acceleration(2.0, 0.5, 0.1, VesselParameters().coefficients())
+    assert conv.read_acceleration(truth[0]) == pytest.approx(expected, rel=1e-12)
+    assert not bench.probe.count_publishers("/odom/truth")
+
+
+def test_noisy_sensors_leave_the_truth_on_a_topic_of_its_own(bench, helm):
+    truth = bench.collect(Odometry, "odom/truth")
+    bench.start(VesselSimNode, sensors__position_noise=1.0, sensors__heading_bias=0.1)
+    bench.until(lambda: helm.odometry)
+    helm.command(0)
+    bench.until(lambda: len(truth) == 2)
+    assert [conv.nanoseconds(m.header.stamp) for m in truth] == [0, STEP]
+    np.testing.assert_allclose(conv.read_odometry(truth[0]), [5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
+    measured = conv.read_odometry(helm.odometry[0])
+    assert measured[2] == pytest.approx(math.pi / 4 + 0.1)
+    assert 0.0 < abs(measured[0] - 5.0) < 5.0
 
 
 def test_in_real_time_steps_come_at_their_rate_without_a_controller(bench):

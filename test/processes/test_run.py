@@ -1,5 +1,6 @@
 """`vessel-hsmc run`: four processes over DDS, a recorded bag, and the offline loop's numbers to the last bit."""
 
+import dataclasses
 import json
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.bag_reading import read_recording
 from vessel_hsmc_ros.closed_loop import load_scenario, simulate
 from vessel_hsmc_ros.parameters import NODES
+from vessel_hsmc_ros.run_data import Run
 from vessel_sim_node.plant import VesselParameters
 
 DURATION = 20.0
@@ -25,12 +27,15 @@ TYPES = {
     "/cmd_wrench": "geometry_msgs/msg/WrenchStamped",
     "/applied_wrench": "geometry_msgs/msg/WrenchStamped",
     "/disturbance": "geometry_msgs/msg/WrenchStamped",
+    "/dynamics/truth": "geometry_msgs/msg/AccelStamped",
     "/reference": "vessel_hsmc_msgs/msg/ReferenceState",
     "/reference/pose": "geometry_msgs/msg/PoseStamped",
     "/controller/state": "vessel_hsmc_msgs/msg/ControlState",
     "/clock": "rosgraph_msgs/msg/Clock",
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
 }
+
+ARRAYS = [field.name for field in dataclasses.fields(Run) if field.name != "control"]
 
 
 def vessel_hsmc(*arguments, cwd):
@@ -133,7 +138,7 @@ def test_mcap_ros2_support_decodes_every_message(recorded):
 
 def test_the_nodes_and_the_offline_loop_agree_to_the_last_bit(recording):
     offline = simulate(load_scenario("case2_tracking", {"vessel_sim.duration": DURATION}))
-    for name in ("time", "state", "reference", "wrench", "disturbance"):
+    for name in ARRAYS:
         np.testing.assert_array_equal(getattr(recording.run, name), getattr(offline, name), err_msg=name)
     assert offline.control.keys() <= recording.run.control.keys()
     for name, values in offline.control.items():
