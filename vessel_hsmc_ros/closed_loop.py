@@ -74,7 +74,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
         time = seconds(stamp)
         push = plant.disturbance(time)
         state = as_published(plant.state)
-        measured = state if plant.perfect_sensors else as_published(plant.measured(stamp))
+        measured = state if plant.odometry_is_true else as_published(plant.measured(stamp))
         reference, reference_acceleration = desired.at(stamp)
         if loop.due(stamp):
             terms.append((time, loop.step(stamp, measured, reference, reference_acceleration)))

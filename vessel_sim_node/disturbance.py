@@ -6,12 +6,16 @@
 | F_u, F_v, N_r | mean disturbance as a wrench: 11e2, 26e2, 950e2 | N, N, N·m | section 6.2 |
 | w | its frequency: 0.01 | rad/s | section 6.2 |
 | F_E, F_N | force of the wind, east and north | N, N | not in the paper |
+| g_E, g_N | what gusts add to it: first-order Gauss-Markov processes | N, N | not in the paper |
+| sigma, T_g | their standard deviation and time constant | N, s | not in the paper |
 """
 
 import math
 from dataclasses import dataclass
 
-from vessel_hsmc_ros.schema import group, parameter
+import numpy as np
+
+from vessel_hsmc_ros.schema import parameter
 from vessel_sim_node.plant import Vessel
 
 Wrench = tuple[float, float, float]
@@ -34,6 +38,15 @@ class EarthFixedParameters:
 
     east_force: float = parameter(0.0, "Mean force towards the east.", unit="N", low=-1e9, high=1e9)
     north_force: float = parameter(0.0, "Mean force towards the north.", unit="N", low=-1e9, high=1e9)
+    lever: float = parameter(0.0, "How far ahead of midships it acts, which gives it a moment.", unit="m", low=-1e3, high=1e3)
+    gust_deviation: float = parameter(
+        0.0, "Standard deviation of the gusts, the same towards the east and towards the north.", unit="N", low=0.0, high=1e9
+    )
+    gust_time_constant: float = parameter(20.0, "Time over which a gust dies away.", unit="s", low=1e-3, high=1e6)
+
+    def blows(self) -> bool:
+        """Whether there is any force at all."""
+        return bool(self.east_force or self.north_force or self.gust_deviation)
 
 
 @dataclass(frozen=True)
@@ -42,15 +55,6 @@ class CurrentParameters:
 
     east: float = parameter(0.0, "Current towards the east.", unit="m/s", low=-20.0, high=20.0)
     north: float = parameter(0.0, "Current towards the north.", unit="m/s", low=-20.0, high=20.0)
-
-
-@dataclass(frozen=True)
-class DisturbanceParameters:
-    """All disturbances of a plant; they add up."""
-
-    periodic: PeriodicParameters = group(PeriodicParameters)
-    earth_fixed: EarthFixedParameters = group(EarthFixedParameters)
-    current: CurrentParameters = group(CurrentParameters)
 
 
 def periodic_wrench(time: float, parameters: PeriodicParameters) -> Wrench:
@@ -66,15 +70,49 @@ def periodic_wrench(time: float, parameters: PeriodicParameters) -> Wrench:
     return parameters.surge_force * swell, parameters.sway_force * swell, parameters.yaw_moment * swell
 
 
-def body_wrench(force: tuple[float, float], psi: float) -> Wrench:
-    """An earth-fixed force seen from the ship; it acts midships, so it has no moment.
+class Wind:
+    """An earth-fixed force with gusts, in steps of a period.
 
     Args:
-        force: F_E, F_N, N.
+        parameters: Mean, lever and gusts.
+        period: Time between two steps, s.
+        random: Where the gusts are drawn from.
+    """
+
+    def __init__(self, parameters: EarthFixedParameters, period: float, random: np.random.Generator) -> None:
+        p = parameters
+        self._mean = np.array([p.east_force, p.north_force])
+        self._lever = p.lever
+        self._memory = math.exp(-period / p.gust_time_constant)
+        self._fresh = p.gust_deviation * math.sqrt(1.0 - self._memory**2)
+        self._random = random
+        self._gust = p.gust_deviation * random.standard_normal(2)
+
+    def force(self) -> tuple[float, float]:
+        """F_E + g_E and F_N + g_N of this period, N."""
+        east, north = self._mean + self._gust
+        return float(east), float(north)
+
+    def wrench(self, psi: float) -> Wrench:
+        """The force of this period seen from a ship of heading psi."""
+        return body_wrench(self.force(), psi, self._lever)
+
+    def advance(self) -> None:
+        """Go to the next period: g = exp(-T/T_g)·g + sigma·sqrt(1 - exp(-2·T/T_g))·white noise, exact for any T."""
+        self._gust = self._memory * self._gust + self._fresh * self._random.standard_normal(2)
+
+
+def body_wrench(force: tuple[float, float], psi: float, lever: float = 0.0) -> Wrench:
+    """An earth-fixed force seen from the ship.
+
+    Args:
+        force: Towards the east and towards the north, N.
         psi: Heading, rad.
+        lever: How far ahead of midships it acts, m.
     """
     c, s = math.cos(psi), math.sin(psi)
-    return force[0] * c + force[1] * s, force[1] * c - force[0] * s, 0.0
+    across = force[1] * c - force[0] * s
+    return force[0] * c + force[1] * s, across, lever * across
 
 
 def total(first: Wrench, second: Wrench) -> Wrench:

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.exceptions import SimulationError
 from vessel_hsmc_ros.parameters import SimParameters
 from vessel_hsmc_ros.timing import RateGrid, seconds
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
-from vessel_sim_node.simulator import Simulator
+from vessel_sim_node.simulator import Simulator, check_command
 
 NO_WRENCH = (0.0, 0.0)
 
@@ -52,7 +52,7 @@ class VesselSimNode(VesselNode):
         self._disturbance_out = self.advertise(WrenchStamped, "disturbance", profile)
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
         self._dynamics_out = self.advertise(AccelStamped, "dynamics/truth", profile)
-        if not self._plant.perfect_sensors:
+        if not self._plant.odometry_is_true:
             self._truth_out = self.advertise(Odometry, "odom/truth", profile)
             self._truth = conversions.new_odometry()
         self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
@@ -105,7 +105,7 @@ class VesselSimNode(VesselNode):
         self.send(self._disturbance_out, self._disturbance)
         conversions.write_acceleration(self._dynamics, stamp, self._plant.unforced_acceleration())
         self.send(self._dynamics_out, self._dynamics)
-        if not self._plant.perfect_sensors:
+        if not self._plant.odometry_is_true:
             conversions.write_odometry(self._truth, stamp, self._plant.state)
             self.send(self._truth_out, self._truth)
 
@@ -162,7 +162,7 @@ class VesselSimNode(VesselNode):
     def _take_command(self, command: tuple[float, float]) -> None:
         """Real time: hold a command until the next, unless it is not finite."""
         try:
-            self._plant.applied(command)
+            check_command(command)
         except SimulationError as error:
             self.get_logger().error(f"{error}; ignored", throttle_duration_sec=1.0)
             return

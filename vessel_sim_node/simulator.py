@@ -7,11 +7,32 @@ import numpy as np
 
 from vessel_hsmc_ros.exceptions import SimulationError
 from vessel_hsmc_ros.schema import group, parameter
-from vessel_sim_node.actuators import ActuatorParameters, applied
-from vessel_sim_node.disturbance import DisturbanceParameters, Wrench, acceleration, body_wrench, periodic_wrench, total
+from vessel_hsmc_ros.timing import seconds
+from vessel_sim_node.actuators import ActuatorParameters, Actuators
+from vessel_sim_node.disturbance import (
+    CurrentParameters,
+    EarthFixedParameters,
+    PeriodicParameters,
+    Wind,
+    Wrench,
+    acceleration,
+    periodic_wrench,
+    total,
+)
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import Array, VesselParameters, unforced_in_current
 from vessel_sim_node.sensors import SensorParameters, Sensors
+from vessel_sim_node.waves import WaveParameters, Waves
+
+
+@dataclass(frozen=True)
+class DisturbanceParameters:
+    """All disturbances of a plant; they add up."""
+
+    periodic: PeriodicParameters = group(PeriodicParameters)
+    earth_fixed: EarthFixedParameters = group(EarthFixedParameters)
+    current: CurrentParameters = group(CurrentParameters)
+    waves: WaveParameters = group(WaveParameters)
 
 
 @dataclass(frozen=True)
@@ -46,45 +67,54 @@ class Simulator:
         self._parameters = parameters
         self._period = period
         self._vessel = parameters.vessel.coefficients()
-        wind, current = parameters.disturbance.earth_fixed, parameters.disturbance.current
-        self._wind = wind.east_force, wind.north_force
-        self._current = current.east, current.north
-        self.perfect_sensors = parameters.sensors.perfect()
+        self._current = parameters.disturbance.current.east, parameters.disturbance.current.north
+        self.odometry_is_true = parameters.sensors.perfect() and not parameters.disturbance.waves.significant_height
         self.reset()
 
     def reset(self) -> None:
         """Put the ship back where it started, at its initial velocity, and what is random back to its seed."""
-        self.state: Array = np.array(self._parameters.initial_pose + self._parameters.initial_velocity)
-        self._sensors = Sensors(self._parameters.sensors, np.random.default_rng(self._parameters.seed))
+        p, weather = self._parameters, self._parameters.disturbance
+        gusts, sensors, sea = (np.random.default_rng((p.seed, i)) for i in range(3))  # none draws from another's
+        self.state: Array = np.array(p.initial_pose + p.initial_velocity)
+        self._actuators = Actuators(p.actuators, self._period)
+        self._sensors = Sensors(p.sensors, sensors)
+        self._wind = Wind(weather.earth_fixed, self._period, gusts) if weather.earth_fixed.blows() else None
+        self._waves = Waves(weather.waves, sea) if weather.waves.significant_height else None
 
     def measured(self, stamp: int) -> Array:
-        """What the sensors say of the state, shape (6,); to be asked once a step, for noise is drawn.
+        """What the sensors say, shape (6,); to be asked once a step, for noise is drawn.
+
+        They see the waves' first-order motion, which the state leaves out.
 
         Args:
             stamp: Time since the start, ns.
         """
-        return self.state if self.perfect_sensors else self._sensors.measure(stamp, self.state)
+        if self.odometry_is_true:
+            return self.state
+        moved = self._waves.moved(seconds(stamp), self.state, self._current) if self._waves else self.state
+        return self._sensors.measure(stamp, moved)
 
     def disturbance(self, time: float) -> Wrench:
         """The sum of all disturbing wrenches at a time since the start: N, N, N·m."""
         push = periodic_wrench(time, self._parameters.disturbance.periodic)
-        return total(push, body_wrench(self._wind, float(self.state[2])))
+        if self._wind:
+            push = total(push, self._wind.wrench(float(self.state[2])))
+        if self._waves:
+            push = total(push, self._waves.drift(time, self.state, self._current))
+        return push
 
     def unforced_acceleration(self) -> tuple[float, float, float]:
         """What the ship's motion through the water alone does to it, f_u, f_v, f_r of (7): m/s², m/s², rad/s²."""
         return unforced_in_current(self.state, self._vessel, self._current)
 
     def applied(self, command: tuple[float, float]) -> tuple[float, float]:
-        """The wrench that reaches the hull of a commanded one: N, N·m.
+        """The wrench that reaches the hull in this step, of a commanded one: N, N·m; to be asked once a step.
 
         Raises:
             SimulationError: the command is not finite.
         """
-        if not (math.isfinite(command[0]) and math.isfinite(command[1])):
-            raise SimulationError(
-                f"commanded wrench ({command[0]} N, {command[1]} N·m) is not allowed: both must be finite numbers"
-            )
-        return applied(command, self._parameters.actuators)
+        check_command(command)
+        return self._actuators.step(command)
 
     def advance(self, wrench: tuple[float, float], disturbance: Wrench) -> None:
         """Move on by one period under a held wrench and disturbance.
@@ -107,3 +137,15 @@ class Simulator:
                 " the closed loop is unstable or the step too long"
             )
         self.state = state
+        if self._wind:
+            self._wind.advance()
+
+
+def check_command(command: tuple[float, float]) -> None:
+    """Let nothing but finite numbers pass.
+
+    Raises:
+        SimulationError: the surge force or the yaw moment is not finite.
+    """
+    if not (math.isfinite(command[0]) and math.isfinite(command[1])):
+        raise SimulationError(f"commanded wrench ({command[0]} N, {command[1]} N·m) is not allowed: both must be finite numbers")

@@ -6,11 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.exceptions import SimulationError
-from vessel_sim_node.actuators import ActuatorParameters, applied
 from vessel_sim_node.disturbance import (
-    DisturbanceParameters,
     EarthFixedParameters,
     PeriodicParameters,
+    Wind,
     acceleration,
     body_wrench,
     periodic_wrench,
@@ -18,7 +17,9 @@ from vessel_sim_node.disturbance import (
 )
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters, derivative
-from vessel_sim_node.simulator import PlantParameters, Simulator
+from vessel_sim_node.sensors import SensorParameters
+from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
+from vessel_sim_node.waves import WaveParameters
 
 SHIP = VesselParameters().coefficients()
 CALM = (0.0, 0.0, 0.0)
@@ -108,11 +109,54 @@ def test_disturbances_add_up():
     assert simulator.disturbance(0.0) == pytest.approx(expected)
 
 
-def test_actuators_cut_both_ways_and_pass_what_is_within():
-    limits = ActuatorParameters(surge_force_limit=2e5, yaw_moment_limit=3e6)
-    assert applied((5e5, -5e6), limits) == (2e5, -3e6)
-    assert applied((-1e5, 1e6), limits) == (-1e5, 1e6)
-    assert applied((1e9, -1e12), ActuatorParameters()) == (1e9, -1e12)
+def test_gusts_have_their_standard_deviation_and_die_away():
+    blowing = EarthFixedParameters(east_force=1e4, gust_deviation=2e3, gust_time_constant=5.0)
+    wind = Wind(blowing, 0.5, np.random.default_rng(1))
+    force = []
+    for _ in range(40_000):
+        force.append(wind.force())
+        wind.advance()
+    gust = np.array(force) - [1e4, 0.0]
+    np.testing.assert_allclose(gust.std(axis=0), 2e3, rtol=0.05)  # 4000 independent gusts: 5 standard errors
+    np.testing.assert_allclose(gust.mean(axis=0), 0.0, atol=5 * 2e3 / math.sqrt(4000 / 2))
+    for lag in (1, 5, 10):
+        memory = np.mean(gust[lag:] * gust[:-lag], axis=0) / np.var(gust, axis=0)
+        np.testing.assert_allclose(memory, math.exp(-0.1 * lag), atol=0.05)
+
+
+def test_a_force_ahead_of_midships_turns_the_ship():
+    assert body_wrench((0.0, 1e3), 0.0, lever=3.0) == (0.0, 1e3, 3e3)
+
+
+def test_the_same_seed_gives_the_same_weather_again_after_a_reset():
+    weather = DisturbanceParameters(
+        earth_fixed=EarthFixedParameters(gust_deviation=1e4), waves=WaveParameters(significant_height=1.0)
+    )
+    simulator = Simulator(PlantParameters(disturbance=weather, sensors=SensorParameters(position_noise=0.1)), 0.01)
+
+    def said():
+        rows = []
+        for k in range(50):
+            push = simulator.disturbance(0.01 * k)
+            rows.append([*push, *simulator.measured(k * 10_000_000)])
+            simulator.advance(simulator.applied((1e5, 1e6)), push)
+        return np.array(rows)
+
+    first = said()
+    simulator.reset()
+    np.testing.assert_array_equal(said(), first)
+
+
+def test_what_is_random_does_not_depend_on_what_else_is_switched_on():
+    gusts = DisturbanceParameters(earth_fixed=EarthFixedParameters(gust_deviation=1e4))
+    pushes = []
+    for sensors in (SensorParameters(), SensorParameters(position_noise=0.1)):
+        simulator = Simulator(PlantParameters(disturbance=gusts, sensors=sensors), 0.01)
+        simulator.measured(0)
+        simulator.advance((0.0, 0.0), simulator.disturbance(0.0))
+        simulator.measured(10_000_000)
+        pushes.append(simulator.disturbance(0.01))
+    assert pushes[0] == pushes[1]
 
 
 @pytest.mark.parametrize("command", [(math.nan, 0.0), (0.0, math.inf)])
