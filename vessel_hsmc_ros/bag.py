@@ -12,8 +12,14 @@ from mcap.writer import CompressionType, Writer
 from vessel_hsmc_ros.exceptions import BagError
 
 METADATA = "metadata.yaml"
+VERSION = 9
+"""Of metadata.yaml, as Jazzy writes it."""
+
 CHUNK_SIZE = 128 * 1024
 """Bytes of one chunk: what a crash can cost, at most, beside what the recorder has not taken yet."""
+
+SCENARIO, PARAMETERS, RECORDING = "scenario.yaml", "parameters.yaml", "vessel_hsmc_ros"
+"""Names in the bag: of the attachments with the resolved scenario and every node's parameters, and of our metadata record."""
 
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 _COMPRESSION = {"none": CompressionType.NONE, "lz4": CompressionType.LZ4, "zstd": CompressionType.ZSTD}
@@ -125,7 +131,7 @@ def write_metadata(directory: Path, information: dict[str, Any]) -> None:
 
 
 def metadata(file: str, topics: Sequence[Topic], start: int, end: int) -> dict[str, Any]:
-    """What rosbag2 wants to know of a bag of one file, in version 9.
+    """What rosbag2 wants to know of a bag of one file, in its VERSION.
 
     Args:
         file: The MCAP file's name.
@@ -138,7 +144,7 @@ def metadata(file: str, topics: Sequence[Topic], start: int, end: int) -> dict[s
 
     count = sum(topic.count for topic in topics)
     return {
-        "version": 9,
+        "version": VERSION,
         "storage_identifier": "mcap",
         **span(),
         "message_count": count,

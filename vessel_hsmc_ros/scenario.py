@@ -71,14 +71,36 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
         ParameterError: a parameter is unknown or out of range.
     """
     path = _find(name)
-    values = _read(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"scenario file {path} cannot be read: {_line(error)}") from None
+    return parse_scenario(text, path.stem, changes, f"scenario file {path}")
+
+
+def parse_scenario(
+    text: str, name: str, changes: Mapping[str, object] | None = None, source: str = "the bag's scenario"
+) -> Scenario:
+    """The same from the text of a ROS parameters file.
+
+    Args:
+        text: The file's content.
+        name: What the scenario is called.
+        changes: Values by `node.parameter`.
+        source: Where the text comes from, for error messages.
+
+    Raises:
+        ScenarioError: the text is not a parameters file, or contradicts itself.
+        ParameterError: a parameter is unknown or out of range.
+    """
+    values = _read(text, source)
     for key, value in (changes or {}).items():
         node, _, parameter = key.partition(".")
         if node not in NODES or not parameter:
             raise ParameterError(f"{key} is not a parameter: it takes node.parameter with a node of {', '.join(NODES)}")
         values[node][parameter] = value
     parts: dict[str, Any] = {node: schema.build(cls, values[node], node) for node, cls in NODES.items()}
-    scenario = Scenario(path.stem, **parts)
+    scenario = Scenario(name, **parts)
     _check_rates(scenario)
     make_law(scenario.controller)
     ReferenceShip(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
@@ -133,33 +155,37 @@ def _find(name: str | Path) -> Path:
     return share_directory() / "config" / f"{name}.yaml"
 
 
-def _read(path: Path) -> dict[str, dict[str, object]]:
+def _read(text: str, source: str) -> dict[str, dict[str, object]]:
     """Flat parameters by node, later sections over earlier ones, as ROS reads a parameters file."""
     try:
-        document = read_yaml(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ScenarioError(f"scenario file {path} cannot be read: {' '.join(str(error).split())}") from None
+        document = read_yaml(text)
+    except yaml.YAMLError as error:
+        raise ScenarioError(f"{source} cannot be read: {_line(error)}") from None
     if not isinstance(document, dict):
-        raise ScenarioError(f"scenario file {path} is not a ROS parameters file: it takes node names at its top level")
+        raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
     values: dict[str, dict[str, object]] = {node: {} for node in NODES}
     for section, content in document.items():
         tree = content.get("ros__parameters") if isinstance(content, dict) else None
         if not isinstance(tree, dict):
-            raise ScenarioError(f"{path}: section {section} has no ros__parameters")
+            raise ScenarioError(f"{source}: section {section} has no ros__parameters")
         flat = dict(_flat(tree, ""))
         flat.pop(USE_SIM_TIME, None)
-        for node in _addressed(str(section), path):
+        for node in _addressed(str(section), source):
             values[node].update(flat)
     return values
 
 
-def _addressed(section: str, path: Path) -> list[str]:
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _addressed(section: str, source: str) -> list[str]:
     """The nodes a section of a parameters file speaks of, in whatever namespace."""
     node = section.rsplit("/", 1)[-1]
     if node in ("*", "**"):
         return list(NODES)
     if node not in NODES:
-        raise ScenarioError(f"{path}: section {section} names no node: it takes /** or one of {', '.join(NODES)}")
+        raise ScenarioError(f"{source}: section {section} names no node: it takes /** or one of {', '.join(NODES)}")
     return [node]
 
 

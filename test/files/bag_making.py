@@ -1,0 +1,87 @@
+"""Bags made by hand: messages of every type that a run has, with random numbers, without ROS."""
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from vessel_hsmc_ros.bag import BagWriter, Topic, qos_entry
+from vessel_hsmc_ros.message_definitions import definition
+
+TYPES = {
+    "odom": "nav_msgs/msg/Odometry",
+    "odom/truth": "nav_msgs/msg/Odometry",
+    "dynamics/truth": "geometry_msgs/msg/AccelStamped",
+    "cmd_wrench": "geometry_msgs/msg/WrenchStamped",
+    "applied_wrench": "geometry_msgs/msg/WrenchStamped",
+    "disturbance": "geometry_msgs/msg/WrenchStamped",
+    "reference": "vessel_hsmc_msgs/msg/ReferenceState",
+    "reference/pose": "geometry_msgs/msg/PoseStamped",
+    "controller/state": "vessel_hsmc_msgs/msg/ControlState",
+    "/clock": "rosgraph_msgs/msg/Clock",
+}
+STATUS = "diagnostic_msgs/msg/DiagnosticArray"
+PERIOD = 10_000_000
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+for _kind in TYPES.values():
+    STORE.register({k: v for k, v in get_types_from_msg(definition(_kind), _kind).items() if k not in STORE.types})
+
+
+def topic(name, kind):
+    return Topic(name, kind, definition(kind), STORE.hash_rihs01(kind), [qos_entry(True, False)])
+
+
+def message(kind, stamp, rng, **given):
+    """A message with random numbers in all places, 27 in each list, stamped."""
+    fields = {}
+    for name, (node, detail) in STORE.fielddefs[kind][1]:
+        if name in given:
+            fields[name] = given[name]
+        elif detail == "builtin_interfaces/msg/Time":
+            fields[name] = STORE.types[detail](sec=stamp // 10**9, nanosec=stamp % 10**9)
+        elif node == Nodetype.NAME:
+            fields[name] = message(detail, stamp, rng)
+        elif node == Nodetype.BASE:
+            fields[name] = _value(detail[0], rng)
+        else:
+            fields[name] = rng.normal(size=detail[1] or 27)
+    return STORE.types[kind](**fields)
+
+
+def _value(kind, rng):
+    if kind == "string":
+        return "odom"
+    return bool(rng.integers(2)) if kind == "bool" else int(rng.integers(9)) if "int" in kind else float(rng.normal())
+
+
+def status(stamp, rng, text):
+    level = STORE.types["diagnostic_msgs/msg/DiagnosticStatus"](level=0, name="n", message=text, hardware_id="", values=[])
+    return message(STATUS, stamp, rng, status=[level])
+
+
+def serialized(made, kind):
+    return bytes(STORE.serialize_cdr(made, kind))
+
+
+def write_run(directory, count, compression="zstd", namespace="/", close=True, writer=None):
+    """A bag of `count` steps with every topic of a run; the sent bytes by topic."""
+    rng = np.random.default_rng(count)
+    writer = writer or BagWriter(directory, compression)
+    topics = {n: topic(n if n.startswith("/") else namespace + n, kind) for n, kind in TYPES.items()}
+    diagnostics = topic("/diagnostics", STATUS)
+    sent = {each.name: [] for each in (*topics.values(), diagnostics)}
+    for each in (*topics.values(), diagnostics):
+        writer.add_topic(each)
+    for k in range(count):
+        stamp = k * PERIOD
+        made = [(each, message(each.kind, stamp, rng)) for each in topics.values()]
+        if k % 100 == 0:
+            made.append((diagnostics, status(stamp, rng, "x" * (k // 100))))
+        for each, content in made:
+            data = serialized(content, each.kind)
+            sent[each.name].append(data)
+            writer.write(each, data, stamp, stamp)
+    writer.flush()
+    if close:
+        writer.close()
+    return sent
