@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vessel_hsmc_ros.laws import LAWS, HierarchicalParameters, KnownVessel
+from vessel_hsmc_ros.laws import LAWS, HierarchicalParameters, KnownVessel, LosPidParameters
 from vessel_hsmc_ros.reference_ship import VirtualShipParameters
 from vessel_hsmc_ros.schema import group, parameter
 from vessel_sim_node.simulator import PlantParameters
@@ -77,6 +77,7 @@ class ControllerParameters(CommonParameters):
     )
     vessel: KnownVessel = group(KnownVessel)
     hierarchical: HierarchicalParameters = group(HierarchicalParameters)
+    los_pid: LosPidParameters = group(LosPidParameters)
 
 
 @dataclass(frozen=True)

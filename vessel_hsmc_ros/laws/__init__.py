@@ -10,9 +10,10 @@ from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ParameterError
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.los_pid import LosPidController, LosPidParameters
 from vessel_hsmc_ros.laws.terms import Terms
 
-__all__ = ["LAWS", "HierarchicalParameters", "KnownVessel", "Law", "Terms", "make_controller"]
+__all__ = ["LAWS", "HierarchicalParameters", "KnownVessel", "Law", "LosPidParameters", "Terms", "make_controller"]
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,10 @@ class LawKind(NamedTuple):
     parameters: type
 
 
-LAWS = {"hierarchical": LawKind(HierarchicalController, HierarchicalParameters)}
+LAWS = {
+    "hierarchical": LawKind(HierarchicalController, HierarchicalParameters),
+    "los_pid": LawKind(LosPidController, LosPidParameters),
+}
 
 
 class Law(Protocol):
