@@ -14,7 +14,7 @@ from vessel_hsmc_ros.control_loop import ControlLoop
 from vessel_hsmc_ros.exceptions import ScenarioError
 from vessel_hsmc_ros.kinematics import as_published
 from vessel_hsmc_ros.laws import Terms
-from vessel_hsmc_ros.reference_ship import ReferenceShip
+from vessel_hsmc_ros.references import Reference, make_reference
 from vessel_hsmc_ros.run_data import WIDTHS, Run
 from vessel_hsmc_ros.scenario import Scenario, load_scenario, make_law
 from vessel_hsmc_ros.timing import RateGrid, seconds
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 class Desired:
     """The virtual ship as the controller knows it: its latest published motion."""
 
-    ship: ReferenceShip
+    ship: Reference
     grid: RateGrid
     index: int = -1
 
@@ -63,7 +63,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     plant = Simulator(sim, grid.period)
     vessel = sim.vessel.coefficients()
     reference_grid = RateGrid(scenario.reference_ship.rate_hz)
-    desired = Desired(ReferenceShip(scenario.reference_ship, reference_grid.period), reference_grid)
+    desired = Desired(make_reference(scenario.reference_ship, reference_grid.period), reference_grid)
     loop = ControlLoop(make_law(scenario.controller), RateGrid(scenario.controller.rate_hz))
 
     samples = sample_count(sim.duration, grid)

@@ -9,6 +9,7 @@ import bisect
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 from vessel_hsmc_ros.exceptions import ParameterError
 from vessel_hsmc_ros.schema import parameter
@@ -96,6 +97,21 @@ class InputProgram:
             return y[-1], 0.0
         slope = (y[after] - y[after - 1]) / (t[after] - t[after - 1])
         return y[after - 1] + slope * (time - t[after - 1]), slope
+
+
+def program_of(parameters: Any, name: str, owner: str) -> InputProgram:
+    """The programme of one input: a constant of that name and the three groups named after it.
+
+    Args:
+        parameters: Holds `name`, `name_sine`, `name_steps` and `name_ramp`.
+        name: Of the constant.
+        owner: What the parameters belong to, for error messages.
+
+    Raises:
+        ParameterError: the times of its steps or ramp do not fit their values.
+    """
+    sine, steps, ramp = (getattr(parameters, f"{name}_{kind}") for kind in ("sine", "steps", "ramp"))
+    return InputProgram(getattr(parameters, name), sine, steps, ramp, f"{owner}.{name}")
 
 
 def held(steps: StepsParameters, time: float) -> float:

@@ -2,8 +2,15 @@
 
 from dataclasses import dataclass
 
-from vessel_hsmc_ros.laws import LAWS, HierarchicalParameters, KnownVessel, LosPidParameters
-from vessel_hsmc_ros.reference_ship import VirtualShipParameters
+from vessel_hsmc_ros.laws import (
+    LAWS,
+    CourseLawParameters,
+    HierarchicalParameters,
+    KnownVessel,
+    LosPidParameters,
+    PdParameters,
+)
+from vessel_hsmc_ros.references import ReferenceShipParameters
 from vessel_hsmc_ros.schema import group, parameter
 from vessel_sim_node.simulator import PlantParameters
 
@@ -60,7 +67,7 @@ class SimParameters(PlantParameters, CommonParameters):
 
 
 @dataclass(frozen=True)
-class ReferenceParameters(VirtualShipParameters, CommonParameters):
+class ReferenceParameters(ReferenceShipParameters, CommonParameters):
     """Parameters of reference_ship."""
 
     rate_hz: float = rate("Reference messages per second.")
@@ -77,6 +84,8 @@ class ControllerParameters(CommonParameters):
     )
     vessel: KnownVessel = group(KnownVessel)
     hierarchical: HierarchicalParameters = group(HierarchicalParameters)
+    course: CourseLawParameters = group(CourseLawParameters)
+    pd: PdParameters = group(PdParameters)
     los_pid: LosPidParameters = group(LosPidParameters)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.input_program import InputProgram, RampParameters, SineParameters, StepsParameters
+from vessel_hsmc_ros.input_program import RampParameters, SineParameters, StepsParameters, program_of
 from vessel_hsmc_ros.schema import group, parameter
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters, derivative
@@ -60,7 +60,9 @@ class ReferenceShip:
         self._parameters = parameters
         self._period = period
         self._vessel = parameters.vessel.coefficients()
-        self._surge_force, self._yaw_moment = (program(parameters, name) for name in ("surge_force", "yaw_moment"))
+        self._surge_force, self._yaw_moment = (
+            program_of(parameters, name, "reference_ship") for name in ("surge_force", "yaw_moment")
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -82,13 +84,3 @@ class ReferenceShip:
     def _read_inputs(self) -> None:
         time = self._steps * self._period
         self._wrench = self._surge_force.value(time), self._yaw_moment.value(time)
-
-
-def program(parameters: VirtualShipParameters, name: str) -> InputProgram:
-    """The programme of one input: its constant and the three groups named after it.
-
-    Raises:
-        ParameterError: the times of its steps or ramp do not fit their values.
-    """
-    sine, steps, ramp = (getattr(parameters, f"{name}_{kind}") for kind in ("sine", "steps", "ramp"))
-    return InputProgram(getattr(parameters, name), sine, steps, ramp, f"reference_ship.{name}")

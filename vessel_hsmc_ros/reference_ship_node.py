@@ -10,13 +10,13 @@ from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros import conversions, qos
 from vessel_hsmc_ros.parameters import ReferenceParameters
-from vessel_hsmc_ros.reference_ship import ReferenceShip
+from vessel_hsmc_ros.references import make_reference
 from vessel_hsmc_ros.timing import RateGrid, seconds
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
 
 
 class ReferenceShipNode(VesselNode):
-    """Moves the virtual ship.
+    """Moves the virtual ship, or whatever else is followed.
 
     In lockstep it is one period ahead of the plant's clock, so that the controller never waits for it. In real time a timer sets
     the pace.
@@ -29,7 +29,7 @@ class ReferenceShipNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
-        self._ship = ReferenceShip(p, self._grid.period)
+        self._ship = make_reference(p, self._grid.period)
         self._index = 0
         self._start = 0
         profile = qos.data(p.lockstep)

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.parameters import (
     ReferenceParameters,
     SimParameters,
 )
-from vessel_hsmc_ros.reference_ship import ReferenceShip
+from vessel_hsmc_ros.references import make_reference
 from vessel_hsmc_ros.share import share_directory
 from vessel_hsmc_ros.timing import RateGrid
 
@@ -103,7 +103,7 @@ def parse_scenario(
     scenario = Scenario(name, **parts)
     _check_rates(scenario)
     make_law(scenario.controller)
-    ReferenceShip(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
+    make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
     return scenario
 
 

@@ -10,6 +10,7 @@ import difflib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any, TypeVar, cast, get_type_hints
 
 from vessel_hsmc_ros.exceptions import ParameterError
@@ -163,14 +164,16 @@ def _shown(value: Value) -> str:
 
 
 def _convert(kind: Any, value: object) -> Value:
-    """Strict conversion: whole numbers pass for floats, and nothing else for something it is not."""
+    """Strict conversion: whole numbers pass for floats, NumPy's for Python's, and nothing else for something it is not."""
     if kind in (tuple[float, ...], tuple[str, ...]):
         element = float if kind == tuple[float, ...] else str
         if isinstance(value, str) or not hasattr(value, "__iter__"):
             raise TypeError
         return cast(Value, tuple(_convert(element, item) for item in cast(Any, value)))
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+    if kind is float and isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
+    if kind is int and isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
     if type(value) is not kind:
         raise TypeError
     return cast(Value, value)

@@ -23,7 +23,8 @@ The state stays the velocity over ground. The frame turns under the current, so 
     dr = f_r(u - u_c, v - v_c, r) + tau_2/m33 + tau_rw
 
 Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
-The printed f_r divides the higher-order yaw damping by m11; it is read here as m33, the inertia of that equation.
+The printed f_r divides the higher-order yaw damping by m11; it is read here as m33, the inertia of that equation. The print
+stays selectable: `as_printed` makes d_r2 and d_r3 m33/m11 times larger, which is the same.
 """
 
 import math
@@ -88,10 +89,15 @@ class VesselParameters:
     yaw_damping_cubic: float = parameter(
         0.1 * 802e4, "Damping in yaw with r³.", unit="kg·m²·s", low=0.0, high=1e15, symbol="d_r3"
     )
+    as_printed: bool = parameter(False, "Divide the higher-order yaw damping by m11, as the printed (6) does, instead of by m33.")
 
     def coefficients(self) -> Vessel:
-        """The same data by the symbols of (6)."""
-        return Vessel(**schema.symbols(self))
+        """The same data by the symbols of (6), the misprint turned into coefficients where it is asked for."""
+        vessel = Vessel(**schema.symbols(self))
+        if not self.as_printed:
+            return vessel
+        factor = vessel.m33 / vessel.m11
+        return vessel._replace(d_r2=factor * vessel.d_r2, d_r3=factor * vessel.d_r3)
 
 
 def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple[float, float, float]:

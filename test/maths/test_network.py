@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from vessel_hsmc_ros.exceptions import ParameterError
 from vessel_hsmc_ros.network import NetworkParameters, activations, output
 
 
@@ -36,3 +37,18 @@ def test_gradient_descent_teaches_125_neurons_a_damping_curve():
         H = activations(Z, mu, 0.4)
         W += (damping(Z) - output(W, H)) * H / (H @ H)
     assert error_rms() < 0.05 * untaught
+
+
+def test_the_printed_basis_has_the_distance_itself_in_its_exponent():
+    mu = np.array([[0.5, 0.5, 0.5]])
+    assert activations(np.array([0.5, 3.5, 4.5]), mu, 5.0, as_printed=True) == pytest.approx([math.exp(-5.0 / 50.0)])
+    assert NetworkParameters(basis="as_printed").as_printed
+    assert not NetworkParameters().as_printed
+
+
+def test_listed_centres_are_taken_in_triples():
+    listed = NetworkParameters(layout="listed", listed_centers=(0.0, 0.1, 0.2, 1.0, 1.1, 1.2))
+    np.testing.assert_array_equal(listed.centers(), [[0.0, 0.1, 0.2], [1.0, 1.1, 1.2]])
+    for wrong in ((), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0)):
+        with pytest.raises(ParameterError, match="three finite numbers for each centre"):
+            NetworkParameters(layout="listed", listed_centers=wrong).centers()

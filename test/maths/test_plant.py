@@ -16,7 +16,7 @@ from vessel_sim_node.disturbance import (
     total,
 )
 from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters, derivative
+from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
 from vessel_sim_node.sensors import SensorParameters
 from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
 from vessel_sim_node.waves import WaveParameters
@@ -43,6 +43,15 @@ def test_derivative_by_hand():
         ((120e3 - 177.9e3) * 2.0 - damping_r + 1e6) / 636e5 + 0.3,
     ]
     np.testing.assert_allclose(rates, expected, rtol=1e-12)
+
+
+def test_as_printed_the_higher_yaw_damping_is_divided_by_the_surge_inertia():
+    printed = VesselParameters(as_printed=True).coefficients()
+    u, v, r = 2.0, 1.0, -0.5
+    f_u, f_v, f_r = unforced_acceleration(u, v, r, printed)
+    assert (f_u, f_v) == unforced_acceleration(u, v, r, SHIP)[:2]
+    higher = 160.4e4 * abs(r) * r + 80.2e4 * r**3
+    assert f_r == pytest.approx(((120e3 - 177.9e3) * u * v - 802e4 * r) / 636e5 - higher / 120e3)
 
 
 def test_the_munk_moment_turns_a_drifting_ship():

@@ -1,6 +1,7 @@
 import math
 from dataclasses import FrozenInstanceError, dataclass
 
+import numpy as np
 import pytest
 
 from vessel_hsmc_ros import schema
@@ -30,6 +31,12 @@ def test_defaults_and_nested_values():
     built = schema.build(Outer, {"rate_hz": 50, "inner.gain": 3.0, "pose": [1, 2.0, 3], "topics": ["y", "z"]}, "node")
     assert built == Outer(rate_hz=50.0, inner=Inner(3.0), pose=(1.0, 2.0, 3.0), topics=("y", "z"))
     assert isinstance(built.rate_hz, float)
+
+
+def test_numbers_of_numpy_pass_for_pythons():
+    built = schema.build(Outer, {"rate_hz": np.float64(50.0), "count": np.int64(4), "pose": np.arange(3.0)}, "node")
+    assert built == Outer(rate_hz=50.0, count=4, pose=(0.0, 1.0, 2.0))
+    assert [type(value) for value in (built.rate_hz, built.count, *built.pose)] == [float, int, float, float, float]
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,25 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ParameterError
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, HierarchicalParameters
+from vessel_hsmc_ros.laws.course import CourseController, CourseLawParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
+from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.los_pid import LosPidController, LosPidParameters
+from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.laws.terms import Terms
 
-__all__ = ["LAWS", "HierarchicalParameters", "KnownVessel", "Law", "LosPidParameters", "Terms", "make_controller"]
+__all__ = [
+    "LAWS",
+    "CourseLawParameters",
+    "HierarchicalParameters",
+    "KnownVessel",
+    "Law",
+    "LosPidParameters",
+    "PdParameters",
+    "Terms",
+    "make_controller",
+]
 
 Array = NDArray[np.float64]
 
@@ -27,6 +40,8 @@ class LawKind(NamedTuple):
 
 LAWS = {
     "hierarchical": LawKind(HierarchicalController, HierarchicalParameters),
+    "course": LawKind(CourseController, CourseLawParameters),
+    "pd": LawKind(PdController, PdParameters),
     "los_pid": LawKind(LosPidController, LosPidParameters),
 }
 

@@ -6,9 +6,10 @@
 | sigma1, sigma2 | first-level surfaces, sway and heading | m/s, rad/s | (12), (17) |
 | S1, S2 | second-level surface of yaw, surface of surge | rad/s, m/s | (20), (23) |
 | c1, c2, c3 | slopes of sigma1, sigma2, S2 | 1/s | (12), (17), (23) |
-| a, b | weights of sigma1, sigma2 in S1 | rad/m, - | (20) |
+| a, b | weights of sigma1, sigma2 in S1; a may switch its sign | rad/m, - | (20) |
 | k1, k2 | reaching gains | 1/s | (21), (27) |
 | eta1, eta2 | switching gains | rad/s², m/s² | (21), (27) |
+| phi1, phi2 | boundary layers of S1, S2, unless the law switches by sgn | rad/s, m/s | - |
 | gamma1, gamma2, gamma3 | adaptation gains of f_v, f_r, f_u | mixed | (29) |
 | fu, fv, fr | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (14), (15), (25) |
 | Wv, Wr, Wu | their weights W1, W2, W3, shape (l,) | as the outputs | (14), (15), (25) |
@@ -17,68 +18,25 @@
 
 Two readings differ from the print. The parts of tau_2 are summed before anything is divided by z1, because z1 cancels: the
 printed (16) has no value at z1 = 0. The weights adapt as the Lyapunov function (32) asks: the printed (29) mixes up which
-network belongs to which error.
+network belongs to which error. It stays selectable.
 Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.exceptions import ControlError
 from vessel_hsmc_ros.kinematics import tracking_error, transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.step_limit import check_step
+from vessel_hsmc_ros.laws.switching import switch
 from vessel_hsmc_ros.laws.terms import Terms
-from vessel_hsmc_ros.network import NetworkParameters, activations, output
-from vessel_hsmc_ros.schema import group, parameter
+from vessel_hsmc_ros.network import activations, output
 
 Array = NDArray[np.float64]
-
-
-def gain(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a non-negative gain that may be changed while the law runs."""
-    return parameter(default, description, unit=unit, low=0.0, high=1e9, symbol=symbol, tunable=True)
-
-
-@dataclass(frozen=True)
-class HierarchicalParameters:
-    """Gains of the paper's section 6.2; the adaptation gains and the neurons' spacing are ours, the paper gives none."""
-
-    sway_surface_slope: float = gain(0.3, "Slope of the sway surface (12).", "1/s", "c1")
-    heading_surface_slope: float = gain(0.3, "Slope of the heading surface (17).", "1/s", "c2")
-    surge_surface_slope: float = gain(0.3, "Slope of the surge surface (23).", "1/s", "c3")
-    sway_weight: float = gain(0.001, "Weight of the sway surface in the yaw surface (20).", "rad/m", "a")
-    heading_weight: float = gain(100.0, "Weight of the heading surface in the yaw surface (20).", "", "b")
-    yaw_reaching_gain: float = gain(100.0, "Rate at which the yaw surface is approached (21).", "1/s", "k1")
-    surge_reaching_gain: float = gain(100.0, "Rate at which the surge surface is approached (27).", "1/s", "k2")
-    yaw_switching_gain: float = gain(0.001, "Switching part of the yaw law (21).", "rad/s²", "eta1")
-    surge_switching_gain: float = gain(0.001, "Switching part of the surge law (27).", "m/s²", "eta2")
-    sway_adaptation_gain: float = gain(0.01, "Learning gain of the network for f_v (29).", "", "gamma1")
-    yaw_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_r (29).", "", "gamma2")
-    surge_adaptation_gain: float = gain(1.0, "Learning gain of the network for f_u (29).", "", "gamma3")
-    network: NetworkParameters = group(NetworkParameters)
-
-
-class Gains(NamedTuple):
-    """Everything constant in the law, by the paper's symbols."""
-
-    c1: float
-    c2: float
-    c3: float
-    a: float
-    b: float
-    k1: float
-    k2: float
-    eta1: float
-    eta2: float
-    gamma1: float
-    gamma2: float
-    gamma3: float
-    m11: float
-    m33: float
 
 
 class Weights(NamedTuple):
@@ -89,13 +47,9 @@ class Weights(NamedTuple):
     Wu: Array
 
 
-def sign(value: float) -> float:
-    """The function sgn of (21) and (27): -1, 0 or 1."""
-    if value > 0.0:
-        return 1.0
-    if value < 0.0:
-        return -1.0
-    return 0.0
+def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
+    """The weight a of (20): constant, or with the sign of sigma1·sigma2, which makes the two parts of S1 agree in sign."""
+    return -g.a if g.sway_weight_sign == "switched" and sigma1 * sigma2 < 0.0 else g.a
 
 
 def control(
@@ -114,7 +68,8 @@ def control(
         g: Gains.
 
     Returns:
-        (tau_1 [N], tau_2 [N·m]) and the terms. Without a value where b = a·z1: the caller must see to that.
+        (tau_1 [N], tau_2 [N·m]) and the terms. Without a value where b = a·z1: the caller must see to that. With g.switching
+        other than sgn, its stand-in takes the place of sgn.
     """
     u, v, r = float(state[3]), float(state[4]), float(state[5])
     z, z_d = transform(state), transform(reference)
@@ -126,16 +81,17 @@ def control(
 
     sigma1 = g.c1 * z_e.z2 + dz2e
     sigma2 = g.c2 * z_e.z3 + dz3e
-    S1 = g.a * sigma1 + g.b * sigma2
+    a = sway_weight(sigma1, sigma2, g)
+    S1 = a * sigma1 + g.b * sigma2
     S2 = g.c3 * z_e.z1 + dz1e
 
     z1_tau_eq21 = -g.m33 * (-g.c1 * dz2e - fv + (u + z.z2 * r) * r + z.z1 * fr + ddz_d.z2)
     tau_eq22 = g.m33 * (-g.c2 * dz3e - fr + ddz_d.z3)
-    reaching = g.m33 * (-g.eta1 * sign(S1) - g.k1 * S1)
-    tau_2 = (g.b * tau_eq22 - g.a * z1_tau_eq21 + reaching) / (g.b - g.a * z.z1)
+    reaching = g.m33 * (-g.eta1 * switch(S1, g.phi1, g.switching) - g.k1 * S1)
+    tau_2 = (g.b * tau_eq22 - a * z1_tau_eq21 + reaching) / (g.b - a * z.z1)
 
     tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
-    tau_1 = tau_eq1 + g.m11 * (-g.eta2 * sign(S2) - g.k2 * S2)
+    tau_1 = tau_eq1 + g.m11 * (-g.eta2 * switch(S2, g.phi2, g.switching) - g.k2 * S2)
 
     return (tau_1, tau_2), Terms(
         surge_error=z_e.z1, sway_error=z_e.z2, heading_error=z_e.z3,
@@ -147,10 +103,17 @@ def control(
 
 
 def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -> Weights:
-    """Rates of the weights that cancel the cross terms of (32).
+    """Rates of the weights that cancel the cross terms of (32); those of (29) where g.adaptation is as_printed.
 
     dWv = gamma1·a·S1·H, dWr = gamma2·((b - a·z1)·S1 + z2·S2)·H, dWu = gamma3·S2·H
+    (29): dWv = gamma1·S2·H, dWr = gamma2·a·S1·H, dWu = gamma3·(b·z1·S1 - a·z1·S1 + z2·S2)·H
     """
+    if g.adaptation == "as_printed":
+        return Weights(
+            (g.gamma1 * S2) * H,
+            (g.gamma2 * g.a * S1) * H,
+            (g.gamma3 * (g.b * z1 * S1 - g.a * z1 * S1 + z2 * S2)) * H,
+        )
     return Weights(
         (g.gamma1 * g.a * S1) * H,
         (g.gamma2 * ((g.b - g.a * z1) * S1 + z2 * S2)) * H,
@@ -167,7 +130,7 @@ class HierarchicalController:
         period: Time between two updates, s.
 
     Raises:
-        ParameterError: a reaching gain times the period is 2 or more: the discrete loop would diverge.
+        ParameterError: a reaching gain is unstable at this period, or the listed centres are no triples.
     """
 
     def __init__(self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> None:
@@ -175,20 +138,15 @@ class HierarchicalController:
         self._period = period
         self._mu = parameters.network.centers()
         self._delta = parameters.network.width
+        self._as_printed = parameters.network.as_printed
         self.retune(parameters)
         self.reset()
 
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Take other gains and keep the weights; the network's shape stays as it was made."""
-        for name in ("yaw_reaching_gain", "surge_reaching_gain"):
-            k = getattr(parameters, name)
-            if k * self._period >= 2.0:
-                raise ParameterError(
-                    f"controller.hierarchical.{name} = {k:g} 1/s is unstable at controller.rate_hz ="
-                    f" {1.0 / self._period:g} Hz: gain times period is {k * self._period:g} and must be below 2,"
-                    f" so take a gain below {2.0 / self._period:g} 1/s or a rate above {0.5 * k:g} Hz"
-                )
-        self._gains = Gains(**schema.symbols(parameters), **schema.symbols(self._vessel))
+        for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
+            check_step(parameters, gain, slope, self._period, "hierarchical")
+        self._gains = gains(parameters, self._vessel)
 
     def reset(self) -> None:
         """Forget what the networks have learnt: all weights zero."""
@@ -214,14 +172,16 @@ class HierarchicalController:
             tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
 
         Raises:
-            ControlError: the ship is where the law has no value, z1 = b/a.
+            ControlError: the ship is where the law has no value, z1 = b/a (or -b/a, where a switches its sign).
         """
         g = self._gains
         z = transform(state)
-        if abs(g.b - g.a * z.z1) <= 1e-9 * g.b:
+        z1 = abs(z.z1) if g.sway_weight_sign == "switched" else z.z1
+        if abs(g.b - g.a * z1) <= 1e-9 * g.b:
             raise ControlError(f"the hierarchical law has no value at z1 = {z.z1:g} m: it takes any but b/a")
-        H = activations(state[3:], self._mu, self._delta)
+        H = activations(state[3:], self._mu, self._delta, self._as_printed)
         wrench, terms = control(state, reference, reference_acceleration, self.weights, H, g)
+        g = g._replace(a=sway_weight(terms.sway_surface, terms.heading_surface, g))
         rate = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, H, g)
         T = self._period
         W = self.weights

@@ -1,0 +1,133 @@
+"""Course control, case 1: the paper's yaw law for the heading alone, with one surface and one network.
+
+The paper gives no equations for this case; these are (17) to (22) without a sway surface: a = 0, b = 1.
+
+S = c2·z3e + dz3e,  tau_2 = m33·(-c2·dz3e - fr + ddz3d - eta·sgn S - k·S),  dWr = gamma·S·H
+
+| symbol | meaning | unit | equation |
+|---|---|---|---|
+| z3e | heading error | rad | (11) |
+| S | sliding surface, sigma2 | rad/s | (17) |
+| c2 | its slope | 1/s | (17) |
+| k, eta, phi | reaching gain, switching gain, boundary layer | 1/s, rad/s², rad/s | (21) |
+| gamma | adaptation gain | 1/s | (29) |
+| fr, Wr | network output for f_r, its weights, shape (l,) | rad/s² | (15) |
+| H | activations of the network, shape (l,) | - | (2) |
+| tau_1, tau_2 | surge force, held; yaw moment | N, N·m | (22) |
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.kinematics import wrap
+from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.step_limit import check_step
+from vessel_hsmc_ros.laws.switching import SWITCHING, switch
+from vessel_hsmc_ros.laws.terms import Terms
+from vessel_hsmc_ros.network import NetworkParameters, activations, output
+from vessel_hsmc_ros.schema import group, parameter
+
+Array = NDArray[np.float64]
+
+
+def thrust() -> float:
+    """Declare the surge force under which a law that steers by heading alone runs, none unless said otherwise."""
+    return parameter(0.0, "Surge force, held.", unit="N", low=-1e9, high=1e9, symbol="tau_1", tunable=True)
+
+
+@dataclass(frozen=True)
+class CourseLawParameters:
+    """Gains of the paper's yaw law; the adaptation gain, the boundary layer and the surge force are ours, it gives none."""
+
+    heading_surface_slope: float = gain(0.3, "Slope of the heading surface (17).", "1/s", "c2")
+    reaching_gain: float = gain(100.0, "Rate at which the surface is approached (21).", "1/s", "k")
+    switching_gain: float = gain(0.001, "Switching part of the law (21).", "rad/s²", "eta")
+    adaptation_gain: float = gain(0.001, "Learning gain of the network for f_r (29).", "1/s", "gamma")
+    switching: str = parameter(
+        "sgn", "What the law switches by: sgn as printed, a saturation with a boundary layer, or tanh.", choices=SWITCHING
+    )
+    boundary_layer: float = layer("Boundary layer of the surface; without effect on sgn.", "rad/s", "phi")
+    surge_force: float = thrust()
+    network: NetworkParameters = group(NetworkParameters)
+
+
+class Gains(NamedTuple):
+    """Everything constant in the law, by its symbols; the switching in words."""
+
+    c2: float
+    k: float
+    eta: float
+    gamma: float
+    phi: float
+    tau_1: float
+    m33: float
+    switching: str
+
+
+class CourseController:
+    """The law with its memory: the weights, advanced by one Euler step each period.
+
+    Args:
+        parameters: Gains and network.
+        vessel: What is known of the ship; its limits are left aside, as the paper does.
+        period: Time between two updates, s.
+
+    Raises:
+        ParameterError: the reaching gain is unstable at this period, or the listed centres are no triples.
+    """
+
+    def __init__(self, parameters: CourseLawParameters, vessel: KnownVessel, period: float) -> None:
+        self._vessel = vessel
+        self._period = period
+        self._mu = parameters.network.centers()
+        self._delta = parameters.network.width
+        self._as_printed = parameters.network.as_printed
+        self.retune(parameters)
+        self.reset()
+
+    def retune(self, parameters: CourseLawParameters) -> None:
+        """Take other gains and keep the weights; the network's shape stays as it was made."""
+        check_step(parameters, "reaching_gain", "heading_surface_slope", self._period, "course")
+        known = schema.symbols(self._vessel)
+        self._gains = Gains(**schema.symbols(parameters), m33=known["m33"], switching=parameters.switching)
+
+    def reset(self) -> None:
+        """Forget what the network has learnt: all weights zero."""
+        self.weights: Array = np.zeros(len(self._mu))
+
+    def update(  # every law has the same arguments
+        self,
+        time: float,  # noqa: ARG002
+        state: Array,
+        reference: Array,
+        reference_acceleration: Array,
+    ) -> tuple[Array, Terms]:
+        """One period: the wrench from the present weights, then the weights move on.
+
+        Args:
+            time: Time of the state, s; this law does not depend on it.
+            state: x, y, psi, u, v, r, shape (6,).
+            reference: The same of what is followed, shape (6,).
+            reference_acceleration: Its du_d, dv_d, dr_d, shape (3,).
+
+        Returns:
+            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
+        """
+        g = self._gains
+        z3e, dz3e = wrap(float(state[2] - reference[2])), float(state[5] - reference[5])
+        H = activations(state[3:], self._mu, self._delta, self._as_printed)
+        fr = output(self.weights, H)
+        S = g.c2 * z3e + dz3e
+        equivalent = -g.c2 * dz3e - fr + float(reference_acceleration[2])
+        tau_2 = g.m33 * (equivalent - g.eta * switch(S, g.phi, g.switching) - g.k * S)
+        terms = Terms(
+            heading_error=z3e, heading_error_rate=dz3e, heading_surface=S, yaw_surface=S,
+            yaw_estimate=fr, yaw_weights=self.weights,
+        )  # fmt: skip
+        self.weights = self.weights + (self._period * g.gamma * S) * H
+        return np.array([g.tau_1, tau_2]), terms

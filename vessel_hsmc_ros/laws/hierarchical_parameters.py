@@ -1,0 +1,90 @@
+"""The gains of the paper's law and the readings of it that may be chosen."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.switching import SWITCHING
+from vessel_hsmc_ros.network import NetworkParameters
+from vessel_hsmc_ros.schema import group, parameter
+
+
+def gain(default: float, description: str, unit: str, symbol: str) -> float:
+    """Declare a non-negative gain that may be changed while the law runs."""
+    return parameter(default, description, unit=unit, low=0.0, high=1e9, symbol=symbol, tunable=True)
+
+
+def layer(description: str, unit: str, symbol: str) -> float:
+    """Declare a boundary layer's width, 0.01 unless said otherwise."""
+    return parameter(0.01, description, unit=unit, low=1e-9, high=1e3, symbol=symbol, tunable=True)
+
+
+@dataclass(frozen=True)
+class HierarchicalParameters:
+    """Gains of the paper's section 6.2; adaptation gains, boundary layers and the neurons' spacing are ours, it gives none."""
+
+    sway_surface_slope: float = gain(0.3, "Slope of the sway surface (12).", "1/s", "c1")
+    heading_surface_slope: float = gain(0.3, "Slope of the heading surface (17).", "1/s", "c2")
+    surge_surface_slope: float = gain(0.3, "Slope of the surge surface (23).", "1/s", "c3")
+    sway_weight: float = gain(0.001, "Weight of the sway surface in the yaw surface (20).", "rad/m", "a")
+    heading_weight: float = gain(100.0, "Weight of the heading surface in the yaw surface (20).", "", "b")
+    yaw_reaching_gain: float = gain(100.0, "Rate at which the yaw surface is approached (21).", "1/s", "k1")
+    surge_reaching_gain: float = gain(100.0, "Rate at which the surge surface is approached (27).", "1/s", "k2")
+    yaw_switching_gain: float = gain(0.001, "Switching part of the yaw law (21).", "rad/s²", "eta1")
+    surge_switching_gain: float = gain(0.001, "Switching part of the surge law (27).", "m/s²", "eta2")
+    sway_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_v (29).", "", "gamma1")
+    yaw_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_r (29).", "", "gamma2")
+    surge_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_u (29).", "", "gamma3")
+    sway_weight_sign: str = parameter(
+        "constant",
+        "Sign of the sway surface's weight: constant as printed, or switched so that both parts of the yaw surface agree.",
+        choices=("constant", "switched"),
+    )
+    switching: str = parameter(
+        "sgn", "What both laws switch by: sgn as printed, a saturation with a boundary layer, or tanh.", choices=SWITCHING
+    )
+    yaw_boundary_layer: float = layer("Boundary layer of the yaw surface; without effect on sgn.", "rad/s", "phi1")
+    surge_boundary_layer: float = layer("Boundary layer of the surge surface; without effect on sgn.", "m/s", "phi2")
+    adaptation: str = parameter(
+        "lyapunov",
+        "How the weights adapt: as the Lyapunov function (32) asks, or by (29) as printed.",
+        choices=("lyapunov", "as_printed"),
+    )
+    network: NetworkParameters = group(NetworkParameters)
+
+
+class Gains(NamedTuple):
+    """Everything constant in the law, by the paper's symbols; what may be chosen, in words."""
+
+    c1: float
+    c2: float
+    c3: float
+    a: float
+    b: float
+    k1: float
+    k2: float
+    eta1: float
+    eta2: float
+    gamma1: float
+    gamma2: float
+    gamma3: float
+    m11: float
+    m33: float
+    phi1: float = 0.01
+    phi2: float = 0.01
+    switching: str = "sgn"
+    sway_weight_sign: str = "constant"
+    adaptation: str = "lyapunov"
+
+
+def gains(parameters: HierarchicalParameters, vessel: KnownVessel) -> Gains:
+    """What the equations take, from what the YAML says."""
+    p = parameters
+    return Gains(
+        **schema.symbols(p),
+        **schema.symbols(vessel),
+        switching=p.switching,
+        sway_weight_sign=p.sway_weight_sign,
+        adaptation=p.adaptation,
+    )
