@@ -31,8 +31,9 @@ setup(
     maintainer_email="maintainers@vessel-hsmc.org",
     python_requires=">=3.10",
     packages=find_packages(exclude=["test", "test.*", "msg_defs*", "benchmarks*"]),
+    package_data={f"{PACKAGE}.report": ["assets/*"]},
     data_files=data_files(),
-    install_requires=["click", "jinja2", "matplotlib", "mcap", "numpy", "pyyaml", "rich", "rosbags", "setuptools"],
+    install_requires=["click", "jinja2", "matplotlib", "mcap", "numpy", "plotly", "pyyaml", "rich", "rosbags", "setuptools"],
     extras_require={
         "live": ["foxglove-sdk"],
         "nmpc": ["casadi"],

@@ -13,9 +13,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vessel_hsmc_ros import __version__, report, runs
+from vessel_hsmc_ros import __version__, runs
 from vessel_hsmc_ros.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.parameter_page import parameter_page
+from vessel_hsmc_ros.report.tables import rows
 from vessel_hsmc_ros.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario import Scenario, for_nodes, load_scenario, read_yaml
 
@@ -125,7 +126,7 @@ def present(result: runs.Result) -> None:
         table = Table(show_header=False)
         table.add_column()
         table.add_column(justify="right")
-        for label, value in report.rows(result.metrics, result.facts):
+        for label, value in rows(result.metrics, result.facts):
             table.add_row(label, value)
         out.print(table)
     if result.failure and result.folder.bag.exists():

@@ -31,3 +31,7 @@ class BagError(VesselHsmcError):
 
 class RunError(VesselHsmcError):
     """A run of the nodes did not end as it should."""
+
+
+class ReportError(VesselHsmcError):
+    """A report or an export cannot be made or written."""

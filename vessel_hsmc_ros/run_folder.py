@@ -49,9 +49,22 @@ class RunFolder:
         """Write the resolved scenario."""
         self.parameters.write_text(dump_scenario(scenario), encoding="utf-8")
 
+    @property
+    def summary(self) -> Path:
+        """How it went, and where."""
+        return self.path / "run.json"
+
+    def read_summary(self) -> dict[str, Any]:
+        """What run.json says; nothing where there is none that can be read."""
+        try:
+            content = json.loads(self.summary.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return content if isinstance(content, dict) else {}
+
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write run.json."""
-        (self.path / "run.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+        self.summary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
 
 
 def make_run_folder(parent: Path, name: str) -> RunFolder:

@@ -3,7 +3,7 @@
 import datetime
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros import closed_loop, report
+from vessel_hsmc_ros import closed_loop
 from vessel_hsmc_ros.exceptions import BagError, RunError
 from vessel_hsmc_ros.metrics import Metrics, evaluate
 from vessel_hsmc_ros.run_data import Run
@@ -19,6 +19,9 @@ from vessel_hsmc_ros.run_folder import RunFolder, make_run_folder, provenance
 from vessel_hsmc_ros.scenario import Scenario, load_scenario
 
 Progress = Callable[[float], None]
+
+ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_commit", "host", "system", "python")
+"""What a page tells of where its run comes from, by the names in run.json."""
 
 
 @dataclass
@@ -66,16 +69,17 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
         RunError: ROS is not installed.
     """
     node_run = _node_run()
-    began = _now()
+    origin = _origin(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute()))
     outcome = node_run.run_nodes(folder, namespace, progress)
     result = Result(folder, outcome.exit_code, outcome.failure)
     if not result.failure:
         try:
-            _take_bag(result, scenario)
+            _take_bag(result, scenario, folder.bag)
+            _present(result, scenario, origin)
         except BagError as error:
             result.exit_code, result.failure = 1, str(error)
-    _write_summary(result, began, scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
+    _write_summary(result, origin)
     return result
 
 
@@ -87,7 +91,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
         SimulationError, ControlError: the loop cannot go on.
         RunError: the run's folder cannot be made.
     """
-    began = _now()
+    origin = _origin(scenario, "offline", "")
     started = time.monotonic()
     samples_per_second = scenario.vessel_sim.rate_hz
     run = closed_loop.simulate(scenario, lambda done, _: progress((done - 1) / samples_per_second))
@@ -95,8 +99,8 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
     folder = make_run_folder(parent, f"{scenario.name}_offline")
     folder.write_parameters(scenario)
     result = Result(folder, run=run, facts={"real_time_factor": float(run.time[-1]) / wall})
-    _present(result, scenario.name)
-    _write_summary(result, began, scenario, "offline", "")
+    _present(result, scenario, origin)
+    _write_summary(result, origin)
     return result
 
 
@@ -109,7 +113,9 @@ def report_bag(directory: Path) -> Result:
     """
     folder = RunFolder(directory.absolute().parent)
     result = Result(folder)
-    _take_bag(result, load_scenario(folder.parameters), directory)
+    scenario = load_scenario(folder.parameters)
+    _take_bag(result, scenario, directory)
+    _present(result, scenario, folder.read_summary())
     return result
 
 
@@ -122,24 +128,31 @@ def _node_run() -> Any:
     return node_run
 
 
-def _take_bag(result: Result, scenario: Scenario, directory: Path | None = None) -> None:
+def _take_bag(result: Result, scenario: Scenario, directory: Path) -> None:
     from vessel_hsmc_ros.bag_reading import read_recording
 
-    recording = read_recording(directory or result.folder.bag, scenario.vessel_sim.vessel.coefficients())
+    recording = read_recording(directory, scenario.vessel_sim.vessel.coefficients())
     result.run = recording.run
     result.facts = _facts(recording.status, sum(recording.messages.values()))
     if not scenario.controller.lockstep:
         intervals = np.diff(recording.run.control["time"])
         result.facts["control_interval_deviation_max"] = float(np.max(np.abs(intervals - 1.0 / scenario.controller.rate_hz)))
-    _present(result, scenario.name if directory is None else result.folder.path.name)
 
 
-def _present(result: Result, title: str) -> None:
+def _present(result: Result, scenario: Scenario, origin: Mapping[str, Any]) -> None:
     """Measure and draw."""
+    from vessel_hsmc_ros import figures, report  # they take longer to load than the nodes take to start
+
     run = result.run
-    if run is not None:
-        result.metrics = evaluate(run.time, run.state, run.reference, run.wrench)
-        report.write(result.folder, title, run, report.rows(result.metrics, result.facts))
+    if run is None:
+        return
+    result.metrics = evaluate(run.time, run.state, run.reference, run.wrench)
+    name = str(origin.get("scenario", result.folder.path.name))
+    told = {label: origin[label] for label in ORIGIN if origin.get(label) not in (None, "")}
+    record = report.Record(name, report.of_run(run), result.metrics, result.facts, scenario, told)
+    report.write(result.folder.report, [record], name)
+    result.folder.figures.mkdir(exist_ok=True)
+    figures.draw(run, result.folder.figures)
 
 
 def _facts(status: dict[str, dict[str, str]], messages: int) -> dict[str, Any]:
@@ -158,14 +171,22 @@ def _facts(status: dict[str, dict[str, str]], messages: int) -> dict[str, Any]:
     }
 
 
-def _write_summary(result: Result, began: datetime.datetime, scenario: Scenario, mode: str, namespace: str) -> None:
-    summary = {
+def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
+    """Which code on which machine runs what, and when: the summary's first lines."""
+    return {
         **provenance(),
         "scenario": scenario.name,
         "mode": mode,
         "namespace": namespace,
         "seed": scenario.vessel_sim.seed,
-        "started": began.isoformat(),
+        "started": _now().isoformat(),
+    }
+
+
+def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
+    began = datetime.datetime.fromisoformat(origin["started"])
+    summary = {
+        **origin,
         "duration": (_now() - began).total_seconds(),
         "exit_code": result.exit_code,
         "failure": result.failure,

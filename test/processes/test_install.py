@@ -35,6 +35,10 @@ def modules():
     return {path.relative_to(ROOT) for top in ("vessel_hsmc_ros", "vessel_sim_node") for path in (ROOT / top).rglob("*.py")}
 
 
+def assets():
+    return {path.relative_to(ROOT) for path in (ROOT / "vessel_hsmc_ros").rglob("assets/*")}
+
+
 def data(top):
     return {path.relative_to(ROOT) for path in (ROOT / top).rglob("*") if path.is_file() and path.suffix != ".pyc"}
 
@@ -44,7 +48,7 @@ def test_pip_installs_all_modules_config_launch_and_executables(source, tmp_path
     check_output(sys.executable, "-m", "venv", prefix, cwd=tmp_path)
     check_output(prefix / "bin" / "python", "-m", "pip", "install", "-qq", "--no-deps", source, cwd=tmp_path)
     packages = next(prefix.glob("lib/python3.*/site-packages"))
-    assert {path for path in modules() if not (packages / path).is_file()} == set()
+    assert {path for path in modules() | assets() if not (packages / path).is_file()} == set()
     share = prefix / "share" / "vessel_hsmc_ros"
     assert {path for top in ("config", "launch") for path in data(top) if not (share / path).is_file()} == set()
     assert (prefix / "share" / "ament_index" / "resource_index" / "packages" / "vessel_hsmc_ros").is_file()

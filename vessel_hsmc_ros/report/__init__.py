@@ -1,0 +1,7 @@
+"""Runs as people look at them: one page that needs nothing but itself, figures, tables for other programs."""
+
+from vessel_hsmc_ros.report.page import Hull, write
+from vessel_hsmc_ros.report.series import Signal, Signals, of_run
+from vessel_hsmc_ros.report.tables import Record, rows
+
+__all__ = ["Hull", "Record", "Signal", "Signals", "of_run", "rows", "write"]

@@ -1,0 +1,115 @@
+// Puts the page together once its numbers are unpacked.
+
+// The colours of the style sheet, as they are now: light or dark.
+function makeColours() {
+  let known = {};
+  const colours = (name) => (known[name] ??= getComputedStyle(document.documentElement).getPropertyValue(name).trim());
+  colours.forget = () => (known = {});
+  return colours;
+}
+
+function listenToTheme(colours, redraw) {
+  const button = document.getElementById("theme");
+  const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const changed = () => {
+    colours.forget();
+    redraw();
+  };
+  button.addEventListener("click", () => {
+    const now = document.documentElement.dataset.theme ?? (dark.matches ? "dark" : "light");
+    document.documentElement.dataset.theme = now === "dark" ? "light" : "dark";
+    changed();
+  });
+  dark.addEventListener("change", changed);
+}
+
+function makeCharts(panels, clock, colours) {
+  const charts = panels.map((panel, i) => new Chart(panel, document.getElementById(`panel-${i}`), clock, colours));
+  const byElement = new Map(charts.map((chart) => [chart.element, chart]));
+  const watcher = new IntersectionObserver(
+    (entries) => entries.forEach((entry) => byElement.get(entry.target).setOnScreen(entry.isIntersecting)),
+    { rootMargin: "200px" },
+  );
+  charts.forEach((chart) => watcher.observe(chart.element));
+  clock.timeListeners.push((time) => charts.forEach((chart) => chart.showTime(time)));
+  clock.windowListeners.push(() => {
+    charts.forEach((chart) => (chart.stale = true));
+    charts.filter((chart) => chart.onScreen).forEach((chart) => chart.draw());
+  });
+  return charts;
+}
+
+function listenToWindow(clock) {
+  const label = document.getElementById("window");
+  const reset = document.getElementById("reset");
+  clock.windowListeners.push(([from, to]) => {
+    label.textContent = clock.zoomed ? `${shown(from)} to ${shown(to)} s` : "";
+    reset.disabled = !clock.zoomed;
+  });
+  reset.addEventListener("click", () => clock.setWindow(clock.begin, clock.end));
+  document.getElementById("around").addEventListener("click", () => {
+    const half = 0.1 * (clock.window[1] - clock.window[0]);
+    clock.setWindow(clock.time - half, clock.time + half);
+  });
+}
+
+function listenToParameters() {
+  const [text, changed] = [document.getElementById("search"), document.getElementById("changed")];
+  const rows = [...document.querySelectorAll("#parameters tbody tr")];
+  const filter = () => {
+    const wanted = text.value.toLowerCase();
+    for (const row of rows) row.hidden = !row.dataset.text.includes(wanted) || (changed.checked && !("changed" in row.dataset));
+    for (const node of document.querySelectorAll("#parameters details")) {
+      const left = [...node.querySelectorAll("tbody tr")].filter((row) => !row.hidden).length;
+      node.hidden = left === 0;
+      if (wanted || changed.checked) node.open = left > 0;
+    }
+  };
+  text?.addEventListener("input", filter);
+  changed?.addEventListener("input", filter);
+}
+
+function unpackAll(content, bytes) {
+  const known = new Map();
+  const array = (where) => {
+    if (!known.has(where.at)) known.set(where.at, unpack(bytes, where));
+    return known.get(where.at);
+  };
+  for (const panel of content.panels) {
+    for (const line of panel.lines) Object.assign(line, { time: array(line.time), values: array(line.values) });
+  }
+  for (const track of content.tracks) {
+    for (const name of ["time", "x", "y", "heading"]) track[name] = array(track[name]);
+  }
+}
+
+async function main() {
+  const content = JSON.parse(document.getElementById("content").textContent);
+  const library = document.createElement("script");
+  library.textContent = new TextDecoder().decode(await inflate("library"));
+  document.head.append(library);
+  unpackAll(content, await inflate("numbers"));
+
+  const clock = new Clock(content.begin, content.end);
+  const colours = makeColours();
+  const charts = makeCharts(content.panels, clock, colours);
+  const map = new ShipMap(content.tracks, content.hull, clock, colours);
+  const player = new Player(clock);
+  listenToWindow(clock);
+  listenToParameters();
+  listenToTheme(colours, () => {
+    charts.forEach((chart) => {
+      chart.stale = true;
+      chart.draw();
+    });
+    map.draw();
+  });
+  clock.setTime(clock.begin);
+  window.report = { clock, player, charts, map };
+  document.documentElement.dataset.ready = "";
+}
+
+main().catch((error) => {
+  document.getElementById("trouble").hidden = false;
+  throw error;
+});

@@ -1,0 +1,139 @@
+// The ship on its track beside its reference, seen from above: tracks on a canvas, hulls as shapes above it.
+
+// Which part of the plane is on the screen: its middle in metres, pixels a metre, its size in pixels.
+class View {
+  constructor() {
+    Object.assign(this, { x: 0, y: 0, scale: 1, width: 1, height: 1 });
+  }
+
+  place(x, y) {
+    return [0.5 * this.width + (x - this.x) * this.scale, 0.5 * this.height - (y - this.y) * this.scale];
+  }
+}
+
+class ShipMap {
+  constructor(tracks, hull, clock, colours) {
+    Object.assign(this, { tracks, hull, clock, colours, view: new View(), following: false, moved: false });
+    this.box = document.getElementById("map");
+    this.canvas = this.box.querySelector("canvas");
+    this.hulls = tracks.map((track) => makeHull(track, hull));
+    this.box.querySelector("svg").append(...this.hulls.slice().reverse());
+    document.getElementById("fit").addEventListener("click", () => this.fit());
+    document.getElementById("follow").addEventListener("click", () => this.follow());
+    document.getElementById("closer").addEventListener("click", () => this.zoom(1.5));
+    document.getElementById("wider").addEventListener("click", () => this.zoom(1 / 1.5));
+    this.listenToPointer();
+    clock.timeListeners.push(() => this.draw());
+    new ResizeObserver(() => (this.moved ? this.draw() : this.fit())).observe(this.box);
+    this.fit();
+  }
+
+  listenToPointer() {
+    let held = null;
+    this.box.addEventListener("pointerdown", (event) => {
+      if (event.target.closest("button")) return;
+      held = { x: event.clientX, y: event.clientY, dragged: false };
+      this.box.setPointerCapture(event.pointerId);
+    });
+    this.box.addEventListener("pointermove", (event) => {
+      if (!held) return;
+      const [dx, dy] = [event.clientX - held.x, event.clientY - held.y];
+      if (!held.dragged && Math.hypot(dx, dy) < 4) return;
+      Object.assign(held, { x: event.clientX, y: event.clientY, dragged: true });
+      this.view.x -= dx / this.view.scale;
+      this.view.y += dy / this.view.scale;
+      this.moved = true;
+      this.setFollowing(false);
+    });
+    this.box.addEventListener("pointerup", (event) => {
+      if (held && !held.dragged) this.pick(event);
+      held = null;
+    });
+    this.box.addEventListener("pointercancel", () => (held = null));
+    this.box.addEventListener("wheel", (event) => this.onWheel(event), { passive: false });
+  }
+
+  onWheel(event) {
+    if (!event.ctrlKey) return; // the page scrolls
+    event.preventDefault();
+    this.zoom(Math.exp(-0.005 * event.deltaY));
+  }
+
+  // A click on a track takes the slider there.
+  pick(event) {
+    const box = this.box.getBoundingClientRect();
+    const [toX, toY] = [event.clientX - box.left, event.clientY - box.top];
+    let [best, time] = [20, null];
+    for (const track of this.tracks.filter((each) => each.role === "ship")) {
+      for (let i = 0; i < track.time.length; i += 1) {
+        const [x, y] = this.view.place(track.x[i] + track.middle[0], track.y[i] + track.middle[1]);
+        const distance = Math.hypot(x - toX, y - toY);
+        if (distance < best) [best, time] = [distance, track.time[i]];
+      }
+    }
+    if (time !== null) this.clock.setTime(time);
+  }
+
+  fit() {
+    this.measure();
+    const [left, right, low, high] = bounds(this.tracks);
+    const margin = 0.6 * this.hull.length;
+    const scale = Math.min(this.view.width / (right - left + 2 * margin), this.view.height / (high - low + 2 * margin));
+    Object.assign(this.view, { x: 0.5 * (left + right), y: 0.5 * (low + high), scale });
+    this.moved = false;
+    this.setFollowing(false);
+  }
+
+  // Keep the first ship in the middle, its hull a fifth of the map.
+  follow() {
+    if (!this.following) this.view.scale = Math.max(this.view.scale, (0.2 * this.view.width) / this.hull.length);
+    this.moved = true;
+    this.setFollowing(!this.following);
+  }
+
+  setFollowing(following) {
+    this.following = following;
+    document.getElementById("follow").setAttribute("aria-pressed", String(following));
+    this.draw();
+  }
+
+  zoom(factor) {
+    this.view.scale *= factor;
+    this.moved = true;
+    this.draw();
+  }
+
+  measure() {
+    [this.view.width, this.view.height] = [Math.max(1, this.box.clientWidth), Math.max(1, this.box.clientHeight)];
+    const ratio = window.devicePixelRatio || 1;
+    const [width, height] = [Math.round(this.view.width * ratio), Math.round(this.view.height * ratio)];
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+    const pen = this.canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    return pen;
+  }
+
+  draw() {
+    const time = this.clock.time;
+    const poses = this.tracks.map((track) => poseAt(track, time));
+    if (this.following) Object.assign(this.view, { x: poses[0].x, y: poses[0].y });
+    const pen = this.measure();
+    pen.clearRect(0, 0, this.view.width, this.view.height);
+    drawGrid(pen, this.view, this.colours);
+    for (const track of this.tracks) drawTrack(pen, track, this.view, time, this.colours);
+    poses.forEach((pose, i) => this.placeHull(this.hulls[i], pose));
+    this.tell(poses[0]);
+  }
+
+  placeHull(shape, pose) {
+    const [x, y] = this.view.place(pose.x, pose.y);
+    const degrees = (-180 / Math.PI) * pose.heading;
+    shape.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)}) rotate(${degrees.toFixed(3)}) scale(${this.view.scale})`);
+  }
+
+  tell({ x, y, heading }) {
+    const degrees = (180 / Math.PI) * heading;
+    const turned = degrees - 360 * Math.ceil((degrees - 180) / 360);
+    document.getElementById("pose").textContent = `x ${x.toFixed(1)} m   y ${y.toFixed(1)} m   ψ ${turned.toFixed(1)}°`;
+  }
+}
