@@ -18,8 +18,14 @@ BLOCK = 1 << 22
 _NUMBERED = re.compile(r"_(\d+)\.mcap$")
 
 
-def bag_files(path: Path) -> list[Path]:
+def bag_files(path: Path, strict: bool = True) -> list[Path]:
     """The MCAP files of a bag: a folder with or without its metadata.yaml, or one file.
+
+    A file that was only begun when the recorder was killed, one among others, is not counted.
+
+    Args:
+        path: The folder or file.
+        strict: Whether its metadata.yaml must be readable.
 
     Raises:
         BagError: there are none, or the bag is one that this package does not read.
@@ -28,15 +34,15 @@ def bag_files(path: Path) -> list[Path]:
         return [path]
     if not path.is_dir():
         raise BagError(f"bag {path} does not exist")
-    information(path)
+    information(path, strict)
     files = sorted(path.glob("*.mcap"), key=_number)
     if not files:
         raise BagError(f"{path} is not a bag: it holds no MCAP file")
-    return files
+    return [file for file in files if file.stat().st_size] or files[:1]
 
 
-def information(directory: Path) -> dict[str, Any]:
-    """What a bag's metadata.yaml says; nothing where it is missing.
+def information(directory: Path, strict: bool = True) -> dict[str, Any]:
+    """What a bag's metadata.yaml says; nothing where it is missing, or is no such thing and need not be.
 
     Raises:
         BagError: it cannot be read, is newer than this package or speaks of another storage than MCAP.
@@ -49,6 +55,8 @@ def information(directory: Path) -> dict[str, Any]:
         told = document["rosbag2_bagfile_information"]
         version, storage = int(told["version"]), str(told["storage_identifier"])
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        if not strict:
+            return {}
         raise BagError(f"{path} cannot be read as a bag's metadata: {_line(error)}") from None
     if version > VERSION:
         raise BagError(f"{path} has version {version}, which is newer than {VERSION}, the last that this package reads")

@@ -22,6 +22,10 @@ MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEADER = struct.Struct("<BQ")
 LONGEST_RECORD = 2**32
 
+PRIVATE = 0x80
+"""The first opcode of records that are nobody's but their writer's; readers skip them."""
+
+_ENDS = (0, Opcode.DATA_END, Opcode.FOOTER)
 _MESSAGE_START = struct.Struct("<BQHIQ")
 DAMAGE = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, EOFError, KeyError, TypeError)
 """What the libraries raise at bytes that are not what they should be; RuntimeError is lz4's."""
@@ -34,7 +38,7 @@ class Contents:
     Attributes:
         end: Where the last whole record of the data section ends.
         complete: Whether the file has a summary, with an index of its chunks, and all that belongs to an end.
-        damaged: Chunks whose bytes are not those that were written; they are not among `chunks`.
+        damaged: Where the chunks are whose bytes are not those that were written; they are not among `chunks`.
         unindexed: The index of the last chunk, as far as the file lacks it.
         loose: Whether messages lie outside of chunks.
     """
@@ -51,7 +55,7 @@ class Contents:
     attachments: list[tuple[int, int, Attachment]] = field(default_factory=list)
     start_time: int | None = None
     end_time: int = 0
-    damaged: int = 0
+    damaged: list[int] = field(default_factory=list)
     unindexed: dict[int, MessageIndex] = field(default_factory=dict)
     loose: bool = False
 
@@ -107,15 +111,17 @@ def scan(path: Path) -> Contents:
     Raises:
         BagError: there is not even a beginning.
     """
-    contents = Contents(path)
+    contents, doubtful = Contents(path), []
     for opcode, start, data in records(path):
         try:
             _take(contents, opcode, start, data)
         except DAMAGE:
             if opcode != Opcode.CHUNK:
                 break
-            contents.damaged += 1
-        contents.end = start + RECORD_HEADER.size + len(data)
+            doubtful.append(start)  # the last one may be what was being written when the writer was killed
+        else:
+            contents.end = start + RECORD_HEADER.size + len(data)
+    contents.damaged = [start for start in doubtful if start < contents.end]
     if not contents.end:
         raise BagError(f"{path} holds nothing readable: not even the beginning of an MCAP file")
     return contents
@@ -127,7 +133,7 @@ def records(path: Path) -> Iterator[tuple[int, int, bytes]]:
         start = stream.seek(len(MAGIC))
         while len(header := stream.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
             opcode, length = RECORD_HEADER.unpack(header)
-            if opcode in (0, Opcode.DATA_END, Opcode.FOOTER) or length > LONGEST_RECORD:
+            if opcode in _ENDS or Opcode.DATA_END < opcode < PRIVATE or length > LONGEST_RECORD:
                 return
             data = stream.read(length)
             if len(data) < length:
@@ -151,7 +157,7 @@ def _take(contents: Contents, opcode: int, start: int, data: bytes) -> None:
         contents.attachments.append((start, end - start, Attachment.read(_stream(data))))
     elif opcode == Opcode.HEADER:
         contents.profile = Header.read(_stream(data)).profile
-    else:
+    elif opcode < PRIVATE:
         _take_records(contents, RECORD_HEADER.pack(opcode, len(data)) + data)
         contents.loose |= opcode == Opcode.MESSAGE
 

@@ -1,5 +1,7 @@
 """Bags made by hand: messages of every type that a run has, with random numbers, without ROS."""
 
+from functools import cache
+
 import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -27,8 +29,13 @@ for _kind in TYPES.values():
     STORE.register({k: v for k, v in get_types_from_msg(definition(_kind), _kind).items() if k not in STORE.types})
 
 
+@cache
+def _described(kind):
+    return definition(kind), STORE.hash_rihs01(kind)
+
+
 def topic(name, kind):
-    return Topic(name, kind, definition(kind), STORE.hash_rihs01(kind), [qos_entry(True, False)])
+    return Topic(name, kind, *_described(kind), [qos_entry(True, False)])
 
 
 def message(kind, stamp, rng, **given):
@@ -63,24 +70,31 @@ def serialized(made, kind):
     return bytes(STORE.serialize_cdr(made, kind))
 
 
-def write_run(directory, count, compression="zstd", namespace="/", close=True, writer=None):
-    """A bag of `count` steps with every topic of a run; the sent bytes by topic."""
+@cache
+def made_run(count):
+    """Stamps, topics without their namespaces, types and bytes of a run of `count` steps."""
     rng = np.random.default_rng(count)
-    writer = writer or BagWriter(directory, compression)
-    topics = {n: topic(n if n.startswith("/") else namespace + n, kind) for n, kind in TYPES.items()}
-    diagnostics = topic("/diagnostics", STATUS)
-    sent = {each.name: [] for each in (*topics.values(), diagnostics)}
-    for each in (*topics.values(), diagnostics):
-        writer.add_topic(each)
+    made = []
     for k in range(count):
         stamp = k * PERIOD
-        made = [(each, message(each.kind, stamp, rng)) for each in topics.values()]
+        made += [(stamp, name, kind, serialized(message(kind, stamp, rng), kind)) for name, kind in TYPES.items()]
         if k % 100 == 0:
-            made.append((diagnostics, status(stamp, rng, "x" * (k // 100))))
-        for each, content in made:
-            data = serialized(content, each.kind)
-            sent[each.name].append(data)
-            writer.write(each, data, stamp, stamp)
+            made.append((stamp, "/diagnostics", STATUS, serialized(status(stamp, rng, "x" * (k // 100)), STATUS)))
+    return made
+
+
+def write_run(directory, count, compression="zstd", namespace="/", close=True, writer=None):
+    """A bag of `count` steps with every topic of a run; the sent bytes by topic."""
+    writer = writer or BagWriter(directory, compression)
+    topics = {}
+    sent = {}
+    for name, kind in (*TYPES.items(), ("/diagnostics", STATUS)):
+        topics[name] = topic(name if name.startswith("/") else namespace + name, kind)
+        sent[topics[name].name] = []
+        writer.add_topic(topics[name])
+    for stamp, name, _, data in made_run(count):
+        sent[topics[name].name].append(data)
+        writer.write(topics[name], data, stamp, stamp)
     writer.flush()
     if close:
         writer.close()
