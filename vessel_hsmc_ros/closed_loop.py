@@ -16,7 +16,7 @@ from vessel_hsmc_ros.kinematics import as_published
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.references import Reference, make_reference
 from vessel_hsmc_ros.run_data import WIDTHS, Run
-from vessel_hsmc_ros.scenario import Scenario, load_scenario, make_law
+from vessel_hsmc_ros.scenario import Scenario, load_scenario, make_law, make_observer
 from vessel_hsmc_ros.timing import RateGrid, seconds
 from vessel_sim_node.disturbance import acceleration
 from vessel_sim_node.simulator import Simulator
@@ -64,11 +64,12 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     vessel = sim.vessel.coefficients()
     reference_grid = RateGrid(scenario.reference_ship.rate_hz)
     desired = Desired(make_reference(scenario.reference_ship, reference_grid.period), reference_grid)
-    loop = ControlLoop(make_law(scenario.controller), RateGrid(scenario.controller.rate_hz))
+    loop = ControlLoop(make_law(scenario.controller), RateGrid(scenario.controller.rate_hz), make_observer(scenario.controller))
 
     samples = sample_count(sim.duration, grid)
     rows = np.empty((samples, sum(WIDTHS)))
     terms: list[tuple[float, Terms]] = []
+    estimates: list[Array] = []
     for k in range(samples):
         stamp = grid.stamp(k)
         time = seconds(stamp)
@@ -78,6 +79,8 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
         reference, reference_acceleration = desired.at(stamp)
         if loop.due(stamp):
             terms.append((time, loop.step(stamp, measured, reference, reference_acceleration)))
+            if loop.estimate is not None:
+                estimates.append(as_published(loop.estimate))
         wrench = plant.applied(loop.wrench)
         unforced = plant.unforced_acceleration()
         rows[k] = (time, *state, *measured, *reference, *wrench, *acceleration(push, vessel), *unforced)
@@ -85,7 +88,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
             plant.advance(wrench, push)
         if progress is not None:
             progress(k + 1, samples)
-    return Run.from_rows(rows, terms)
+    return Run.from_rows(rows, terms, estimates)
 
 
 def sample_count(duration: float, grid: RateGrid) -> int:

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.exceptions import ControlError
 from vessel_hsmc_ros.kinematics import extrapolate
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.parameters import ControllerParameters
-from vessel_hsmc_ros.scenario import make_law
+from vessel_hsmc_ros.scenario import make_law, make_observer
 from vessel_hsmc_ros.timing import NANOSECONDS, RateGrid, seconds
 from vessel_hsmc_ros.vessel_node import ERROR, OK, WARN, VesselNode, run_node
 
@@ -42,7 +42,7 @@ class ControllerNode(VesselNode):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         p = self.parameters
-        self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz))
+        self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz), make_observer(p))
         self._start = 0
         self._phase: Timer | None = None
         self._odometry: tuple[int, Array] | None = None
@@ -60,6 +60,9 @@ class ControllerNode(VesselNode):
         profile = qos.data(lockstep)
         self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, needed=lockstep)
         self._state_out = self.advertise(ControlState, "~/state", profile)
+        if self._loop.observer:
+            self._estimate_out = self.advertise(Odometry, "~/estimate", profile)
+            self._estimate = conversions.new_odometry()
         self._command, self._state = conversions.new_wrench(), conversions.new_control_state()
         self.listen(Odometry, "odom", self._on_odometry, profile)
         self.listen(ReferenceState, "reference", self._on_reference, profile)
@@ -163,7 +166,7 @@ class ControllerNode(VesselNode):
         ((reference_stamp, (reference, acceleration)),) = self._references.items()
         reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
         try:
-            return self._update(elapsed, state, reference, acceleration)
+            return self._update(elapsed, state, reference, acceleration, stamp)
         except ControlError as error:
             self._loop.wrench = NO_WRENCH
             self._report(f"{error}; the wrench is zero")
@@ -171,9 +174,9 @@ class ControllerNode(VesselNode):
 
     # -- output -------------------------------------------------------------------------------------------------------
 
-    def _update(self, stamp: int, state: Array, reference: Array, acceleration: Array) -> Terms:
+    def _update(self, stamp: int, state: Array, reference: Array, acceleration: Array, measured_at: int | None = None) -> Terms:
         began = time.perf_counter()
-        terms = self._loop.step(stamp, state, reference, acceleration)
+        terms = self._loop.step(stamp, state, reference, acceleration, measured_at)
         self._compute_time = time.perf_counter() - began
         self._compute_time_max = max(self._compute_time_max, self._compute_time)
         self._updates += 1
@@ -190,6 +193,9 @@ class ControllerNode(VesselNode):
             self._state.compute_time = self._compute_time
             self._state.missed_periods = self._loop.missed_periods
             self.send(self._state_out, self._state)
+            if self._loop.estimate is not None:
+                conversions.write_odometry(self._estimate, time_stamp, self._loop.estimate)
+                self.send(self._estimate_out, self._estimate)
 
     # -- services, parameters, diagnostics ----------------------------------------------------------------------------
 
@@ -198,7 +204,7 @@ class ControllerNode(VesselNode):
         self._loop.law.retune(getattr(parameters, parameters.law))
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._loop.law.reset()
+        self._loop.forget()
         response.success, response.message = True, "the law has forgotten what it had learnt"
         return response
 

@@ -10,6 +10,7 @@ from vessel_hsmc_ros.laws import (
     LosPidParameters,
     PdParameters,
 )
+from vessel_hsmc_ros.observer import ObserverParameters
 from vessel_hsmc_ros.references import ReferenceShipParameters
 from vessel_hsmc_ros.schema import group, parameter
 from vessel_sim_node.simulator import PlantParameters
@@ -24,10 +25,11 @@ TOPICS = (
     "reference",
     "reference/pose",
     "controller/state",
+    "controller/estimate",
     "/clock",
     "/diagnostics",
 )
-OPTIONAL_TOPICS = ("odom/truth",)
+OPTIONAL_TOPICS = ("odom/truth", "controller/estimate")
 """Of these, those that not every run has."""
 
 
@@ -83,6 +85,7 @@ class ControllerParameters(CommonParameters):
         0.5, "In real time, the age of odometry or reference after which the wrench is zero.", unit="s", low=0.01, high=60.0
     )
     vessel: KnownVessel = group(KnownVessel)
+    observer: ObserverParameters = group(ObserverParameters)
     hierarchical: HierarchicalParameters = group(HierarchicalParameters)
     course: CourseLawParameters = group(CourseLawParameters)
     pd: PdParameters = group(PdParameters)

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 NEEDED = ("odom", "reference", "applied_wrench", "disturbance")
-TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state")
+TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate")
 
 
 def states(series: Series) -> Array:
@@ -45,10 +45,13 @@ def wrenches(series: Series) -> Array:
     return series.stack("wrench.force.x", "wrench.force.y", "wrench.torque.z")
 
 
-def control(series: Series, start: int, lists: bool) -> dict[str, Array]:
-    """What the law computed, by field names, with or without lists, and `time` since a start in nanoseconds."""
+def control(series: Series, start: int, lists: bool, estimates: Series | None) -> dict[str, Array]:
+    """What the law computed, by field names, with or without lists, `time` since a start in nanoseconds, and `estimate`."""
     names = [name for name in series.fields if not name.startswith("header.") and (lists or name not in series.wide)]
-    return {"time": seconds_of(series.stamp - start), **{name: series[name] for name in names}}
+    columns = {"time": seconds_of(series.stamp - start), **{name: series[name] for name in names}}
+    if estimates is not None:
+        columns["estimate"] = at_stamps(series.stamp, estimates, states(estimates), np.nan)
+    return columns
 
 
 def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> Run:
@@ -83,7 +86,9 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         np.full((len(rows), 3), math.nan)
         if unforced is None
         else at_stamps(stamps, unforced, accelerations(unforced, "accel"), np.nan),
-        control(topics["controller/state"], start, weights) if "controller/state" in topics else {},
+        control(topics["controller/state"], start, weights, topics.get("controller/estimate"))
+        if "controller/state" in topics
+        else {},
     )
 
 

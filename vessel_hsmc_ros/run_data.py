@@ -27,7 +27,7 @@ class Run:
         disturbance: Disturbing accelerations, (n, 3), m/s², m/s², rad/s².
         unforced_acceleration: f_u, f_v, f_r as they are, (n, 3), m/s², m/s², rad/s²; NaN where nobody knows them.
         control: What the law computed, by the field names of ControlState.msg, one row for each control period;
-            `time` among them, s.
+            `time` among them, s, and where there is an observer `estimate`, its x, y, psi, u, v, r, (m, 6).
     """
 
     time: Array
@@ -40,10 +40,12 @@ class Run:
     control: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
-    def from_rows(cls, rows: Array, terms: Sequence[tuple[float, Terms]]) -> "Run":
-        """From rows of a run's arrays side by side, WIDTHS columns each, and the law's terms with their times."""
+    def from_rows(cls, rows: Array, terms: Sequence[tuple[float, Terms]], estimates: Sequence[Array] = ()) -> "Run":
+        """From rows of a run's arrays side by side, WIDTHS columns each, the law's terms with their times, and estimates."""
         control = {"time": np.array([time for time, _ in terms])}
         for name in Terms._fields:
             control[name] = np.array([getattr(term, name) for _, term in terms])
+        if estimates:
+            control["estimate"] = np.array(estimates)
         time, state, measured, reference, wrench, disturbance, unforced = np.split(rows, np.cumsum(WIDTHS)[:-1], axis=1)
         return cls(time[:, 0], state, measured, reference, wrench, disturbance, unforced, control)

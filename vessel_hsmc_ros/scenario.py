@@ -11,6 +11,7 @@ import yaml
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.laws import Law, make_controller
+from vessel_hsmc_ros.observer import Observer
 from vessel_hsmc_ros.parameters import (
     NODES,
     ControllerParameters,
@@ -125,6 +126,11 @@ def make_law(parameters: ControllerParameters) -> Law:
     return make_controller(
         parameters.law, 1.0 / parameters.rate_hz, **schema.flatten(parameters.vessel), **schema.flatten(chosen)
     )
+
+
+def make_observer(parameters: ControllerParameters) -> Observer | None:
+    """The observer a controller's parameters ask for, if they do."""
+    return Observer(parameters.observer, parameters.vessel) if parameters.observer.enabled else None
 
 
 def dump_scenario(scenario: Scenario) -> str:

@@ -54,6 +54,35 @@ def test_accelerations_add_up_to_the_motion():
     np.testing.assert_allclose(acceleration[50:-1], change[50:], rtol=0.05, atol=0.01)
 
 
+def test_on_noisy_poses_alone_the_observer_lets_a_law_hold_its_course():
+    """A position at 5 Hz that is off by half a metre, a heading at 10 Hz off by 0.3°, no velocity at all."""
+    sensors = {
+        "position_noise": 0.5,
+        "heading_noise": 0.005,
+        "measures_velocity": False,
+        "position_rate_hz": 5.0,
+        "heading_rate_hz": 10.0,
+    }
+    run = run_of(
+        120.0,
+        vessel_sim__rate_hz=50.0,
+        reference_ship__rate_hz=50.0,
+        vessel_sim__actuators__surge_force_limit=2e5,
+        vessel_sim__actuators__yaw_moment_limit=3e6,
+        controller__law="los_pid",
+        controller__rate_hz=25.0,
+        controller__observer__enabled=True,
+        **{f"vessel_sim__sensors__{name}": value for name, value in sensors.items()},
+    )
+    late = run.time >= 60.0
+    assert np.max(position_error(run.state, run.reference)[late]) < 1.0
+    error = run.control["estimate"] - run.state[::2]
+    error[:, 2] = (error[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+    deviation = np.sqrt(np.mean(error[late[::2]] ** 2, axis=0))
+    assert np.all(deviation < [0.35, 0.35, 0.004, 0.15, 0.2, 0.005]), deviation
+    assert not run.measured[:, 3:].any()
+
+
 def test_straight_reference_heading_converges_and_the_lateral_error_stays():
     run = run_of(400.0, reference_ship__yaw_moment=0.0)
     assert position_error(run.state, run.reference)[-1] == pytest.approx(5.1, rel=0.1)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.control_loop import ControlLoop
-from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws import KnownVessel, make_controller
+from vessel_hsmc_ros.observer import Observer, ObserverParameters
 from vessel_hsmc_ros.timing import RateGrid
 
 STATE, REFERENCE, NONE = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6), np.zeros(3)
@@ -61,3 +62,36 @@ def test_what_follows_from_the_terms_is_added_for_every_law(loop):
     assert second.lyapunov_rate == pytest.approx((second.lyapunov - first.lyapunov) / 0.01)
     assert late.lyapunov_rate == pytest.approx((late.lyapunov - second.lyapunov) / 0.03)
     assert math.isnan(first.commanded_heading)
+
+
+def test_an_observer_stands_between_measurement_and_law():
+    observer = observed()
+    law = make_controller("hierarchical", 0.01)
+    loop = ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed())
+    wrench = (0.0, 0.0)
+    for milliseconds in (0, 10, 20):
+        measured = STATE + 1e-3 * milliseconds
+        step = loop.step(milliseconds * 1_000_000, measured, REFERENCE, NONE)
+        estimate = observer.update(milliseconds * 1_000_000, measured, wrench)
+        expected, terms = law.update(1e-3 * milliseconds, estimate, REFERENCE, NONE)
+        wrench = float(expected[0]), float(expected[1])
+        np.testing.assert_array_equal(loop.estimate, estimate)
+        assert loop.wrench == wrench
+        assert step.yaw_surface == terms.yaw_surface
+    loop.forget()
+    assert loop.estimate is None
+    loop.step(30_000_000, measured, REFERENCE, NONE)
+    np.testing.assert_allclose(loop.estimate, [*measured[:3], 0.0, 0.0, 0.0])
+
+
+def test_the_observer_goes_by_the_time_of_the_measurement():
+    early, late = (ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed()) for _ in range(2))
+    for milliseconds in (0, 10, 20):
+        moved = STATE + 1e-3 * milliseconds
+        early.step(milliseconds * 1_000_000, moved, REFERENCE, NONE)
+        late.step((milliseconds + 4) * 1_000_000, moved, REFERENCE, NONE, milliseconds * 1_000_000)
+    np.testing.assert_array_equal(early.estimate, late.estimate)
+
+
+def observed():
+    return Observer(ObserverParameters(), KnownVessel())

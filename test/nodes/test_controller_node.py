@@ -16,8 +16,10 @@ from vessel_hsmc_ros import conversions as conv
 from vessel_hsmc_ros import qos, schema
 from vessel_hsmc_ros.controller_node import ControllerNode
 from vessel_hsmc_ros.exceptions import ControlError, ParameterError
-from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.kinematics import as_published
+from vessel_hsmc_ros.laws import KnownVessel, make_controller
 from vessel_hsmc_ros.laws.terms import diagnosed
+from vessel_hsmc_ros.observer import Observer, ObserverParameters
 from vessel_hsmc_ros.parameters import ControllerParameters
 
 STEP = 10_000_000
@@ -73,6 +75,33 @@ def test_each_odometry_is_answered_with_its_stamp_once_the_reference_is_there(be
     plant.send_reference(STEP)
     plant.send_odometry(STEP)
     bench.until(lambda: plant.stamps() == [0, STEP])
+
+
+def test_with_an_observer_the_law_takes_its_estimate_which_is_told(bench, plant):
+    estimates = bench.collect(Odometry, "controller/estimate")
+    plant.connect(bench.start(ControllerNode, observer__enabled=True))
+    for k in range(3):
+        plant.send_reference(k * STEP)
+        plant.send_odometry(k * STEP, [*STATE[:3] + 0.1 * k, 99.0, 99.0, 9.0])
+        bench.until(lambda k=k: len(plant.states) == len(estimates) == k + 1)
+    observer = Observer(ObserverParameters(), KnownVessel())
+    wrench = (0.0, 0.0)
+    for k in range(3):
+        odometry = conv.new_odometry()
+        conv.write_odometry(odometry, conv.time_message(0), np.array([*STATE[:3] + 0.1 * k, 0.0, 0.0, 0.0]))
+        expected = observer.update(k * STEP, conv.read_odometry(odometry), wrench)
+        np.testing.assert_array_equal(conv.read_odometry(estimates[k]), as_published(expected))
+        wrench = conv.read_wrench(plant.commands[k])
+    assert bench.call(Trigger, "/controller/reset", Trigger.Request()).success
+    plant.send_reference(3 * STEP)
+    plant.send_odometry(3 * STEP)
+    bench.until(lambda: len(estimates) == 4)
+    np.testing.assert_allclose(conv.read_odometry(estimates[3]), [*STATE[:3], 0.0, 0.0, 0.0])
+
+
+def test_without_an_observer_nothing_is_estimated(bench, plant):
+    plant.connect(bench.start(ControllerNode))
+    assert not bench.probe.count_publishers("/controller/estimate")
 
 
 def test_the_answer_is_the_laws(bench, plant):
