@@ -8,6 +8,7 @@ from vessel_hsmc_ros.laws import (
     HierarchicalParameters,
     KnownVessel,
     LosPidParameters,
+    NmpcParameters,
     PdParameters,
 )
 from vessel_hsmc_ros.observer import ObserverParameters
@@ -90,6 +91,7 @@ class ControllerParameters(CommonParameters):
     course: CourseLawParameters = group(CourseLawParameters)
     pd: PdParameters = group(PdParameters)
     los_pid: LosPidParameters = group(LosPidParameters)
+    nmpc: NmpcParameters = group(NmpcParameters)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.los_pid import LosPidController, LosPidParameters
+from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.laws.terms import Terms
 
@@ -23,6 +24,7 @@ __all__ = [
     "KnownVessel",
     "Law",
     "LosPidParameters",
+    "NmpcParameters",
     "PdParameters",
     "Terms",
     "make_controller",
@@ -43,6 +45,7 @@ LAWS = {
     "course": LawKind(CourseController, CourseLawParameters),
     "pd": LawKind(PdController, PdParameters),
     "los_pid": LawKind(LosPidController, LosPidParameters),
+    "nmpc": LawKind(NmpcController, NmpcParameters),
 }
 
 

@@ -1,0 +1,44 @@
+"""Plant, reference and controller nodes in one process, in lockstep, against the offline loop: the same bits."""
+
+import numpy as np
+import pytest
+import rclpy
+
+from vessel_hsmc_ros import conversions as conv
+from vessel_hsmc_ros import qos, schema
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.controller_node import ControllerNode
+from vessel_hsmc_ros.reference_ship_node import ReferenceShipNode
+from vessel_sim_node.node import VesselSimNode
+
+NODES = {"vessel_sim": VesselSimNode, "reference_ship": ReferenceShipNode, "controller": ControllerNode}
+RATES = {f"{node}.rate_hz": 10.0 for node in NODES}
+
+
+def run_nodes(bench, scenario):
+    """Odometry and wrench of a run of the nodes, (n, 6), (n, 2), taken by a recorder for which they wait."""
+    taken = {}
+    recorder = rclpy.create_node("recorder", context=bench.context)
+    bench.nodes.append(recorder)
+    bench.executor.add_node(recorder)
+    for name, node_class in NODES.items():
+        values = schema.flatten(getattr(scenario, name)) | {"recorded": True}
+        node = bench.start(node_class, **{k: list(v) if isinstance(v, tuple) else v for k, v in values.items()})
+        for publisher, _ in node._advertised:
+            messages = taken.setdefault(publisher.topic_name, [])
+            recorder.create_subscription(publisher.msg_type, publisher.topic_name, messages.append, qos.LOSSLESS)
+    samples = round(scenario.vessel_sim.duration * scenario.vessel_sim.rate_hz) + 1
+    bench.until(lambda: len(taken["/odom"]) == len(taken["/applied_wrench"]) == samples, deadline=30.0)
+    state = np.array([conv.read_odometry(message) for message in taken["/odom"]])
+    return state, np.array([conv.read_wrench(message) for message in taken["/applied_wrench"]])
+
+
+@pytest.mark.parametrize("law", ["los_pid", "nmpc"])
+def test_a_law_gives_the_same_bits_over_nodes_as_offline(bench, law):
+    if law == "nmpc":
+        pytest.importorskip("casadi")
+    scenario = load_scenario("case2_tracking", {"controller.law": law, "vessel_sim.duration": 5.0, **RATES})
+    state, wrench = run_nodes(bench, scenario)
+    offline = simulate(scenario)
+    np.testing.assert_array_equal(state, offline.state)
+    np.testing.assert_array_equal(wrench, offline.wrench)

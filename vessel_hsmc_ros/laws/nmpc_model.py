@@ -1,0 +1,186 @@
+"""The ship as the predictive law knows it, (6) with every coefficient, and its motion over the horizon with its sensitivities.
+
+Written anew for CasADi: a law does not share the plant's equations, and CasADi differentiates these.
+
+| symbol | meaning | unit |
+|---|---|---|
+| x | position relative to the reference, heading, body velocities, shape (6,) | m, m, rad, m/s, m/s, rad/s |
+| U | inputs over the horizon, as parts of their limits, shape (2, N) | - |
+| b | disturbance that turns with the hull: two forces, a moment, shape (3,) | N, N, N·m |
+| e | disturbance that stays with the earth: two forces, shape (2,) | N, N |
+| h | lengths of the steps, shape (N,) | s |
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.exceptions import ParameterError
+from vessel_hsmc_ros.schema import parameter
+
+Array = NDArray[np.float64]
+
+
+def damping(default: float, description: str, unit: str, symbol: str) -> float:
+    """Declare a coefficient of the model."""
+    return parameter(default, description, unit=unit, low=0.0, high=1e15, symbol=symbol)
+
+
+@dataclass(frozen=True)
+class ModelParameters:
+    """What a perfect model knows beside m11 and m33; defaults are the ship of the paper's section 6.2."""
+
+    sway_inertia: float = parameter(177.9e3, "Mass with added mass in sway.", unit="kg", low=1e-3, high=1e12, symbol="m22")
+    surge_damping: float = damping(215e2, "Linear damping in surge.", "kg/s", "d_u")
+    sway_damping: float = damping(147e3, "Linear damping in sway.", "kg/s", "d_v")
+    yaw_damping: float = damping(802e4, "Linear damping in yaw.", "kg·m²/s", "d_r")
+    surge_damping_quadratic: float = damping(0.2 * 215e2, "Damping in surge with |u|u.", "kg/m", "d_u2")
+    surge_damping_cubic: float = damping(0.1 * 215e2, "Damping in surge with u³.", "kg·s/m²", "d_u3")
+    sway_damping_quadratic: float = damping(0.2 * 147e3, "Damping in sway with |v|v.", "kg/m", "d_v2")
+    sway_damping_cubic: float = damping(0.1 * 147e3, "Damping in sway with v³.", "kg·s/m²", "d_v3")
+    yaw_damping_quadratic: float = damping(0.2 * 802e4, "Damping in yaw with |r|r.", "kg·m²", "d_r2")
+    yaw_damping_cubic: float = damping(0.1 * 802e4, "Damping in yaw with r³.", "kg·m²·s", "d_r3")
+
+
+class Model(NamedTuple):
+    """The coefficients of (6) by the paper's symbols, and the limits that the inputs are parts of."""
+
+    m11: float
+    m33: float
+    tau_1_max: float
+    tau_2_max: float
+    m22: float
+    d_u: float
+    d_v: float
+    d_r: float
+    d_u2: float
+    d_u3: float
+    d_v2: float
+    d_v3: float
+    d_r2: float
+    d_r3: float
+
+
+class Compiled:
+    """A function of CasADi on arrays, without the detour over its own matrices, which costs more than the function.
+
+    Args:
+        function: Takes and gives dense matrices.
+    """
+
+    def __init__(self, function: Any) -> None:
+        inputs = [np.zeros(function.numel_in(k)) for k in range(function.n_in())]
+        outputs = [np.zeros(function.numel_out(k)) for k in range(function.n_out())]
+        self._buffer, self._evaluate = function.buffer()
+        for k, values in enumerate(inputs):
+            self._buffer.set_arg(k, memoryview(values.data))
+        for k, values in enumerate(outputs):
+            self._buffer.set_res(k, memoryview(values.data))
+        self._inputs = [a.reshape(function.size_in(k), order="F") for k, a in enumerate(inputs)]
+        self._outputs = [a.reshape(function.size_out(k), order="F") for k, a in enumerate(outputs)]
+
+    def __call__(self, *arguments: Any) -> list[Array]:
+        """Every output as a matrix, for arguments of the inputs' size."""
+        for place, argument in zip(self._inputs, arguments, strict=True):
+            place[...] = np.reshape(argument, place.shape)
+        self._evaluate()
+        return [output.copy() for output in self._outputs]
+
+
+class Horizon(NamedTuple):
+    """Compiled functions of a model.
+
+    Attributes:
+        inputs: x, (du, dv, dr) -> the inputs that cause du and dr, (2,), and the sway force that dv needs, N.
+        step: x, u, b, e, length -> x after one step.
+        motion: x, U, b, e -> all x, (6, N).
+        sensitivity: x, U, b, e -> all x, (6, N), and their derivatives by the inputs, (6·N, 2·N).
+        solver: Minimum of a quadratic form in a box.
+    """
+
+    inputs: Compiled
+    step: Compiled
+    motion: Compiled
+    sensitivity: Compiled
+    solver: Any
+
+
+def load_casadi() -> Any:
+    """The library that differentiates and minimises.
+
+    Raises:
+        ParameterError: it is not installed.
+    """
+    try:
+        import casadi
+    except ModuleNotFoundError:
+        raise ParameterError(
+            "controller.law = nmpc is not allowed here: it takes CasADi, the package's extra `nmpc` (pip install casadi)"
+        ) from None
+    return casadi
+
+
+def derivative(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any) -> Any:
+    """The time derivative of x, (6), under inputs and disturbances."""
+    m = model
+    psi, surge, sway, yaw = x[2], x[3], x[4], x[5]
+    c, s = ca.cos(psi), ca.sin(psi)
+    drag_u = surge * (m.d_u + m.d_u2 * ca.fabs(surge) + m.d_u3 * surge * surge)
+    drag_v = sway * (m.d_v + m.d_v2 * ca.fabs(sway) + m.d_v3 * sway * sway)
+    drag_r = yaw * (m.d_r + m.d_r2 * ca.fabs(yaw) + m.d_r3 * yaw * yaw)
+    return ca.vertcat(
+        surge * c - sway * s,
+        surge * s + sway * c,
+        yaw,
+        (m.m22 * sway * yaw - drag_u + m.tau_1_max * u[0] + b[0] + c * e[0] + s * e[1]) / m.m11,
+        (-m.m11 * surge * yaw - drag_v + b[1] - s * e[0] + c * e[1]) / m.m22,
+        ((m.m11 - m.m22) * surge * sway - drag_r + m.tau_2_max * u[1] + b[2]) / m.m33,
+    )
+
+
+@lru_cache(maxsize=4)
+def compile_horizon(model: Model, steps: tuple[float, ...]) -> Horizon:
+    """Compile a model for a horizon of steps of these lengths, s; takes about a second.
+
+    Raises:
+        ParameterError: CasADi is not installed.
+    """
+    ca = load_casadi()
+    N = len(steps)
+    x, u, b, e, h = (ca.SX.sym(name, size) for name, size in (("x", 6), ("u", 2), ("b", 3), ("e", 2), ("h", 1)))
+    k1 = derivative(ca, model, x, u, b, e)
+    k2 = derivative(ca, model, x + 0.5 * h * k1, u, b, e)
+    k3 = derivative(ca, model, x + 0.5 * h * k2, u, b, e)
+    k4 = derivative(ca, model, x + h * k3, u, b, e)
+    after = x + (h / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)
+    linear = ca.Function("linear", [x, u, b, e, h], [after, ca.jacobian(after, x), ca.jacobian(after, u)], {"cse": True})
+
+    U = ca.SX.sym("U", 2, N)
+    at, G, states, rows = x, ca.SX.zeros(6, 2 * N), [], []
+    for k, length in enumerate(steps):
+        at, A, B = linear(at, U[:, k], b, e, length)
+        G = ca.horzcat(A @ G[:, : 2 * k], B, ca.SX.zeros(6, 2 * (N - k - 1)))
+        states.append(at)
+        rows.append(G)
+    motion = ca.horzcat(*states)
+
+    a = ca.SX.sym("a", 3)
+    free = derivative(ca, model, x, ca.SX.zeros(2), ca.SX.zeros(3), ca.SX.zeros(2))
+    missing = ca.vertcat(model.m11, model.m22, model.m33) * (a - free[3:])
+    inputs = ca.vertcat(missing[0] / model.tau_1_max, missing[2] / model.tau_2_max)
+
+    def compiled(arguments: list[Any], results: list[Any]) -> Compiled:
+        dense = [ca.densify(result) for result in results]
+        return Compiled(ca.Function("f", arguments, dense, {"cse": True}))
+
+    box = {"h": ca.Sparsity.dense(2 * N, 2 * N), "a": ca.Sparsity(0, 2 * N)}
+    return Horizon(
+        compiled([x, a], [inputs, missing[1]]),
+        compiled([x, u, b, e, h], [after]),
+        compiled([x, U, b, e], [motion]),
+        compiled([x, U, b, e], [motion, ca.vertcat(*rows)]),
+        ca.conic("solver", "daqp", box, {"error_on_fail": False}),
+    )
