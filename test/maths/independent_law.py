@@ -63,15 +63,16 @@ class IndependentLaw:
         gains: By the paper's symbols: a b c1 c2 c3 k1 k2 eta1 eta2 gamma1 gamma2 gamma3 m11 m33 delta.
         centers: Lists of three.
         power: Of the distance in (3).
-        switching: One of SWITCHING, with its width.
+        layers: Widths for S1 and S2 of a switching that has them.
+        switching: One of SWITCHING.
         a_switched: Whether a takes the sign that makes a·sigma1 agree with b·sigma2.
         printed_rates: Whether (29) is taken as printed.
     """
 
-    def __init__(self, gains, centers, power=2, switching="sgn", width=1.0, a_switched=False, printed_rates=False):
+    def __init__(self, gains, centers, layers=(1.0, 1.0), power=2, switching="sgn", a_switched=False, printed_rates=False):
         self.g = {name: mpf(float(value)) for name, value in gains.items()}
         self.centers = [numbers(center) for center in centers]
-        self.power, self.switching, self.width = power, SWITCHING[switching], mpf(float(width))
+        self.power, self.switching, self.layers = power, SWITCHING[switching], numbers(layers)
         self.a_switched, self.printed_rates = a_switched, printed_rates
 
     def surfaces(self, state, desired, d_acceleration):
@@ -117,7 +118,7 @@ class IndependentLaw:
         inside = -g["c1"] * self.d_error.imag - f_v + (self.u + self.z2 * self.r) * self.r + z1 * f_r + self.ddz2d
         tau_eq21 = -m33 / z1 * inside
         tau_eq22 = m33 * (-g["c2"] * self.dz3e - f_r + self.ddz3d)
-        switched = -g["eta1"] * self.switching(self.S1, self.width) - g["k1"] * self.S1
+        switched = -g["eta1"] * self.switching(self.S1, self.layers[0]) - g["k1"] * self.S1
         tau_sw2 = (switched + a * z1 / m33 * tau_eq22 - b / m33 * tau_eq21) / (b / m33 - a * z1 / m33)
         return tau_eq21 + tau_eq22 + tau_sw2
 
@@ -126,7 +127,7 @@ class IndependentLaw:
         g = self.g
         drift = (self.v - self.z1 * self.r) * self.r + self.z2 * (f_r + tau_2 / g["m33"])
         tau_eq1 = g["m11"] * (-g["c3"] * self.d_error.real - f_u - drift + self.ddz1d)
-        tau_sw1 = g["m11"] * (-g["eta2"] * self.switching(self.S2, self.width) - g["k2"] * self.S2)
+        tau_sw1 = g["m11"] * (-g["eta2"] * self.switching(self.S2, self.layers[1]) - g["k2"] * self.S2)
         return tau_eq1 + tau_sw1
 
     def rate_scales(self):
