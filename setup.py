@@ -37,6 +37,7 @@ setup(
     extras_require={
         "live": ["foxglove-sdk"],
         "nmpc": ["casadi"],
+        "parquet": ["pyarrow"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": ["pytest"],
     },

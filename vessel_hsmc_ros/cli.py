@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vessel_hsmc_ros import __version__, runs
+from vessel_hsmc_ros import __version__, runs, schema
 from vessel_hsmc_ros.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.parameter_page import parameter_page
-from vessel_hsmc_ros.report.tables import rows
 from vessel_hsmc_ros.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario import Scenario, for_nodes, load_scenario, read_yaml
 
@@ -76,10 +75,29 @@ def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
 
 
 @cli.command("report")
-@click.argument("bag", type=click.Path(path_type=Path, exists=True, file_okay=False))
-def report_command(bag: Path) -> None:
-    """Table, figures and page of a recorded run from its BAG, with the params.yaml beside it."""
-    present(runs.report_bag(bag))
+@click.argument("bags", nargs=-1, required=True, metavar="BAG...", type=click.Path(path_type=Path))
+@click.option("--output", type=click.Path(path_type=Path, dir_okay=False), help="The page; else report.html beside the bag.")
+@click.option("--title", help="Title of the page.")
+@click.option("--namespace", help="The vessel's ROS namespace, where a bag holds several.")
+@click.option("--figures", type=click.Choice(["png", "svg"]), help="The diagrams as files too, in figures/ beside the page.")
+@click.option("--csv", is_flag=True, help="All signals as CSV too, in csv/ beside the page.")
+@click.option("--parquet", is_flag=True, help="The same as Parquet, if pyarrow is installed.")
+@click.option("--hull-length", type=float, default=32.0, show_default=True, help="Length of the ship that is drawn, m.")
+@click.option("--hull-beam", type=float, default=8.0, show_default=True, help="Its beam, m.")
+def report_command(bags: tuple[Path, ...], hull_length: float, hull_beam: float, output: Path | None, **options: Any) -> None:
+    """One page of one or several recorded runs, that needs nothing but itself.
+
+    It shows the ship on its track beside its reference, linked diagrams of all signals, key figures, parameters and versions.
+    Several bags lie over each other, with a table of differences from the first.
+    """
+    from vessel_hsmc_ros.report import Hull, rows  # what a report needs takes a while to load
+    from vessel_hsmc_ros.report.making import Wanted, make
+
+    hull = schema.build(Hull, {"length": hull_length, "beam": hull_beam}, "hull")
+    made = make(bags, Wanted(page=output, hull=hull, **options))
+    print_table([(record.name, rows(record.metrics, record.facts)) for record in made.records])
+    for what, path in made.files.items():
+        Console().print(f"{what}: {path}", **PLAIN)
 
 
 @cli.command("parameters")
@@ -123,17 +141,26 @@ def present(result: runs.Result) -> None:
     """Print a run's table and where everything is."""
     out = Console()
     if result.metrics is not None:
-        table = Table(show_header=False)
-        table.add_column()
-        table.add_column(justify="right")
-        for label, value in rows(result.metrics, result.facts):
-            table.add_row(label, value)
-        out.print(table)
+        from vessel_hsmc_ros.report import rows
+
+        print_table([("", rows(result.metrics, result.facts))])
     if result.failure and result.folder.bag.exists():
         out.print(f"the bag is complete; for a table and figures: vessel-hsmc report {result.folder.bag}", **PLAIN)
     if result.failure:
         console.print(f"error: {result.failure}", style="red", **PLAIN)
     out.print(f"run folder: {result.folder.path}", **PLAIN)
+
+
+def print_table(columns: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None:
+    """Key figures, a column for each run."""
+    table = Table(show_header=len(columns) > 1)
+    table.add_column()
+    for name, _ in columns:
+        table.add_column(name, justify="right")
+    values = [dict(found) for _, found in columns]
+    for label in dict.fromkeys(label for column in values for label in column):
+        table.add_row(label, *(column.get(label, "") for column in values))
+    Console().print(table)
 
 
 def main() -> int:

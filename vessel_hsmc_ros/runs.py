@@ -5,23 +5,21 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros import closed_loop
 from vessel_hsmc_ros.exceptions import BagError, RunError
 from vessel_hsmc_ros.metrics import Metrics, evaluate
 from vessel_hsmc_ros.run_data import Run
 from vessel_hsmc_ros.run_folder import RunFolder, make_run_folder, provenance
-from vessel_hsmc_ros.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.scenario import Scenario
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.report import Record
 
 Progress = Callable[[float], None]
-
-ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_commit", "host", "system", "python")
-"""What a page tells of where its run comes from, by the names in run.json."""
 
 
 @dataclass
@@ -32,14 +30,13 @@ class Result:
         folder: Where everything is.
         exit_code: 0, 1 when a node failed, 128 plus the signal's number when it was interrupted.
         failure: What went wrong, in one line; empty when nothing did.
-        run: The arrays; None when there is too little to make any.
+        metrics: None when there is too little to measure.
         facts: Everything else that was measured, by name.
     """
 
     folder: RunFolder
     exit_code: int = 0
     failure: str = ""
-    run: Run | None = None
     metrics: Metrics | None = None
     facts: dict[str, Any] = field(default_factory=dict)
 
@@ -75,8 +72,7 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
     result = Result(folder, outcome.exit_code, outcome.failure)
     if not result.failure:
         try:
-            _take_bag(result, scenario, folder.bag)
-            _present(result, scenario, origin)
+            _take_bag(result, origin)
         except BagError as error:
             result.exit_code, result.failure = 1, str(error)
     _write_summary(result, origin)
@@ -98,24 +94,9 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
     wall = time.monotonic() - started
     folder = make_run_folder(parent, f"{scenario.name}_offline")
     folder.write_parameters(scenario)
-    result = Result(folder, run=run, facts={"real_time_factor": float(run.time[-1]) / wall})
-    _present(result, scenario, origin)
+    result = Result(folder, facts={"real_time_factor": float(run.time[-1]) / wall})
+    _take_run(result, scenario, run, origin)
     _write_summary(result, origin)
-    return result
-
-
-def report_bag(directory: Path) -> Result:
-    """Table, figures and page of a recorded run, from its bag and the parameters beside it.
-
-    Raises:
-        BagError: the bag cannot be read.
-        ScenarioError: the parameters are missing or cannot be read.
-    """
-    folder = RunFolder(directory.absolute().parent)
-    result = Result(folder)
-    scenario = load_scenario(folder.parameters)
-    _take_bag(result, scenario, directory)
-    _present(result, scenario, folder.read_summary())
     return result
 
 
@@ -128,47 +109,39 @@ def _node_run() -> Any:
     return node_run
 
 
-def _take_bag(result: Result, scenario: Scenario, directory: Path) -> None:
-    from vessel_hsmc_ros.bag_reading import read_recording
+def _take_bag(result: Result, origin: Mapping[str, Any]) -> None:
+    """What the nodes recorded."""
+    from vessel_hsmc_ros import report  # takes longer to load than the nodes take to start
 
-    recording = read_recording(directory, scenario.vessel_sim.vessel.coefficients())
-    result.run = recording.run
-    result.facts = _facts(recording.status, sum(recording.messages.values()))
-    if not scenario.controller.lockstep:
-        intervals = np.diff(recording.run.control["time"])
-        result.facts["control_interval_deviation_max"] = float(np.max(np.abs(intervals - 1.0 / scenario.controller.rate_hz)))
+    record = report.of_bag(result.folder.bag, origin["namespace"])
+    result.facts = {**record.facts, "start_up": _start_up(record.facts.get("first_command_at", 0.0))}
+    _present(result, record, origin)
 
 
-def _present(result: Result, scenario: Scenario, origin: Mapping[str, Any]) -> None:
-    """Measure and draw."""
-    from vessel_hsmc_ros import figures, report  # they take longer to load than the nodes take to start
+def _take_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any]) -> None:
+    """What was computed in this process."""
+    from vessel_hsmc_ros import report
 
-    run = result.run
-    if run is None:
-        return
-    result.metrics = evaluate(run.time, run.state, run.reference, run.wrench)
-    name = str(origin.get("scenario", result.folder.path.name))
-    told = {label: origin[label] for label in ORIGIN if origin.get(label) not in (None, "")}
-    record = report.Record(name, report.of_run(run), result.metrics, result.facts, scenario, told)
-    report.write(result.folder.report, [record], name)
-    result.folder.figures.mkdir(exist_ok=True)
-    figures.draw(run, result.folder.figures)
+    metrics = evaluate(run.time, run.state, run.reference, run.wrench)
+    _present(result, report.Record(scenario.name, report.of_run(run), metrics, scenario=scenario), origin)
 
 
-def _facts(status: dict[str, dict[str, str]], messages: int) -> dict[str, Any]:
-    """What the nodes said of themselves in the end."""
-    plant, controller, recorder = (status.get(name, {}) for name in ("vessel_sim", "controller", "recorder"))
-    first_command_at = float(plant.get("first_command_at", 0.0))
-    return {
-        "steps": int(plant.get("steps", 0)),
-        "loop_time": float(plant.get("wall_time", 0.0)),
-        "real_time_factor": float(plant.get("real_time_factor", 0.0)),
-        "start_up": first_command_at - _process_start() if first_command_at > _process_start() else None,
-        "missed_periods": int(controller.get("missed_periods", 0)),
-        "compute_time_max": float(controller.get("compute_time_max", 0.0)),
-        "messages_recorded": messages,
-        "messages_dropped": int(recorder.get("dropped", 0)),
-    }
+def _present(result: Result, record: "Record", origin: Mapping[str, Any]) -> None:
+    """The page and the figures of a run."""
+    from vessel_hsmc_ros import report
+    from vessel_hsmc_ros.report import figures
+
+    told = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
+    record = replace(record, facts=result.facts, provenance={**told, **record.provenance})
+    result.metrics = record.metrics
+    report.write(result.folder.report, [record], record.name)
+    figures.draw([record], result.folder.figures)
+
+
+def _start_up(first_command_at: float) -> float | None:
+    """Time from the command to the first control step, s; None where there was none."""
+    started = _process_start()
+    return first_command_at - started if first_command_at > started else None
 
 
 def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:

@@ -184,7 +184,7 @@ def test_report_makes_the_figures_again_from_the_bag(recorded):
     _, folder = recorded
     track = folder / "figures" / "track.png"
     track.unlink()
-    done = vessel_hsmc("report", str(folder / "bag"), cwd=folder)
+    done = vessel_hsmc("report", str(folder / "bag"), "--figures", "png", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert track.exists()
     assert "position error, final" in done.stdout

@@ -12,7 +12,8 @@ import jinja2
 import numpy as np
 
 from vessel_hsmc_ros.exceptions import ReportError
-from vessel_hsmc_ros.report.panels import DESIRED, Line, Panel, panels
+from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Track, overlays, tracks
+from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.payload import Payload, packed
 from vessel_hsmc_ros.report.tables import Record, key_figures, parameter_tables, provenance_table
 from vessel_hsmc_ros.schema import parameter
@@ -22,7 +23,7 @@ LINE_VALUES, PAGE_VALUES = 20_000, 2_000_000
 """Values of one line, and of all lines of a page, that are carried at most: 4 bytes each before compression."""
 
 COLOURS = 6
-_ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other"}
+_ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
 
 
 @dataclass(frozen=True)
@@ -51,25 +52,25 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
 
 def render(records: Sequence[Record], title: str, hull: Hull) -> str:
     """The text of the page of some runs, at least one."""
-    merged = _merge(records)
-    lines = sum(len(panel.lines) for panel, _ in merged)
+    found, alone = overlays(records), len(records) == 1
+    lines = sum(len(overlay.lines) for overlay in found)
     payload = Payload(max(2000, min(LINE_VALUES, PAGE_VALUES // max(1, lines))))
-    drawn = [_panel(payload, panel, owners, records) for panel, owners in merged]
-    tracks = [track for i, record in enumerate(records) for track in _tracks(payload, record, i, len(records))]
+    drawn = [_panel(payload, overlay, alone) for overlay in found]
+    sailed = [_track(payload, track, alone) for track in tracks(records)]
     content = {
         "begin": min(float(record.signals.state.time[0]) for record in records),
         "end": max(float(record.signals.state.time[-1]) for record in records),
         "hull": {"length": hull.length, "beam": hull.beam},
         "panels": drawn,
-        "tracks": tracks,
+        "tracks": sailed,
     }
     return _template().render(
         title=title,
         subtitle=_subtitle(records),
         names=[record.name for record in records],
-        tracks=tracks,
+        tracks=sailed,
         hull=hull,
-        groups=_groups(merged),
+        groups=_groups(found),
         figures=key_figures(records),
         parameters=parameter_tables(records),
         provenance=provenance_table(records),
@@ -97,62 +98,35 @@ def _template() -> jinja2.Template:
     return environment.from_string(_asset("page.html"))
 
 
-def _merge(records: Sequence[Record]) -> list[tuple[Panel, list[int | None]]]:
-    """The panels of all runs, those of one title in one, and whose each line is: None for one that all share."""
-    merged: dict[tuple[str, str], tuple[Panel, list[Line], list[int | None]]] = {}
-    for i, record in enumerate(records):
-        for panel in panels(record.signals, record.limits):
-            _, lines, owners = merged.setdefault((panel.group, panel.title), (panel, [], []))
-            for line in panel.lines:
-                if (same := _index_of_equal(line, lines)) is None:
-                    lines.append(line)
-                    owners.append(i)
-                else:
-                    owners[same] = None
-    return [(Panel(p.group, p.title, p.unit, tuple(lines), p.limits, p.step), owners) for p, lines, owners in merged.values()]
-
-
-def _index_of_equal(line: Line, lines: Sequence[Line]) -> int | None:
-    """Which of the lines is the same reference or truth as another run's, if any."""
-    for i, other in enumerate(lines):
-        if line.role == other.role == DESIRED and np.array_equal(line.values, other.values):
-            return i
-    return None
-
-
-def _panel(payload: Payload, panel: Panel, owners: Sequence[int | None], records: Sequence[Record]) -> dict[str, Any]:
+def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
     """A panel as the page takes it, every line with its label and colour."""
-    drawn = payload.panel(panel)
-    for line, owner in zip(drawn["lines"], owners, strict=True):
-        if len(records) == 1:
-            line["label"], line["colour"] = line["name"], _ROLE_COLOURS[line["role"]]
-        elif owner is None:
-            line["label"], line["colour"] = line["name"], "--shared"
-        else:
-            line["label"] = f"{records[owner].name}: {line['name']}" if len(panel.lines) > len(records) else records[owner].name
-            line["colour"] = f"--run-{owner % COLOURS}"
-    return drawn
+    panel = overlay.panel
+    lines = [
+        {**payload.line(owned.line), "label": owned.label, "colour": _colour(owned.run, owned.line.role, alone)}
+        for owned in overlay.lines
+    ]
+    return {"title": panel.title, "unit": panel.unit, "limits": list(panel.limits), "step": panel.step, "lines": lines}
 
 
-def _tracks(payload: Payload, record: Record, index: int, runs: int) -> list[dict[str, Any]]:
-    """Ship and reference of a run as the map takes them."""
-    signals = record.signals
-    tracks = []
-    if signals.reference is not None:
-        colour = "--reference" if runs == 1 else f"--run-{index % COLOURS}"
-        label = "reference" if runs == 1 else f"{record.name}: reference"
-        tracks.append({**payload.poses(signals.reference), "role": "reference", "label": label, "colour": colour})
-    colour = "--ship" if runs == 1 else f"--run-{index % COLOURS}"
-    label = "ship" if runs == 1 else record.name
-    tracks.append({**payload.poses(signals.state), "role": "ship", "label": label, "colour": colour})
-    return tracks[::-1]
+def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
+    """A ship or a reference as the map takes it."""
+    colour = _colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
+    return {**payload.poses(track.poses), "role": track.role, "label": track.label, "colour": colour}
 
 
-def _groups(merged: Sequence[tuple[Panel, list[int | None]]]) -> list[dict[str, Any]]:
+def _colour(run: int | None, role: str, alone: bool) -> str:
+    """The style sheet's name of a colour: by role where there is one run, else by run."""
+    if alone:
+        return _ROLE_COLOURS[role]
+    return "--shared" if run is None else f"--run-{run % COLOURS}"
+
+
+def _groups(found: Sequence[Overlay]) -> list[dict[str, Any]]:
     groups: dict[str, list[dict[str, Any]]] = {}
-    for i, (panel, _) in enumerate(merged):
+    for i, overlay in enumerate(found):
+        panel = overlay.panel
         groups.setdefault(panel.group, []).append({"index": i, "title": panel.title, "unit": panel.unit})
-    return [{"name": name, "panels": found} for name, found in groups.items()]
+    return [{"name": name, "panels": panels} for name, panels in groups.items()]
 
 
 def _subtitle(records: Sequence[Record]) -> str:

@@ -11,8 +11,8 @@ from vessel_hsmc_ros.report.series import Signal, Signals
 
 Array = NDArray[np.float64]
 
-MAIN, DESIRED, OTHER = "main", "desired", "other"
-"""Roles of a line: what the ship does, what it is held against, a second quantity of its own."""
+MAIN, DESIRED, OTHER, THIRD, MEASURED = "main", "desired", "other", "third", "measured"
+"""Roles of a line: what the ship does, what it is held against, further quantities of its own, what noisy sensors said."""
 
 AXES = ("surge", "sway", "yaw")
 VELOCITIES = ("surge velocity", "sway velocity", "yaw rate")
@@ -65,17 +65,17 @@ def panels(signals: Signals, limits: tuple[float, float] = (np.inf, np.inf)) -> 
 
 
 def _line(name: str, signal: Signal, column: int, role: str = MAIN, scale: float = 1.0) -> Line:
-    values = signal.values if scale == 1.0 else signal.values * scale
-    return Line(name, signal.time, values[:, column], role)
+    values = signal.values[:, column]
+    return Line(name, signal.time, values if scale == 1.0 else scale * values, role)
 
 
 def _control(signals: Signals, names: Sequence[tuple[str, str]], scale: float = 1.0) -> tuple[Line, ...]:
-    """Lines of the law's own terms, of those that it has: field names with the names to show."""
+    """Lines of the law's own terms, three at most, of those that it has: field names with the names to show."""
     lines: list[Line] = []
     for field, shown in names:
         signal = signals.control.get(field)
         if signal is not None and signal.values.ndim == 1 and not np.isnan(signal.values).all():
-            lines.append(Line(shown, signal.time, scale * signal.values, OTHER if lines else MAIN))
+            lines.append(Line(shown, signal.time, scale * signal.values, (MAIN, OTHER, THIRD)[len(lines)]))
     return tuple(lines)
 
 
@@ -91,18 +91,20 @@ def _errors(signals: Signals) -> Iterator[Panel]:
         yield Panel(group, "position error", "m", (Line("distance", state.time, distance),))
         yield Panel(group, "heading error", "°", (Line("heading error", state.time, angle),))
     along = _control(signals, (("surge_error", "along the hull"), ("sway_error", "across")))
-    yield from _some(Panel(group, "errors along and across the hull", "m", along))
+    yield from _some(Panel(group, "errors in the body frame", "m", along))
 
 
 def _velocities(signals: Signals) -> Iterator[Panel]:
     for i, name in enumerate(VELOCITIES):
         scale = 180.0 / np.pi if i == 2 else 1.0
-        lines = [_line("ship", signals.state, 3 + i, MAIN, scale)]
-        if signals.reference is not None:
-            lines.append(_line("reference", signals.reference, 3 + i, DESIRED, scale))
-        if signals.measured is not None:
-            lines.append(_line("measured", signals.measured, 3 + i, OTHER, scale))
-        yield Panel("Velocities", name, "°/s" if i == 2 else "m/s", tuple(lines))
+        candidates = (
+            ("measured", signals.measured, MEASURED),
+            ("ship", signals.state, MAIN),
+            ("reference", signals.reference, DESIRED),
+            ("estimate", signals.control.get("estimate"), OTHER),
+        )
+        lines = tuple(_line(label, signal, 3 + i, role, scale) for label, signal, role in candidates if signal is not None)
+        yield Panel("Velocities", name, "°/s" if i == 2 else "m/s", lines)
 
 
 def _surfaces(signals: Signals) -> Iterator[Panel]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.panels import Line, Panel
+from vessel_hsmc_ros.report.panels import Line
 from vessel_hsmc_ros.report.series import Signal
 from vessel_hsmc_ros.report.thinning import Buckets, buckets, thin, thin_time
 
@@ -55,18 +55,7 @@ class Payload:
         """One line of a panel."""
         chosen, time = self._time(line.time)
         values = self.add(thin(np.asarray(line.values, dtype=float), chosen))
-        return {"name": line.name, "role": line.role, "time": time, "values": values, "bucket": chosen.size}
-
-    def panel(self, panel: Panel) -> dict[str, Any]:
-        """One panel with its lines."""
-        return {
-            "group": panel.group,
-            "title": panel.title,
-            "unit": panel.unit,
-            "limits": list(panel.limits),
-            "step": panel.step,
-            "lines": [self.line(line) for line in panel.lines],
-        }
+        return {"role": line.role, "time": time, "values": values, "bucket": chosen.size}
 
     def poses(self, poses: Signal) -> dict[str, Any]:
         """A track of x, y, psi, (n, 3) or wider: positions about their middle, the heading without jumps."""

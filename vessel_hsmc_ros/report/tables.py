@@ -27,6 +27,9 @@ FACTS = {
     "real_time_factor": ("times faster than real time", ".1f", ""),
 }
 
+ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_commit", "host", "system", "python")
+"""What is told of where a run comes from, by the names in run.json."""
+
 NOTABLE = 0.01
 """A difference below this share is not called better or worse."""
 

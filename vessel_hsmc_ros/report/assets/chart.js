@@ -1,7 +1,8 @@
 // One diagram over time: a Plotly figure with a legend that tells the values at the slider's time.
 
 const MARGIN = { l: 62, r: 14, t: 8, b: 24 };
-const DASHES = { main: "solid", desired: "6px,4px", other: "2px,2px" };
+const DASHES = { main: "solid", desired: "6px,4px", other: "2px,2px", third: "8px,3px,2px,3px", measured: "solid" };
+const WIDTHS = { main: 1.6, desired: 1.4, other: 1.4, third: 1.4, measured: 0.8 };
 
 class Chart {
   constructor(panel, element, clock, colours) {
@@ -74,7 +75,7 @@ class Chart {
       line: {
         color: this.colours(line.colour),
         dash: DASHES[line.role],
-        width: 1.5,
+        width: WIDTHS[line.role],
         shape: this.panel.step ? "hv" : "linear",
         simplify: false,
       },
