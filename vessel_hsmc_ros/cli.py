@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import yaml
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -17,7 +16,9 @@ from vessel_hsmc_ros import __version__, runs, schema
 from vessel_hsmc_ros.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.parameter_page import parameter_page
 from vessel_hsmc_ros.run_folder import make_run_folder
-from vessel_hsmc_ros.scenario import Scenario, for_nodes, load_scenario, read_yaml
+from vessel_hsmc_ros.scenario import Scenario, for_nodes, load_scenario
+from vessel_hsmc_ros.verbs.compare import compare
+from vessel_hsmc_ros.verbs.options import parse_changes, set_option
 
 console = Console(stderr=True)
 
@@ -25,9 +26,6 @@ NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 
 scenario_argument = click.argument("scenario")
-set_option = click.option(
-    "--set", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Change a parameter; may be given several times."
-)
 output_option = click.option(
     "--output", type=click.Path(path_type=Path), default=Path("runs"), show_default=True, help="Folder of the run folders."
 )
@@ -37,6 +35,9 @@ output_option = click.option(
 @click.version_option(__version__)
 def cli() -> None:
     """Hierarchical sliding-mode control of underactuated ships: run it, record it, explain it."""
+
+
+cli.add_command(compare)
 
 
 @cli.command()
@@ -104,20 +105,6 @@ def report_command(bags: tuple[Path, ...], hull_length: float, hull_beam: float,
 def parameters_command() -> None:
     """Every parameter of every node, as a Markdown page."""
     click.echo(parameter_page(), nl=False)
-
-
-def parse_changes(changes: tuple[str, ...]) -> dict[str, object]:
-    """`node.param=value` texts, values in YAML."""
-    parsed: dict[str, object] = {}
-    for change in changes:
-        key, equals, value = change.partition("=")
-        if not equals:
-            raise ParameterError(f"--set {change} is not allowed: it takes node.param=value")
-        try:
-            parsed[key.strip()] = read_yaml(value)
-        except yaml.YAMLError:
-            raise ParameterError(f"--set {change} is not allowed: {value} is not a YAML value") from None
-    return parsed
 
 
 @contextmanager

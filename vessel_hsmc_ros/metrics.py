@@ -63,3 +63,18 @@ def evaluate(time: Array, state: Array, reference: Array, wrench: Array) -> Metr
         float(np.max(np.abs(wrench[:, 1]))),
         rms(wrench[:, 1]),
     )
+
+
+def reversals_per_second(time: Array, values: Array, after: float = 0.0) -> float:
+    """How often a signal reverses the sign of its rate; where it is held, as between two control periods, it has none.
+
+    Args:
+        time: (n,) s.
+        values: (n,).
+        after: From when on, s.
+    """
+    late = time >= after
+    changes = np.diff(values[late])
+    signs = np.sign(changes[changes != 0.0])
+    span = float(time[late][-1] - time[late][0]) if late.any() else 0.0
+    return float(np.count_nonzero(np.diff(signs))) / span if span > 0.0 else 0.0

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.metrics import evaluate, heading_error, position_error
+from vessel_hsmc_ros.metrics import evaluate, heading_error, position_error, reversals_per_second
 
 
 def test_metrics_by_hand():
@@ -29,3 +29,12 @@ def test_errors_of_position_and_of_heading_across_the_seam():
     reference[0, 2] = math.radians(170.0)
     assert position_error(state, reference) == pytest.approx([5.0])
     assert np.degrees(heading_error(state, reference)) == pytest.approx([20.0])
+
+
+def test_reversals_are_counted_where_the_rate_changes_its_sign():
+    time = np.arange(0.0, 100.0, 0.5)
+    held = np.repeat(np.tile([0.0, 1.0], 50), 2)  # up and down every second, held for two samples
+    assert reversals_per_second(time, held) == pytest.approx(98.0 / 99.5)
+    assert reversals_per_second(time, held, after=50.0) == pytest.approx(48.0 / 49.5)
+    assert reversals_per_second(time, time) == 0.0
+    assert reversals_per_second(time[:1], time[:1]) == 0.0

@@ -1,0 +1,1 @@
+"""Verbs of the command `vessel-hsmc`, one file each."""
