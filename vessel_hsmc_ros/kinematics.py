@@ -54,7 +54,7 @@ def as_published(state: Array) -> Array:
     return published
 
 
-def transform(state: Array) -> Transformed:
+def transform(state: Array | tuple[float, ...]) -> Transformed:
     """Z of (9): the position resolved along and across the hull, and the heading."""
     x, y, psi = float(state[0]), float(state[1]), float(state[2])
     c, s = math.cos(psi), math.sin(psi)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from vessel_hsmc_ros.laws import (
     LAWS,
     CourseLawParameters,
+    GuidedParameters,
     HierarchicalParameters,
     KnownVessel,
     LosPidParameters,
@@ -88,6 +89,7 @@ class ControllerParameters(CommonParameters):
     vessel: KnownVessel = group(KnownVessel)
     observer: ObserverParameters = group(ObserverParameters)
     hierarchical: HierarchicalParameters = group(HierarchicalParameters)
+    guided: GuidedParameters = group(GuidedParameters)
     course: CourseLawParameters = group(CourseLawParameters)
     pd: PdParameters = group(PdParameters)
     los_pid: LosPidParameters = group(LosPidParameters)

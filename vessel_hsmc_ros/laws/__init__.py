@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ParameterError
 from vessel_hsmc_ros.laws.course import CourseController, CourseLawParameters
+from vessel_hsmc_ros.laws.guided import GuidedController
+from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
@@ -20,6 +22,7 @@ from vessel_hsmc_ros.laws.terms import Terms
 __all__ = [
     "LAWS",
     "CourseLawParameters",
+    "GuidedParameters",
     "HierarchicalParameters",
     "KnownVessel",
     "Law",
@@ -42,6 +45,7 @@ class LawKind(NamedTuple):
 
 LAWS = {
     "hierarchical": LawKind(HierarchicalController, HierarchicalParameters),
+    "guided": LawKind(GuidedController, GuidedParameters),
     "course": LawKind(CourseController, CourseLawParameters),
     "pd": LawKind(PdController, PdParameters),
     "los_pid": LawKind(LosPidController, LosPidParameters),
