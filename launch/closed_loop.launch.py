@@ -34,7 +34,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
         changes["controller.law"] = said["law"]
     scenario = load_scenario(said["scenario"], changes)
     folder = make_run_folder(Path(said["output"]), scenario.name)
-    folder.write_parameters(scenario.with_bag(folder.bag.absolute()))
+    folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
     return [
         Node(
             package="vessel_hsmc_ros",

@@ -63,17 +63,24 @@ class BagWriter:
         directory: The bag's folder, made here.
         compression: none, lz4 or zstd.
         splitting: When to begin another file.
+        notes: What the bag is to say of its recording, by name.
 
     Attributes:
-        notes: What the bag is to say of its recording, by name; the latest goes into metadata.yaml.
+        notes: The same, to be kept up to date.
 
     Raises:
         BagError: the folder exists or cannot be made.
     """
 
-    def __init__(self, directory: Path, compression: str = "zstd", splitting: Splitting | None = None) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        compression: str = "zstd",
+        splitting: Splitting | None = None,
+        notes: Mapping[str, str] | None = None,
+    ) -> None:
         self.directory = directory
-        self.notes: dict[str, str] = {"version": __version__}
+        self.notes = {"version": __version__, **(notes or {})}
         self.message_count = 0
         self._compression = compression
         self._splitting = splitting or Splitting()

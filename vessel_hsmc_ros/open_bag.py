@@ -24,13 +24,14 @@ from typing import Any, NamedTuple
 import yaml
 from mcap.records import Channel
 
-from vessel_hsmc_ros import run_columns
+from vessel_hsmc_ros import run_columns, schema
 from vessel_hsmc_ros.bag import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.bag_files import bag_files, information, record_blocks
 from vessel_hsmc_ros.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.mcap_contents import Contents, message_places, read_contents
+from vessel_hsmc_ros.parameters import NODES
 from vessel_hsmc_ros.run_data import Run
-from vessel_hsmc_ros.scenario import Scenario, load_scenario, parse_scenario
+from vessel_hsmc_ros.scenario import Scenario, flat, load_scenario, parse_scenario
 from vessel_hsmc_ros.series import MESSAGE_HEADER, TIMES, Series
 from vessel_sim_node.plant import Vessel
 
@@ -116,8 +117,8 @@ class Bag:
 
     @cached_property
     def recording(self) -> dict[str, str]:
-        """What this package's recorder noted: `messages_dropped`, `version` and more. Empty for other bags."""
-        noted: dict[str, str] = {}
+        """What this package's recorder noted: `messages_dropped`, `version`, `mode` and more. Empty for other bags."""
+        noted: dict[str, str] = dict(self.information.get("custom_data") or {})
         for contents in self.files:
             for _, _, record in contents.metadata:
                 if record.name == RECORDING:
@@ -133,7 +134,7 @@ class Bag:
     def parameters(self) -> dict[str, dict[str, Any]]:
         """The parameters of every node while it was recorded, by the node's full name."""
         document = yaml.safe_load(self.attachments.get(PARAMETERS, b"")) or {}
-        return {node: dict(content["ros__parameters"]) for node, content in document.items()}
+        return {node: dict(flat(content["ros__parameters"])) for node, content in document.items()}
 
     @property
     def namespaces(self) -> list[str]:
@@ -164,13 +165,23 @@ class Bag:
             ScenarioError: there is none, or it cannot be read.
             ParameterError: a parameter is unknown or out of range.
         """
-        name = self.recording.get("scenario", self.path.absolute().parent.name)
-        if SCENARIO in self.attachments:
-            return parse_scenario(self.attachments[SCENARIO].decode(), name, changes)
+        name = self.recording.get("scenario") or self.path.absolute().parent.name
+        if text := self.attachments.get(SCENARIO, b"").decode() or self._composed():
+            return parse_scenario(text, name, changes)
         beside = self.path.absolute().parent / "params.yaml"
         if not beside.is_file():
             raise ScenarioError(f"bag {self.path} was recorded without its scenario, and {beside} does not exist")
         return load_scenario(beside, changes)
+
+    def _composed(self) -> str:
+        """A scenario from the parameters that the nodes themselves told; empty if one of them is missing."""
+        found: dict[str, Any] = {}
+        for name, values in self.parameters.items():
+            node = name.rsplit("/", 1)[-1]
+            if node in NODES and name.removesuffix(node) in (*self.namespaces, "/"):
+                known = schema.entries(NODES[node])
+                found[node] = {"ros__parameters": {key: value for key, value in values.items() if key in known}}
+        return yaml.safe_dump(found) if found.keys() == NODES.keys() else ""
 
     # -- what is in it ------------------------------------------------------------------------------------------------
 

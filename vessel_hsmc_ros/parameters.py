@@ -30,6 +30,8 @@ TOPICS = (
     "controller/estimate",
     "/clock",
     "/diagnostics",
+    "/rosout",
+    "/parameter_events",
 )
 OPTIONAL_TOPICS = ("odom/truth", "controller/estimate")
 """Of these, those that not every run has."""
@@ -102,7 +104,14 @@ class RecorderParameters(CommonParameters):
 
     directory: str = parameter("bag", "The bag's folder, which must not exist yet.")
     topics: tuple[str, ...] = parameter(TOPICS, "Topics to record, relative to the recorder's namespace.")
+    all_topics: bool = parameter(False, "Record every topic.")
+    regex: str = parameter("", "Record the topics besides whose full names this regular expression matches.")
+    exclude: str = parameter("", "Leave out what this regular expression matches, unless it is among the topics by name.")
     compression: str = parameter("zstd", "Compression of the bag's chunks.", choices=("none", "lz4", "zstd"))
+    split_size: int = parameter(0, "Begin another file after so many bytes; 0 does not.", unit="B", low=0, high=2**62)
+    split_duration: float = parameter(0.0, "Begin another file after so much time; 0 does not.", unit="s", low=0.0, high=1e9)
+    scenario: str = parameter("", "What the recorded scenario is called.")
+    scenario_file: str = parameter("", "A ROS parameters file that is to travel in the bag, so that it can be run again.")
 
 
 NODES: dict[str, type] = {

@@ -4,6 +4,8 @@ All data topics are reliable. In lockstep nothing may ever be lost, so histories
 back; in real time a slow reader loses the oldest.
 """
 
+from collections.abc import Sequence
+
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 LOSSLESS = QoSProfile(
@@ -25,12 +27,18 @@ CLOCK = QoSProfile(
 )
 """The clock of a lockstep run is latched: whoever joins late gets the present time, for no further tick comes without him."""
 
-RECORDED = LOSSLESS
-RECORDED_BEST_EFFORT = QoSProfile(
-    history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-)
-
 
 def data(lockstep: bool) -> QoSProfile:
     """The profile of the data topics."""
     return LOSSLESS if lockstep else STREAM
+
+
+def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
+    """The profile of a recorder's subscription: whatever all of a topic's publishers offer."""
+    reliable = all(offered.reliability is ReliabilityPolicy.RELIABLE for offered in publishers)
+    latched = all(offered.durability is DurabilityPolicy.TRANSIENT_LOCAL for offered in publishers)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_ALL,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )

@@ -7,27 +7,35 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
 from vessel_hsmc_ros import qos
-from vessel_hsmc_ros.bag import BagWriter, Topic, qos_entry
+from vessel_hsmc_ros.bag import PARAMETERS, SCENARIO, BagWriter, Splitting, Topic, qos_entry
+from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.message_definitions import definition
+from vessel_hsmc_ros.node_parameters import ParameterCollector
 from vessel_hsmc_ros.parameters import OPTIONAL_TOPICS, RecorderParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
+from vessel_hsmc_ros.topic_choice import TopicChoice
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
 
-FLUSH_PERIOD = 0.5
-"""Time between two hand-overs of complete chunks to the operating system, s."""
+FLUSH_PERIOD, METADATA_PERIOD = 0.25, 2.0
+"""Time between two hand-overs of what was recorded to the operating system, and between two of metadata.yaml, s."""
 
 DRAIN_QUIET, DRAIN_LIMIT = 0.1, 3.0
 """When told to stop, go on until nothing has come for the first time, but no longer than the second, s."""
 
 _STAMP = struct.Struct("<iI")
-_OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log")
+_OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent")
+_STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
 
 
 class RecorderNode(VesselNode):
-    """Subscribes to each topic when its first publisher appears, takes the raw messages in batches, writes them."""
+    """Subscribes to each topic when its first publisher appears, takes the raw messages in batches, writes them.
+
+    The log time of a message is, in lockstep, its own stamp; with `use_sim_time` the simulated time of its receipt; else the
+    time of its receipt.
+    """
 
     NAME = "recorder"
     PARAMETERS = RecorderParameters
@@ -36,62 +44,101 @@ class RecorderNode(VesselNode):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         p = self.parameters
-        self._writer = BagWriter(Path(p.directory), p.compression)
-        self._missing = [self.resolve_topic_name(topic) for topic in p.topics]
+        self._choice = TopicChoice([self.resolve_topic_name(t) for t in p.topics], p.all_topics, p.regex, p.exclude)
+        scenario = _scenario(p.scenario_file)
+        notes = {"mode": "lockstep" if p.lockstep else "real time", "scenario": p.scenario}
+        self._writer = BagWriter(Path(p.directory), p.compression, Splitting(p.split_size, p.split_duration), notes)
+        if scenario:
+            self._writer.attach(SCENARIO, scenario)
+        self._sim_time = not p.lockstep and self.get_parameter("use_sim_time").value
         self._dropped = 0
         self._last_message_at = time.monotonic()
+        self._collector = ParameterCollector(self)
         self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
-        self.create_timer(FLUSH_PERIOD, self._writer.flush, clock=self._wall)
+        self.create_timer(FLUSH_PERIOD, self._flush, clock=self._wall)
+        self.create_timer(METADATA_PERIOD, self._tell, clock=self._wall)
+
+    # -- topics -------------------------------------------------------------------------------------------------------
 
     def _discover(self) -> None:
-        for topic in list(self._missing):
-            if publishers := self.get_publishers_info_by_topic(topic):
-                self._missing.remove(topic)
-                self._subscribe(topic, publishers)
-        if not self._missing:
+        if self._sim_time and not self.now():
+            return  # there is no time yet
+        present = self._choice.missing
+        if self._choice.open_ended:
+            present = [name for name, _ in self.get_topic_names_and_types()]
+        for name in self._choice.new(present):
+            if publishers := self.get_publishers_info_by_topic(name):
+                self._choice.take(name)
+                self._subscribe(name, publishers)
+        if not (self._choice.missing or self._choice.open_ended):
             self.destroy_timer(self._discovery)
 
     def _subscribe(self, name: str, publishers: list[Any]) -> None:
         """Subscribe as reliably as all publishers of the topic allow."""
-        kind = publishers[0].topic_type
-        package, _, message = kind.split("/")
-        offered = [
-            (i.qos_profile.reliability is ReliabilityPolicy.RELIABLE,
-             i.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL)
-            for i in publishers
-        ]  # fmt: skip
-        profiles = [qos_entry(reliable, latched) for reliable, latched in offered]
-        topic = Topic(name, kind, definition(kind), str(publishers[0].topic_type_hash), profiles)
+        kinds = sorted({info.topic_type for info in publishers})
+        if len(kinds) > 1:
+            self.get_logger().warning(f"{name} has publishers of {', '.join(kinds)}: it is not recorded")
+            return
+        package, _, message = kinds[0].split("/")
+        try:
+            topic = Topic(name, kinds[0], definition(kinds[0]), str(publishers[0].topic_type_hash), _offered(publishers))
+            kind = getattr(import_module(f"{package}.msg"), message)
+        except (BagError, ImportError) as error:
+            self.get_logger().warning(f"{name} is not recorded: {error}")
+            return
+        profile = qos.recorded([info.qos_profile for info in publishers])
+        if len({(i.qos_profile.reliability, i.qos_profile.durability) for i in publishers}) > 1:
+            told = f"{name} is offered in different qualities: recorded as {_words(profile)}, which all of them offer"
+            self.get_logger().warning(told)
         self._writer.add_topic(topic)
-        profile = qos.RECORDED if all(reliable for reliable, _ in offered) else qos.RECORDED_BEST_EFFORT
-        callback = self._recorder_of(topic)
-        self.direct_subscriptions.append(
-            self.create_subscription(getattr(import_module(f"{package}.msg"), message), name, callback, profile, raw=True)
-        )
+        callback = self._recorder_of(topic, kind, alone=len(publishers) == 1)
+        self.direct_subscriptions.append(self.create_subscription(kind, name, callback, profile, raw=True))
 
-    def _recorder_of(self, topic: Topic) -> Any:
-        """The callback of a topic; a data topic has one publisher, whose numbering must have no gap."""
-        data_topic = topic.kind not in _OF_EVERY_NODE
-        lockstep = self.parameters.lockstep
-        expected = 1
+    def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
+        """The callback of a topic; where it has one publisher, its numbering must have no gap."""
+        p, of_a_vessel = self.parameters, topic.kind not in _OF_EVERY_NODE
+        stamped = of_a_vessel and next(iter(kind.get_fields_and_field_types().values()), "") in _STAMPED
+        numbered = of_a_vessel and alone
+        expected = 1 if p.lockstep or p.recorded else 0
+        lockstep, sim_time, writer = p.lockstep, self._sim_time, self._writer
 
         def record(data: bytes, info: dict[str, int]) -> None:
             nonlocal expected
-            if data_topic:
+            if numbered:
                 number = info["publication_sequence_number"]
-                self._dropped += max(0, number - expected)
+                if number > expected > 0:
+                    self._dropped += number - expected
                 expected = number + 1
-            if lockstep and data_topic:
-                sec, nanosec = _STAMP.unpack_from(data, 4)
-                self.stamp = received = sent = sec * NANOSECONDS + nanosec
-            elif lockstep:
+            if lockstep:
+                if stamped:
+                    sec, nanosec = _STAMP.unpack_from(data, 4)
+                    self.stamp = sec * NANOSECONDS + nanosec
                 received = sent = self.stamp
             else:
-                received, sent = info["received_timestamp"], info["source_timestamp"]
-            self._writer.write(topic, data, received, sent)
+                received = self.now() if sim_time else info["received_timestamp"]
+                sent = info["source_timestamp"]
+            writer.write(topic, data, received, sent)
             self._last_message_at = time.monotonic()
 
         return record
+
+    # -- now and then -------------------------------------------------------------------------------------------------
+
+    def _flush(self) -> None:
+        self._collector.ask()
+        if (news := self._collector.news()) is not None:
+            self._writer.attach(PARAMETERS, news)
+        self._writer.flush()
+
+    def _tell(self) -> None:
+        """Bring metadata.yaml up to date, for whoever finds the bag of a recorder that was killed."""
+        self._note()
+        self._writer.flush_metadata()
+
+    def _note(self) -> None:
+        self._writer.notes["messages_dropped"] = str(self._dropped)
+
+    # -- the end ------------------------------------------------------------------------------------------------------
 
     def spin(self, running: Any) -> None:
         """Record until told to stop, then until nothing more comes, and last of all how it went."""
@@ -107,6 +154,7 @@ class RecorderNode(VesselNode):
 
     def close(self) -> None:
         """Complete the bag."""
+        self._note()
         self._writer.close()
         count, name = self._writer.message_count, self._writer.directory
         self.get_logger().info(f"recorded {count} messages, {self._dropped} dropped, into {name}")
@@ -115,11 +163,44 @@ class RecorderNode(VesselNode):
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """What has been recorded, and what was lost."""
         optional = {self.resolve_topic_name(topic) for topic in OPTIONAL_TOPICS}
-        missing = [topic for topic in self._missing if topic not in optional]
+        missing = [topic for topic in self._choice.missing if topic not in optional]
         figures = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
         if self._dropped:
             return WARN, f"{self._dropped} messages were lost", figures
         return OK, "waiting for topics" if missing else "recording", figures
+
+
+def _scenario(path: str) -> str:
+    """The text of a parameters file; empty for none.
+
+    Raises:
+        BagError: it cannot be read.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8") if path else ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise BagError(f"recorder.scenario_file = {path} cannot be read: {error}") from None
+
+
+def _offered(publishers: list[Any]) -> list[dict[str, Any]]:
+    """What discovery tells of the publishers' profiles, as rosbag2 writes it."""
+    entries = []
+    for offered in (info.qos_profile for info in publishers):
+        times = {name: getattr(offered, name).nanoseconds for name in ("deadline", "lifespan", "liveliness_lease_duration")}
+        spans = {name: divmod(span, NANOSECONDS) for name, span in times.items() if 0 < span < 2**62}
+        manual = offered.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
+        entries.append(qos_entry(*_qualities(offered), liveliness="manual_by_topic" if manual else "automatic", **spans))
+    return entries
+
+
+def _qualities(profile: QoSProfile) -> tuple[bool, bool]:
+    latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+    return profile.reliability is ReliabilityPolicy.RELIABLE, latched
+
+
+def _words(profile: QoSProfile) -> str:
+    reliable, latched = _qualities(profile)
+    return f"{'reliable' if reliable else 'best effort'}, {'transient local' if latched else 'volatile'}"
 
 
 def main(arguments: list[str] | None = None) -> int:

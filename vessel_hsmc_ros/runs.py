@@ -67,7 +67,7 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
     """
     node_run = _node_run()
     origin = _origin(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
-    folder.write_parameters(scenario.with_bag(folder.bag.absolute()))
+    folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
     outcome = node_run.run_nodes(folder, namespace, progress)
     result = Result(folder, outcome.exit_code, outcome.failure)
     if not result.failure:

@@ -1,7 +1,7 @@
 """A scenario: one ROS parameters file for all nodes, read here without ROS and checked as a whole."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -50,9 +50,10 @@ class Scenario:
     controller: ControllerParameters
     recorder: RecorderParameters
 
-    def with_bag(self, directory: Path) -> "Scenario":
-        """The same scenario recorded into another folder."""
-        return replace(self, recorder=replace(self.recorder, directory=str(directory)))
+    def with_bag(self, directory: Path, parameters: Path) -> "Scenario":
+        """The same scenario recorded into another folder, with its parameters file inside the bag."""
+        recorder = replace(self.recorder, directory=str(directory), scenario_file=str(parameters), scenario=self.name)
+        return replace(self, recorder=recorder)
 
 
 def scenario_names() -> list[str]:
@@ -137,16 +138,29 @@ def dump_scenario(scenario: Scenario) -> str:
     """The whole scenario as a ROS parameters file, every parameter with its value."""
     document: dict[str, Any] = {}
     for node in NODES:
-        parameters = getattr(scenario, node)
-        tree: dict[str, Any] = {}
-        for name, value in schema.flatten(parameters).items():
-            *groups, leaf = name.split(".")
-            branch = tree
-            for part in groups:
-                branch = branch.setdefault(part, {})
-            branch[leaf] = list(value) if isinstance(value, tuple) else value
-        document[f"/**/{node}"] = {"ros__parameters": tree}
+        document[f"/**/{node}"] = {"ros__parameters": tree(schema.flatten(getattr(scenario, node)))}
     return yaml.safe_dump(document, sort_keys=False)
+
+
+def tree(values: Mapping[str, object]) -> dict[str, Any]:
+    """Values by dotted names as a ROS parameters file nests them."""
+    nested: dict[str, Any] = {}
+    for name, value in values.items():
+        *groups, leaf = name.split(".")
+        branch = nested
+        for part in groups:
+            branch = branch.setdefault(part, {})
+        branch[leaf] = list(value) if isinstance(value, tuple) else value
+    return nested
+
+
+def flat(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted names and values of what a ROS parameters file nests."""
+    for key, value in nested.items():
+        if isinstance(value, Mapping):
+            yield from flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
 
 
 def _find(name: str | Path) -> Path:
@@ -171,13 +185,13 @@ def _read(text: str, source: str) -> dict[str, dict[str, object]]:
         raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
     values: dict[str, dict[str, object]] = {node: {} for node in NODES}
     for section, content in document.items():
-        tree = content.get("ros__parameters") if isinstance(content, dict) else None
-        if not isinstance(tree, dict):
+        nested = content.get("ros__parameters") if isinstance(content, dict) else None
+        if not isinstance(nested, dict):
             raise ScenarioError(f"{source}: section {section} has no ros__parameters")
-        flat = dict(_flat(tree, ""))
-        flat.pop(USE_SIM_TIME, None)
+        given = dict(flat(nested))
+        given.pop(USE_SIM_TIME, None)
         for node in _addressed(str(section), source):
-            values[node].update(flat)
+            values[node].update(given)
     return values
 
 
@@ -193,14 +207,6 @@ def _addressed(section: str, source: str) -> list[str]:
     if node not in NODES:
         raise ScenarioError(f"{source}: section {section} names no node: it takes /** or one of {', '.join(NODES)}")
     return [node]
-
-
-def _flat(tree: Mapping[str, Any], prefix: str) -> Any:
-    for key, value in tree.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def _check_rates(scenario: Scenario) -> None:

@@ -1,12 +1,16 @@
 import pytest
 from geometry_msgs.msg import WrenchStamped
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rcl_interfaces.msg import Log
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rosbags.highlevel import AnyReader
+from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros.exceptions import BagError
+from vessel_hsmc_ros import qos, recorder_node
+from vessel_hsmc_ros.exceptions import BagError, ParameterError
+from vessel_hsmc_ros.open_bag import open_bag
 from vessel_hsmc_ros.recorder_node import RecorderNode
 
 
@@ -17,7 +21,18 @@ def wrench(k):
 
 
 def record(bench, tmp_path, **parameters):
+    parameters = {"topics": ["cmd_wrench", "reference"], **parameters}
     return bench.start(RecorderNode, directory=str(tmp_path / "bag"), **parameters)
+
+
+def recorded_topics(node):
+    return {subscription.topic_name for subscription in node.direct_subscriptions}
+
+
+def warnings(bench):
+    """What the recorder warns of on /rosout, filling while the bench spins."""
+    logs = bench.collect(Log, "/rosout")
+    return lambda: [log.msg for log in logs if log.name == "recorder" and log.level == 30]
 
 
 def read(tmp_path):
@@ -29,12 +44,12 @@ def test_the_bytes_in_the_bag_are_the_bytes_published(bench, tmp_path):
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path)
     bench.until(lambda: publisher.get_subscription_count())
-    sent = [wrench(k) for k in range(500)]
-    for message in sent:
-        publisher.publish(message)
+    sent = [serialize_message(wrench(k)) for k in range(500)]  # twice serialised, a message's padding may differ
+    for data in sent:
+        publisher.publish(data)
     bench.until(lambda: node.status()[2]["messages"] == 500)
     node.close()
-    assert [data for _, _, data in read(tmp_path)] == [serialize_message(message) for message in sent]
+    assert [data for _, _, data in read(tmp_path)] == sent
     assert [stamp for _, stamp, _ in read(tmp_path)] == [k * 10_000_000 for k in range(500)]
     assert node.status()[2]["dropped"] == 0
 
@@ -86,3 +101,133 @@ def test_a_bag_is_never_overwritten(bench, tmp_path):
     (tmp_path / "bag").mkdir()
     with pytest.raises(BagError, match="File exists"):
         record(bench, tmp_path)
+
+
+def test_topics_are_chosen_by_regular_expression_and_left_out_by_another(bench, tmp_path):
+    for name in ("camera/depth", "camera/colour", "sonar"):
+        bench.publisher(WrenchStamped, name)
+    node = record(bench, tmp_path, topics=["sonar"], regex="/cam.*", exclude=".*colour")
+    bench.until(lambda: len(recorded_topics(node)) == 2)
+    late = bench.publisher(WrenchStamped, "camera/late")
+    bench.until(late.get_subscription_count)
+    assert recorded_topics(node) == {"/sonar", "/camera/depth", "/camera/late"}
+    node.close()
+
+
+def test_all_topics_are_all_but_hidden_ones(bench, tmp_path):
+    for name in ("sonar", "_hidden", "deep/_hidden"):
+        bench.publisher(WrenchStamped, name)
+    node = record(bench, tmp_path, topics=[], all_topics=True, exclude="/parameter_events")
+    bench.until(lambda: "/sonar" in recorded_topics(node))
+    bench.spin(0.3)
+    assert recorded_topics(node) == {"/sonar", "/rosout", "/diagnostics"}
+    node.close()
+
+
+def test_a_regular_expression_that_is_none_is_refused(bench, tmp_path):
+    with pytest.raises(ParameterError, match=r"recorder\.regex = \(cam is not allowed: it takes a regular expression"):
+        record(bench, tmp_path, regex="(cam")
+    assert not (tmp_path / "bag").exists()
+
+
+def test_a_topic_without_messages_is_listed_with_none(bench, tmp_path):
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench")
+    node = record(bench, tmp_path)
+    bench.until(publisher.get_subscription_count)
+    node.close()
+    with AnyReader([tmp_path / "bag"]) as reader:
+        assert {c.topic: c.msgcount for c in reader.connections} == {"/cmd_wrench": 0}
+
+
+def test_publishers_of_different_qualities_are_all_recorded_with_a_warning(bench, tmp_path):
+    told = warnings(bench)
+    reliable = bench.publisher(WrenchStamped, "cmd_wrench")
+    profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    lossy = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", profile)
+    node = record(bench, tmp_path)
+    bench.until(lambda: reliable.get_subscription_count() and lossy.get_subscription_count())
+    for k, publisher in enumerate((reliable, lossy)):
+        publisher.publish(wrench(k))
+    bench.until(lambda: node.status()[2]["messages"] == 2)
+    assert node.status()[2]["dropped"] == 0
+    bench.until(told)
+    assert told() == ["/cmd_wrench is offered in different qualities: recorded as best effort, volatile, which all of them offer"]
+    node.close()
+    offered = open_bag(tmp_path / "bag")["cmd_wrench"].qos
+    assert sorted(entry["reliability"] for entry in offered) == ["best_effort", "reliable"]
+
+
+def test_a_publisher_that_comes_later_and_offers_less_is_warned_of(bench, tmp_path):
+    told = warnings(bench)
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench")
+    node = record(bench, tmp_path)
+    bench.until(publisher.get_subscription_count)
+    bench.probe.create_publisher(WrenchStamped, "cmd_wrench", QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT))
+    bench.until(told)
+    assert "offering incompatible QoS. No messages will be received from it" in told()[0]
+    node.close()
+
+
+def test_what_a_latched_publisher_said_before_is_recorded(bench, tmp_path):
+    profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", profile)
+    publisher.publish(wrench(7))
+    node = record(bench, tmp_path, lockstep=False)
+    bench.until(lambda: node.status()[2]["messages"] == 1)
+    assert node.status()[2]["dropped"] == 0
+    node.close()
+    assert open_bag(tmp_path / "bag")["cmd_wrench"].qos[0]["durability"] == "transient_local"
+
+
+def test_with_simulated_time_it_waits_for_the_clock_and_stamps_with_it(bench, tmp_path):
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    node = record(bench, tmp_path, lockstep=False, use_sim_time=True)
+    bench.spin(0.3)
+    assert publisher.get_subscription_count() == 0
+    ticking = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
+    ticking.publish(Clock(clock=conv.time_message(5_000_000_000)))
+    bench.until(publisher.get_subscription_count)
+    publisher.publish(wrench(1))
+    bench.until(lambda: node.status()[2]["messages"] == 1)
+    node.close()
+    assert read(tmp_path)[0][1] == 5_000_000_000
+
+
+def test_a_type_that_is_not_installed_is_left_out_with_a_warning(bench, tmp_path, monkeypatch):
+    told = warnings(bench)
+
+    def missing(kind):
+        raise BagError(f"message type {kind} is not installed")
+
+    monkeypatch.setattr(recorder_node, "definition", missing)
+    bench.publisher(WrenchStamped, "cmd_wrench")
+    node = record(bench, tmp_path)
+    bench.until(told)
+    assert told() == ["/cmd_wrench is not recorded: message type geometry_msgs/msg/WrenchStamped is not installed"]
+    node.close()
+
+
+def test_the_parameters_of_every_node_and_the_scenario_travel_in_every_file(bench, tmp_path):
+    bench.probe.declare_parameter("gains.first", [1.0, 2.5])
+    (tmp_path / "mine.yaml").write_text("/**: {ros__parameters: {lockstep: true}}\n")
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench")
+    node = record(bench, tmp_path, split_duration=0.5, scenario="mine", scenario_file=str(tmp_path / "mine.yaml"))
+    bench.until(lambda: publisher.get_subscription_count() and "/probe" in node._collector.parameters)
+    node._flush()
+    for k in range(100):
+        publisher.publish(wrench(k))
+    bench.until(lambda: node.status()[2]["messages"] == 100)
+    node.close()
+    for number in (0, 1):
+        bag = open_bag(tmp_path / "bag" / f"bag_{number}.mcap")
+        assert bag["cmd_wrench"].count == 50
+        assert bag.parameters["/probe"]["gains.first"] == [1.0, 2.5]
+        assert bag.parameters["/recorder"]["split_duration"] == 0.5
+        assert bag.scenario().name == "mine"
+        assert bag.recording["mode"] == "lockstep"
+    assert open_bag(tmp_path / "bag").recording["messages_dropped"] == "0"
+
+
+def test_a_scenario_that_is_not_there_is_told(bench, tmp_path):
+    with pytest.raises(BagError, match=r"recorder\.scenario_file = /nowhere\.yaml cannot be read"):
+        record(bench, tmp_path, scenario_file="/nowhere.yaml")

@@ -55,8 +55,8 @@ def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start):
         recording, summary = finish(command, 60.0)
         assert recording.messages.keys() == {
             *(prefix + topic for topic in ("odom", "cmd_wrench", "applied_wrench", "disturbance", "controller/state")),
-            *(prefix + topic for topic in ("reference", "reference/pose")),
-            "/diagnostics",
+            *(prefix + topic for topic in ("reference", "reference/pose", "dynamics/truth")),
+            *("/diagnostics", "/rosout", "/parameter_events"),
         }
         assert summary["messages_dropped"] == 0
         assert len(recording.run.time) == 801
