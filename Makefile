@@ -6,7 +6,7 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format benchmark docs lock clean
+.PHONY: help setup demo test golden check format benchmark docs lock clean
 
 help:  ## show what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -20,6 +20,9 @@ demo: setup  ## run the paper's case 2 over real ROS 2 nodes and record it
 test: setup  ## run all tests
 	@$(BIN)/python -m pytest --numprocesses 2 test/maths test/files
 	@$(BIN)/python -m pytest test/nodes test/processes
+
+golden: setup  ## run every scenario, show what changed since its golden run, record it
+	@$(BIN)/python test/golden/refresh.py
 
 check: setup  ## lint, types, direction of imports
 	@$(BIN)/ruff format --check .
