@@ -21,6 +21,10 @@ class ControlError(VesselHsmcError):
     """The law has no value for this input."""
 
 
+class GoalError(VesselHsmcError):
+    """A goal or a path cannot be followed."""
+
+
 class BackpressureError(VesselHsmcError):
     """A reader does not take what it is sent."""
 

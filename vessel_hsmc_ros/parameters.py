@@ -26,6 +26,8 @@ TOPICS = (
     "dynamics/truth",
     "reference",
     "reference/pose",
+    "goal_pose",
+    "path",
     "controller/state",
     "controller/estimate",
     "/clock",
@@ -33,7 +35,10 @@ TOPICS = (
     "/rosout",
     "/parameter_events",
 )
-OPTIONAL_TOPICS = ("odom/truth", "controller/estimate")
+FOREIGN_TOPICS = ("goal_pose", "path")
+"""Of these, those that come from outside, with stamps of their own."""
+
+OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
 """Of these, those that not every run has."""
 
 

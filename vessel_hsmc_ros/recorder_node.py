@@ -14,7 +14,7 @@ from vessel_hsmc_ros.bag import PARAMETERS, SCENARIO, BagWriter, Splitting, Topi
 from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.message_definitions import definition
 from vessel_hsmc_ros.node_parameters import ParameterCollector
-from vessel_hsmc_ros.parameters import OPTIONAL_TOPICS, RecorderParameters
+from vessel_hsmc_ros.parameters import FOREIGN_TOPICS, OPTIONAL_TOPICS, RecorderParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
 from vessel_hsmc_ros.topic_choice import TopicChoice
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
@@ -96,7 +96,8 @@ class RecorderNode(VesselNode):
 
     def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
         """The callback of a topic; where it has one publisher, its numbering must have no gap."""
-        p, of_a_vessel = self.parameters, topic.kind not in _OF_EVERY_NODE
+        foreign = {self.resolve_topic_name(name) for name in FOREIGN_TOPICS}
+        p, of_a_vessel = self.parameters, topic.kind not in _OF_EVERY_NODE and topic.name not in foreign
         stamped = of_a_vessel and next(iter(kind.get_fields_and_field_types().values()), "") in _STAMPED
         numbered = of_a_vessel and alone
         expected = 1 if p.lockstep or p.recorded else 0

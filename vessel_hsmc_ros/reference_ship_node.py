@@ -1,14 +1,18 @@
 """The reference-ship node: the desired motion, as a pose and as a full state with its acceleration."""
 
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros import conversions, qos
+from vessel_hsmc_ros.exceptions import GoalError
+from vessel_hsmc_ros.goal_conversions import read_goal, read_path
 from vessel_hsmc_ros.parameters import ReferenceParameters
 from vessel_hsmc_ros.references import make_reference
 from vessel_hsmc_ros.timing import RateGrid, seconds
@@ -29,7 +33,8 @@ class ReferenceShipNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
-        self._ship = make_reference(p, self._grid.period)
+        self._ship: Any = make_reference(p, self._grid.period)
+        self._refused = ""
         self._index = 0
         self._start = 0
         profile = qos.data(p.lockstep)
@@ -38,6 +43,10 @@ class ReferenceShipNode(VesselNode):
         self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
         if p.lockstep:
             self.listen(Clock, "/clock", self._on_clock, qos.CLOCK)
+        if p.mode == "goal":
+            self.create_subscription(PoseStamped, "goal_pose", self._on_goal, qos.STREAM)
+        elif p.mode == "path":
+            self.create_subscription(Path, "path", self._on_path, qos.STREAM)
         self.create_service(Trigger, "~/reset", self._on_reset)
 
     def on_connected(self) -> None:
@@ -68,6 +77,22 @@ class ReferenceShipNode(VesselNode):
         conversions.write_pose_stamped(self._pose, stamp, self._ship.state)
         self.send(self._pose_out, self._pose)
 
+    def _on_goal(self, message: PoseStamped) -> None:
+        self._take(lambda: self._ship.set_goal(*read_goal(message)))
+
+    def _on_path(self, message: Path) -> None:
+        self._take(lambda: self._ship.set_path(read_path(message)))
+
+    def _take(self, work: Callable[[], None]) -> None:
+        """Take a goal or a path; one that cannot be followed is refused, and what was followed goes on."""
+        try:
+            work()
+        except GoalError as error:
+            self._refused = f"{error}; ignored"
+            self.get_logger().error(self._refused)
+        else:
+            self._refused = ""
+
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._ship.reset()
         response.success, response.message = True, "the virtual ship is back at its start; time goes on"
@@ -76,7 +101,9 @@ class ReferenceShipNode(VesselNode):
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """How far the virtual ship has come."""
         figures = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
-        return (OK, "running", figures) if self.connected else (WARN, "waiting for the other nodes", {})
+        if not self.connected:
+            return WARN, "waiting for the other nodes", {}
+        return (WARN, self._refused, figures) if self._refused else (OK, "running", figures)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.course_reference import CourseReference, CourseReferenceParameters
+from vessel_hsmc_ros.goal_reference import GoalParameters, GoalReference
+from vessel_hsmc_ros.path_reference import PathParameters, PathReference
+from vessel_hsmc_ros.reference_filter import FilteredMotion, MotionLimits
 from vessel_hsmc_ros.reference_ship import ReferenceShip, VirtualShipParameters
 from vessel_hsmc_ros.schema import group, parameter
 
@@ -15,13 +18,12 @@ Array = NDArray[np.float64]
 
 
 class Reference(Protocol):
-    """A desired motion in steps of a fixed period.
+    """A desired motion in steps of a fixed period."""
 
-    Attributes:
-        state: x, y, psi, u, v, r of the present step, shape (6,).
-    """
-
-    state: Array
+    @property
+    def state(self) -> Array:
+        """The pose x, y, psi and the body velocities u, v, r of the present step, shape (6,)."""
+        ...
 
     def reset(self) -> None:
         """Begin anew."""
@@ -41,22 +43,39 @@ def _course(parameters: "ReferenceShipParameters", period: float) -> Reference:
     return CourseReference(parameters.course, (x, y), period)
 
 
+def _motion(p: "ReferenceShipParameters", period: float) -> FilteredMotion:
+    return FilteredMotion(p.initial_pose, p.initial_velocity, p.motion, p.vessel.coefficients(), period)
+
+
+def _goal(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    return GoalReference(_motion(parameters, period), parameters.goal, period)
+
+
+def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    return PathReference(_motion(parameters, period), parameters.path, parameters.goal, period)
+
+
 REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {
     "virtual_ship": ReferenceShip,
     "course": _course,
+    "goal": _goal,
+    "path": _path,
 }
 
 
 @dataclass(frozen=True)
 class ReferenceShipParameters(VirtualShipParameters):
-    """What is followed: the paper's virtual ship, or a heading alone."""
+    """What is followed: the paper's virtual ship, a heading alone, goals or waypoints."""
 
     mode: str = parameter(
         "virtual_ship",
-        "What is followed: the virtual ship (8), or a course, a heading over time.",
+        "What is followed: the virtual ship (8); a course, a heading over time; goals; or a path of waypoints.",
         choices=tuple(REFERENCES),
     )
     course: CourseReferenceParameters = group(CourseReferenceParameters)
+    motion: MotionLimits = group(MotionLimits)
+    goal: GoalParameters = group(GoalParameters)
+    path: PathParameters = group(PathParameters)
 
 
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
@@ -67,6 +86,6 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
         period: Time between two published states, s.
 
     Raises:
-        ParameterError: a programme makes no sense.
+        ParameterError: a programme, the goals or the waypoints make no sense.
     """
     return REFERENCES[parameters.mode](parameters, period)

@@ -42,3 +42,14 @@ def test_a_law_gives_the_same_bits_over_nodes_as_offline(bench, law):
     offline = simulate(scenario)
     np.testing.assert_array_equal(state, offline.state)
     np.testing.assert_array_equal(wrench, offline.wrench)
+
+
+@pytest.mark.parametrize("scenario", ["goal", "waypoints"])
+def test_goals_and_waypoints_of_a_file_give_the_same_bits_over_nodes_as_offline(bench, scenario):
+    soon = {"reference_ship.goal.times": [0.5, 2.0], "reference_ship.path.time": 0.5, "vessel_sim.duration": 5.0}
+    loaded = load_scenario(scenario, {**soon, "controller.law": "los_pid", **RATES})
+    state, wrench = run_nodes(bench, loaded)
+    offline = simulate(loaded)
+    assert np.abs(offline.reference[-1] - offline.reference[0]).max() > 0.1
+    np.testing.assert_array_equal(state, offline.state)
+    np.testing.assert_array_equal(wrench, offline.wrench)

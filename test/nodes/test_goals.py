@@ -1,0 +1,149 @@
+"""Goals and paths from others, over DDS: followed without a jump, refused with a word."""
+
+import math
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rosgraph_msgs.msg import Clock
+from vessel_hsmc_msgs.msg import ReferenceState
+
+from vessel_hsmc_ros import conversions as conv
+from vessel_hsmc_ros import qos
+from vessel_hsmc_ros.reference_ship_node import ReferenceShipNode
+
+RATE_HZ, STEP = 20.0, 50_000_000
+START = [0.0, 0.0, math.radians(170.0)]
+
+
+class Follower:
+    """The node in lockstep with a clock of the test's own, and somebody who publishes goals and paths."""
+
+    def __init__(self, bench):
+        self.bench = bench
+        self.clock = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
+        self.goals = bench.probe.create_publisher(PoseStamped, "goal_pose", 10)
+        self.paths = bench.probe.create_publisher(Path, "path", 10)
+        self.references = bench.collect(ReferenceState, "reference")
+        self.statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+
+    def start(self, mode):
+        node = self.bench.start(ReferenceShipNode, mode=mode, initial_pose=START, rate_hz=RATE_HZ)
+        publisher = self.goals if mode == "goal" else self.paths
+        self.bench.until(lambda: publisher.get_subscription_count() and self.references)
+        return node
+
+    def advance(self, seconds):
+        """Let time go on; the states and accelerations so far."""
+        for _ in range(round(seconds * RATE_HZ)):
+            count = len(self.references) + 1
+            self.clock.publish(Clock(clock=conv.time_message((count - 2) * STEP)))
+            self.bench.until(lambda count=count: len(self.references) == count)
+        read = [conv.read_reference(message) for message in self.references]
+        return np.array([state for state, _ in read]), np.array([acceleration for _, acceleration in read])
+
+    def problems(self):
+        return [s.message for array in self.statuses for s in array.status if s.level == DiagnosticStatus.WARN]
+
+    def until_taken(self, node, send, taken):
+        send()
+        self.bench.until(lambda: taken(node))
+
+    def until_refused(self, node, send, word):
+        before = node._ship.state.copy()
+        send()
+        self.bench.until(lambda: word in node._refused)
+        np.testing.assert_array_equal(node._ship.state, before)
+        node.publish_diagnostics()
+        self.bench.until(lambda: any(word in problem for problem in self.problems()))
+
+
+@pytest.fixture
+def follower(bench):
+    return Follower(bench)
+
+
+def pose(x, y, psi, frame="odom", stamp=0):
+    message = PoseStamped()
+    message.header.frame_id, message.header.stamp = frame, conv.time_message(stamp)
+    conv.write_pose(message.pose, np.array([x, y, psi]))
+    return message
+
+
+def path(*points, frame="odom"):
+    message = Path()
+    message.header.frame_id = frame
+    message.poses = [pose(x, y, 0.0, frame="") for x, y in points]
+    return message
+
+
+def assert_continuous(states, accelerations):
+    steps = np.abs(np.diff(states, axis=0))
+    turned = np.minimum(steps[:, 2], 2.0 * math.pi - steps[:, 2])
+    assert np.hypot(steps[:, 0], steps[:, 1]).max() < 1.05 * 1.5 * 0.05
+    assert turned.max() < 1.05 * 0.1 * 0.05
+    assert steps[:, 3:].max() < 1.05 * 0.2 * 0.05
+    assert np.abs(np.diff(accelerations, axis=0)).max() < 0.06  # 0.2 m/s² in 0.4 s, and back
+
+
+def test_a_goal_is_gone_to_through_half_a_turn_without_a_jump(bench, follower):
+    node = follower.start("goal")
+    follower.until_taken(
+        node, lambda: follower.goals.publish(pose(-15.0, -3.0, math.radians(-170.0))), lambda n: n._ship.target().x
+    )
+    states, accelerations = follower.advance(60.0)
+    assert_continuous(states, accelerations)
+    assert math.dist(states[-1, :2], (-15.0, -3.0)) < 0.06
+    assert states[:, 2].min() < -3.0 < 3.0 < states[:, 2].max()  # it went through 180 degrees
+    assert np.abs(states[:, 2]).min() > 1.5  # and not the long way round
+
+
+def test_a_stream_of_stamped_poses_is_followed(bench, follower):
+    node = follower.start("goal")
+    for k in range(40):
+        x = -1.0 * k * 0.5
+        sent = pose(x, 0.0, math.pi, stamp=1 + k * 500_000_000)
+        follower.until_taken(node, lambda sent=sent: follower.goals.publish(sent), lambda n, x=x: n._ship._target.x == x)
+        states, accelerations = follower.advance(0.5)
+    assert_continuous(states, accelerations)
+    assert math.hypot(*node._ship._target[5:7]) == pytest.approx(1.0, rel=0.01)
+    assert abs(states[-1, 0] - -20.0) < 1.5
+
+
+def test_a_path_is_followed_without_a_jump(bench, follower):
+    node = follower.start("path")
+    follower.until_taken(node, lambda: follower.paths.publish(path((-20.0, 3.0), (-20.0, 30.0))), lambda n: n._ship._legs)
+    states, accelerations = follower.advance(80.0)
+    assert_continuous(states, accelerations)
+    assert math.dist(states[-1, :2], (-20.0, 30.0)) < 0.06
+    assert np.hypot(states[:, 0] + 20.0, states[:, 1] - 3.0).min() < 6.0
+
+
+def broken(message, **numbers):
+    for name, value in numbers.items():
+        *parts, last = name.split("__")
+        target = message
+        for part in parts:
+            target = getattr(target, part)
+        setattr(target, last, value)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("message", "word"),
+    [
+        (broken(pose(1.0, 1.0, 0.0), pose__position__x=math.nan), "goal with x = nan is not allowed: all of it must be finite"),
+        (broken(pose(1.0, 1.0, 0.0), pose__orientation__w=math.inf), "goal with orientation.w = inf is not allowed"),
+        (broken(pose(1.0, 1.0, 0.0), pose__orientation__w=0.0), "goal with an orientation of length 0 is not allowed"),
+        (pose(1.0, 1.0, 0.0, frame="map"), "goal in frame 'map' is not allowed: it takes frame odom"),
+        (path(), "path of 0 poses is not allowed: it takes at least one"),
+        (path((1.0, 1.0), frame="base_link"), "path in frame 'base_link' is not allowed: it takes frame odom"),
+        (path((1.0, 1.0), (math.nan, 2.0)), "pose 1 of the path with x = nan is not allowed"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_and_named(bench, follower, message, word):
+    goal = isinstance(message, PoseStamped)
+    node = follower.start("goal" if goal else "path")
+    follower.until_refused(node, lambda: (follower.goals if goal else follower.paths).publish(message), word)
