@@ -11,7 +11,7 @@ from vessel_hsmc_ros.bag import RECORDING, FileFacts, Topic, metadata, write_met
 from vessel_hsmc_ros.bag_files import bag_files, information
 from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.mcap_contents import PRIVATE, Contents, read_contents, scan
-from vessel_hsmc_ros.mcap_file import ending, index_records
+from vessel_hsmc_ros.mcap_file import indexed_ending
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,14 @@ class Repair:
         files: How many files were completed.
         cut: Bytes at the ends of files that hold nothing whole.
         damaged: Chunks left out, because their bytes are not those that were written.
+        described: Whether metadata.yaml had to be written.
     """
 
     messages: int
     files: int
     cut: int
     damaged: int
+    described: bool
 
 
 def is_complete(directory: Path) -> bool:
@@ -57,9 +59,10 @@ def repair(directory: Path) -> Repair:
             repaired += 1
         found.append(contents)
         damaged += len(contents.damaged)
-    if repaired or not _described(directory, found):
+    undescribed = repaired > 0 or not _described(directory, found)
+    if undescribed:
         _write_metadata(directory, found)
-    return Repair(sum(c.counts.total() for c in found), repaired, cut, damaged)
+    return Repair(sum(c.counts.total() for c in found), repaired, cut, damaged, undescribed)
 
 
 def _described(directory: Path, found: Sequence[Contents]) -> bool:
@@ -110,4 +113,4 @@ def _ending(contents: Contents) -> bytes:
         contents.chunks[-1].message_index_length += index.count
     missing: bytes = index.end()
     contents.end += len(missing)
-    return missing + ending(contents, index_records(contents), len(contents.chunks))
+    return missing + indexed_ending(contents)

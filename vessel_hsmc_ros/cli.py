@@ -19,6 +19,8 @@ from vessel_hsmc_ros.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario import Scenario, for_nodes, load_scenario
 from vessel_hsmc_ros.verbs.compare import compare
 from vessel_hsmc_ros.verbs.options import parse_changes, set_option
+from vessel_hsmc_ros.verbs.recover import recover
+from vessel_hsmc_ros.verbs.replay import replay
 
 console = Console(stderr=True)
 
@@ -37,7 +39,8 @@ def cli() -> None:
     """Hierarchical sliding-mode control of underactuated ships: run it, record it, explain it."""
 
 
-cli.add_command(compare)
+for verb in (compare, recover, replay):
+    cli.add_command(verb)
 
 
 @cli.command()

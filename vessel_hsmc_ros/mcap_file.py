@@ -33,12 +33,15 @@ from mcap.records import (
 
 from vessel_hsmc_ros.mcap_contents import MAGIC, Contents
 
-CHUNK_SIZE = 128 * 1024
+CHUNK_SIZE = 64 * 1024
 """Bytes of messages in one chunk: what a crash can cost, at most, beside what has come within a flush period."""
 
-ENDING_SHARE, ENDING_FLOOR = 4, 1 << 20
+ENDING_SHARE, ENDING_FLOOR = 8, 1 << 20
 """Ends of file with an index may take this many times the bytes of the data, and this many bytes besides; an index that would
 take more is left out until the file is closed."""
+
+MANY = 512
+"""Pieces that one system call surely takes."""
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIELDS = _MESSAGE.size - 9
@@ -61,9 +64,9 @@ class McapFile:
         self._chunk: list[bytes] = []
         self._chunk_size = 0
         self._places: dict[int, list[int]] = {}
-        self._index, self._chunks = bytearray(), 0
+        self._index, self._index_crc, self._chunks = bytearray(), 0, 0
         self._crc = self._spent = self._old_end = 0
-        self._pending: list[bytes] = []
+        self._pending: list[bytes | bytearray] = []
         self._append(MAGIC + _bytes(Header("ros2", "vessel_hsmc_ros")))
         self.commit()
 
@@ -164,7 +167,9 @@ class McapFile:
             self._append(record + struct.pack(f"<{len(places)}Q", *places))
             self.contents.counts[channel] += len(places) // 2
         index.message_index_length = self.contents.end - index.chunk_start_offset - index.chunk_length
-        self._index += _bytes(index)  # as bytes, a long recording would keep many
+        entry = _bytes(index)
+        self._index += entry  # as bytes, a long recording would keep many
+        self._index_crc = zlib.crc32(entry, self._index_crc)
         self._chunks += 1
         told = self.contents
         told.end_time = max(told.end_time, *times)
@@ -172,39 +177,46 @@ class McapFile:
         self._chunk, self._chunk_size, self._places = [], 0, {}
 
     def _write(self, indexed: bool) -> None:
-        end = ending(self.contents, bytes(self._index), self._chunks, self._crc) if indexed else bare_ending(self._crc)
-        data = b"".join((*self._pending, end))
-        start = self.contents.end + len(end) - len(data)
-        if start + len(data) < self._old_end:
+        parts = self._pending
+        if indexed:
+            data_end, rest = ending(self.contents, self._index_crc, self._chunks, self._crc)
+            parts = [*parts, data_end, self._index, rest]
+        else:
+            parts = [*parts, bare_ending(self._crc)]
+        if len(parts) > MANY:
+            parts = [b"".join(parts)]
+        start = self.contents.end - sum(map(len, self._pending))
+        size = sum(map(len, parts))
+        if start + size < self._old_end:
             os.ftruncate(self._fd, start)
-        self._old_end, done = start + len(data), 0
-        while done < len(data):
-            done += os.pwrite(self._fd, data[done:], start + done)
-        self._spent += len(end)
+        done = os.pwritev(self._fd, parts, start)  # in one call, so that hardly any moment finds half of it
+        while done < size:
+            done += os.pwrite(self._fd, b"".join(parts)[done:], start + done)
+        self._old_end = start + size
+        self._spent += start + size - self.contents.end
         self._pending = []
 
 
-def ending(contents: Contents, index: bytes, chunks: int, crc: int = 0) -> bytes:
-    """End of data, summary and footer of a file.
+def ending(contents: Contents, index_crc: int, chunks: int, crc: int = 0) -> tuple[bytes, bytes]:
+    """What comes before and after the chunk index at the end of a file: end of data; the rest of the summary and footer.
 
     Args:
         contents: What is in the file up to `contents.end`.
-        index: The records of its chunk index.
+        index_crc: Of the records of the chunk index.
         chunks: How many they are.
-        crc: Of all of it; 0 where it is not known.
+        crc: Of all data; 0 where it is not known.
     """
     data_end, summary = _bytes(DataEnd(data_section_crc=crc)), RecordBuilder()
     for record in (*contents.schemas.values(), *contents.channels.values(), _statistics(contents, chunks)):
         record.write(summary)
-    summary.write(index)
     for offset, length, a in contents.attachments:
         AttachmentIndex(offset, length, a.log_time, a.create_time, len(a.data), a.name, a.media_type).write(summary)
     for offset, length, metadata in contents.metadata:
         MetadataIndex(offset, length, metadata.name).write(summary)
     start, written = contents.end + len(data_end), summary.end()
     footer = _bytes(Footer(summary_start=start, summary_offset_start=0, summary_crc=0))[:-4]
-    footer += struct.pack("<I", zlib.crc32(footer, zlib.crc32(written)))
-    return b"".join((data_end, written, footer, MAGIC))
+    footer += struct.pack("<I", zlib.crc32(footer, zlib.crc32(written, index_crc)))
+    return data_end, b"".join((written, footer, MAGIC))
 
 
 def bare_ending(crc: int = 0) -> bytes:
@@ -212,9 +224,11 @@ def bare_ending(crc: int = 0) -> bytes:
     return _bytes(DataEnd(data_section_crc=crc)) + _bytes(Footer(0, 0, 0)) + MAGIC
 
 
-def index_records(contents: Contents) -> bytes:
-    """The records of a file's chunk index."""
-    return b"".join(map(_bytes, contents.chunks))
+def indexed_ending(contents: Contents) -> bytes:
+    """The end of a file, from what was found in it."""
+    index = b"".join(map(_bytes, contents.chunks))
+    data_end, rest = ending(contents, zlib.crc32(index), len(contents.chunks))
+    return data_end + index + rest
 
 
 def _statistics(contents: Contents, chunks: int) -> Statistics:

@@ -35,6 +35,9 @@ from vessel_hsmc_ros.scenario import Scenario, flat, load_scenario, parse_scenar
 from vessel_hsmc_ros.series import MESSAGE_HEADER, TIMES, Series
 from vessel_sim_node.plant import Vessel
 
+NEIGHBOURS = 4096
+"""Messages that are looked at together to put them in the order of their log times."""
+
 _HEADER = struct.Struct("<BQHIQQ")
 
 
@@ -200,9 +203,9 @@ class Bag:
         """
         prefix = self.namespace(namespace)
         vessel = vessel or self.scenario().vessel_sim.vessel.coefficients()
-        names = [name for name in run_columns.TOPICS if prefix + name in self.topics]
+        names = [name for name in run_columns.TOPICS if self.topics.get(prefix + name)]
         for name in run_columns.NEEDED:
-            if name not in names or not self.topics[prefix + name].count:
+            if name not in names:
                 raise BagError(f"bag {self.path} has no message on {prefix}{name}")
         self.load(*(prefix + name for name in names))
         return run_columns.run({name: self.topics[prefix + name] for name in names}, vessel, weights)
@@ -228,6 +231,16 @@ class Bag:
                 _, length, _, _, log_time, publish_time = _HEADER.unpack_from(block, start)
                 data = block[start + MESSAGE_HEADER : start + 9 + length]
                 yield RawMessage(contents.channels[channel].topic, log_time, publish_time, data)
+
+    def ordered_messages(self, *names: str) -> Iterator[RawMessage]:
+        """The same in the order of their log times, as far as a few thousand neighbours can be put in order."""
+        waiting: list[tuple[int, int, RawMessage]] = []
+        for number, message in enumerate(self.raw_messages(*names)):
+            heapq.heappush(waiting, (message.log_time, number, message))
+            if len(waiting) > NEIGHBOURS:
+                yield heapq.heappop(waiting)[2]
+        while waiting:
+            yield heapq.heappop(waiting)[2]
 
     def _add(self, contents: Contents, channel: Channel) -> None:
         schema = contents.schemas.get(channel.schema_id)

@@ -4,7 +4,8 @@ All data topics are reliable. In lockstep nothing may ever be lost, so histories
 back; in real time a slow reader loses the oldest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
@@ -39,6 +40,18 @@ def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
     latched = all(offered.durability is DurabilityPolicy.TRANSIENT_LOCAL for offered in publishers)
     return QoSProfile(
         history=HistoryPolicy.KEEP_ALL,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+def replayed(offered: Sequence[Mapping[str, Any]]) -> QoSProfile:
+    """The profile of a publisher in place of recorded ones, from what a bag says they offered."""
+    reliable = all(profile["reliability"] != "best_effort" for profile in offered)
+    latched = bool(offered) and all(profile["durability"] == "transient_local" for profile in offered)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=1000,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )

@@ -106,6 +106,12 @@ def matched(stamps: Stamps, series: Series) -> tuple[NDArray[np.intp], NDArray[n
     return order[np.maximum(index, 0)], (index >= 0) & (times[np.maximum(index, 0)] == stamps)
 
 
+def inputs_at(stamps: Stamps, reference: Series) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Whether there is a reference of each stamp, its state (n, 6) and its acceleration (n, 3)."""
+    index, found = matched(stamps, reference)
+    return found, states(reference)[index], accelerations(reference, "acceleration")[index]
+
+
 def references_at(stamps: Stamps, series: Series) -> Array:
     """The latest reference not after each stamp, or the first, carried to that stamp; (n, 6)."""
     order = np.argsort(series.stamp, kind="stable")

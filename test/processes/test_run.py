@@ -212,6 +212,16 @@ def test_report_makes_the_figures_again_from_the_bag(recorded):
     assert "position error, final" in done.stdout
 
 
+def test_every_recorded_command_is_computed_again_to_the_last_bit(recorded, tmp_path):
+    shutil.copytree(recorded[1] / "bag", tmp_path / "bag")  # the bag alone
+    done = vessel_hsmc("replay", "bag", "--verify", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "2001 commands over 20 s: max |delta tau| = 0 N, 0 N·m" in done.stdout
+    done = vessel_hsmc("replay", "bag", "--verify", "--set", "controller.hierarchical.sway_weight=0.002", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "commands differ, the first at t = 0 s" in done.stdout
+
+
 def test_a_scenario_file_of_ones_own(tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text("/**/vessel_sim: {ros__parameters: {duration: 1.0, initial_pose: [0.0, 0.0, 1e-1]}}\n")

@@ -13,8 +13,12 @@ set_option = click.option(
 )
 
 
-def parse_changes(changes: Iterable[str]) -> dict[str, object]:
+def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
     """`node.param=value` texts, values in YAML.
+
+    Args:
+        changes: The texts.
+        option: Where they were given, for error messages.
 
     Raises:
         ParameterError: a text is not like that.
@@ -23,9 +27,9 @@ def parse_changes(changes: Iterable[str]) -> dict[str, object]:
     for change in changes:
         key, equals, value = change.partition("=")
         if not equals:
-            raise ParameterError(f"--set {change} is not allowed: it takes node.param=value")
+            raise ParameterError(f"{option} {change} is not allowed: it takes node.param=value")
         try:
             parsed[key.strip()] = read_yaml(value)
         except yaml.YAMLError:
-            raise ParameterError(f"--set {change} is not allowed: {value} is not a YAML value") from None
+            raise ParameterError(f"{option} {change} is not allowed: {value} is not a YAML value") from None
     return parsed

@@ -1,0 +1,102 @@
+import time
+
+import pytest
+from bag_making import PERIOD, made_run, write_run
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool
+from vessel_hsmc_msgs.msg import ControlState
+
+from vessel_hsmc_ros import conversions, qos
+from vessel_hsmc_ros.bag import BagWriter
+from vessel_hsmc_ros.exceptions import BagError
+from vessel_hsmc_ros.open_bag import open_bag
+from vessel_hsmc_ros.replay_node import Playing, ReplayNode
+
+STEPS = 30
+KINDS = {"/odom": Odometry, "/cmd_wrench": WrenchStamped, "/controller/state": ControlState, "/clock": Clock}
+
+
+@pytest.fixture
+def bag(tmp_path):
+    write_run(tmp_path / "bag", STEPS)
+    return open_bag(tmp_path / "bag")
+
+
+def replay(bench, bag, **playing):
+    node = ReplayNode(bag, Playing(**playing), context=bench.context)
+    bench.nodes.append(node)
+    return node
+
+
+def listen(bench, node, *names):
+    """The bytes that come on topics, filling while the bench spins, connected already."""
+    found = {name: [] for name in names}
+    for name, messages in found.items():
+        bench.probe.create_subscription(KINDS[name], name, messages.append, qos.LOSSLESS, raw=True)
+    outputs = [publisher for publisher in node.publishers if publisher.topic_name in names]
+    bench.until(lambda: all(publisher.get_subscription_count() for publisher in outputs))
+    return found
+
+
+def stamps(kind, messages):
+    made = [deserialize_message(data, kind) for data in messages]
+    return [conversions.nanoseconds(m.clock if kind is Clock else m.header.stamp) // PERIOD for m in made]
+
+
+def test_what_was_recorded_comes_again_at_its_rate(bench, bag):
+    node = replay(bench, bag, rate=2.0)
+    found = listen(bench, node, *KINDS)
+    began = time.monotonic()
+    node.play(lambda: True)
+    assert time.monotonic() - began >= (STEPS - 1) * 0.01 / 2.0 - 0.002
+    bench.until(lambda: all(len(messages) == STEPS for messages in found.values()))
+    for name, messages in found.items():
+        assert messages == [data for _, topic, _, data in made_run(STEPS) if topic in (name, name[1:])]
+    assert node.published == bag.count
+
+
+def test_a_pause_stops_everything_and_ends_on_demand(bench, bag):
+    node = replay(bench, bag, rate=100.0, paused=True)
+    found = listen(bench, node, "/odom")
+    client = bench.probe.create_client(SetBool, "/replay/pause")
+    bench.until(client.service_is_ready)
+    looks = 0
+
+    def running():
+        nonlocal looks
+        looks += 1
+        bench.spin(0.0)
+        bench.executor.spin_once(timeout_sec=0.0)
+        if looks == 5:
+            assert not found["/odom"]
+            client.call_async(SetBool.Request(data=False))
+        return looks < 10_000
+
+    node.play(running)
+    assert not node.paused
+    assert node.published == bag.count
+
+
+def test_a_loop_begins_again_until_it_is_told_to_stop(bench, bag):
+    node = replay(bench, bag, rate=1000.0, loop=True, topics=["odom"])
+    found = listen(bench, node, "/odom")
+    node.play(lambda: node.published < 3 * STEPS)
+    bench.until(lambda: len(found["/odom"]) == 3 * STEPS)
+    assert stamps(Odometry, found["/odom"]) == [*range(STEPS)] * 3
+
+
+def test_without_a_recorded_clock_one_is_made(bench, bag):
+    node = replay(bench, bag, rate=100.0, topics=["odom"])
+    found = listen(bench, node, "/clock")
+    node.play(lambda: True)
+    bench.until(lambda: len(found["/clock"]) == STEPS)
+    assert stamps(Clock, found["/clock"]) == [*range(STEPS)]
+
+
+def test_a_bag_without_messages_is_refused(bench, tmp_path):
+    BagWriter(tmp_path / "bag").close()
+    with pytest.raises(BagError, match="has no message that could be published"):
+        ReplayNode(open_bag(tmp_path / "bag"), Playing(), context=bench.context)

@@ -1,0 +1,104 @@
+"""The recorder as a process of its own: told to stop, killed, and read by whoever comes."""
+
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+from harness import children, command_line, run_folder
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from vessel_hsmc_ros import conversions, qos
+from vessel_hsmc_ros.bag_repair import is_complete, repair
+from vessel_hsmc_ros.open_bag import open_bag
+
+sys.path.append(str(Path(__file__).parents[1] / "files"))
+from readers import READERS
+
+PERIOD = 10_000_000
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_recorder_that_is_told_to_stop_completes_its_bag_and_exits_with_0(start, number):
+    command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
+    context = rclpy.Context()
+    rclpy.init(context=context, args=[])
+    node = rclpy.create_node("ship", context=context)
+    publisher = node.create_publisher(Odometry, "odom", qos.LOSSLESS)
+    command.until(publisher.get_subscription_count, 10.0)
+    for _ in range(200):
+        publisher.publish(conversions.new_odometry())
+    assert publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=5.0))
+    command.popen.send_signal(number)
+    code = command.wait(10.0)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+    assert code == 0, command.text
+    bag = command.output.parent / "bag"
+    assert is_complete(bag)
+    assert open_bag(bag)["odom"].count == 200
+
+
+class Witness:
+    """Hears the odometry of a run from outside, as it comes."""
+
+    def __init__(self):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[])
+        self.node = rclpy.create_node("witness", context=self.context)
+        profile = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+        self.heard = [(time.monotonic(), -1)]
+        self.node.create_subscription(Odometry, "odom", self._on_odometry, profile)
+
+    def _on_odometry(self, message):
+        self.heard.append((time.monotonic(), conversions.nanoseconds(message.header.stamp)))
+
+    def until(self, command, stamp):
+        """Listen until a time of the run has come."""
+        end = time.monotonic() + 40.0
+        while self.heard[-1][1] < stamp:
+            assert command.popen.poll() is None, f"ended with {command.popen.returncode}:\n{command.text}"
+            assert time.monotonic() < end, f"the run came to {self.heard[-1][1]} ns only:\n{command.text}"
+            rclpy.spin_once(self.node, executor=self._executor(), timeout_sec=0.05)
+
+    def _executor(self):
+        if not hasattr(self, "executor"):
+            self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
+        return self.executor
+
+    def close(self):
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def witness():
+    made = Witness()
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize("turn", range(2))
+def test_a_killed_recorder_leaves_all_but_the_last_second_to_any_reader(start, witness, turn):
+    moment = random.Random(turn).uniform(2.0, 15.0)  # noqa: S311
+    command = start("vessel-hsmc", "run", "case2_tracking")
+    witness.until(command, int(moment * 1e9))
+    nodes = children(command.popen.pid)
+    assert any("vessel_hsmc_ros.recorder_node" in command_line(pid) for pid in nodes)
+    killed_at = time.monotonic()
+    for pid in (command.popen.pid, *nodes):
+        os.kill(pid, signal.SIGKILL)
+    command.popen.wait(10.0)
+    bag = run_folder(command.output.parent / "runs") / "bag"
+    before = {name: len(READERS[name](bag)["/odom"]) for name in READERS}
+    second_before = max(stamp for at, stamp in witness.heard if at < killed_at - 1.0)
+    assert min(before.values()) > second_before // PERIOD
+    opened = open_bag(bag)
+    assert opened.scenario().controller.law == "hierarchical"
+    assert repair(bag).messages == opened.count
+    assert {name: len(READERS[name](bag)["/odom"]) for name in READERS} == before

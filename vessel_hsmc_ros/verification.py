@@ -1,0 +1,117 @@
+"""Recorded commands computed again: the law on the recorded odometry and reference, compared bit for bit.
+
+It goes through `ControlLoop`, as the node does, with the parameters that travel in the bag.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros import run_columns
+from vessel_hsmc_ros.control_loop import ControlLoop
+from vessel_hsmc_ros.exceptions import BagError
+from vessel_hsmc_ros.open_bag import Bag
+from vessel_hsmc_ros.scenario import Scenario, make_law, make_observer
+from vessel_hsmc_ros.timing import RateGrid, seconds
+
+Array = NDArray[np.float64]
+
+TOPICS = ("odom", "reference", "cmd_wrench")
+SURGE_AND_YAW = [0, 2]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """How recorded commands compare with computed ones.
+
+    Attributes:
+        time: s since the first odometry message, of every command compared, (n,).
+        recorded, computed: Surge force [N] and yaw moment [N·m], (n, 2).
+        unanswered: Odometry messages at the end whose command is not in the bag, as in one that was cut off.
+    """
+
+    time: Array
+    recorded: Array
+    computed: Array
+    unanswered: int
+
+    @property
+    def largest(self) -> tuple[float, float]:
+        """The largest absolute differences, N and N·m; NaN where only one of the two is a number."""
+        both = np.isnan(self.recorded) & np.isnan(self.computed)
+        apart = np.where(both, 0.0, np.abs(self.recorded - self.computed))
+        surge, yaw = (float(np.max(column, initial=0.0)) for column in apart.T)
+        return surge, yaw
+
+    @property
+    def differing(self) -> NDArray[np.intp]:
+        """The commands that are not the same to the last bit."""
+        same = self.recorded.view(np.uint64) == self.computed.view(np.uint64)
+        found: NDArray[np.intp] = np.flatnonzero(~same.all(axis=1))
+        return found
+
+
+def verify(
+    bag: Bag, scenario: Scenario, namespace: str | None = None, progress: Callable[[float], None] | None = None
+) -> Verification:
+    """Compute every command of a recorded lockstep run again.
+
+    Args:
+        bag: With `odom`, `reference` and `cmd_wrench`.
+        scenario: The bag's own, or a changed one to see the difference.
+        namespace: The vessel's, where the bag has several.
+        progress: Called with the time come to, s.
+
+    Raises:
+        BagError: the bag lacks a topic, or was recorded in real time.
+        ControlError: the law has no value for a recorded input.
+    """
+    if not scenario.controller.lockstep:
+        raise BagError(f"bag {bag.path} is of a real-time run: which odometry a command answered is known in lockstep only")
+    prefix = bag.namespace(namespace)
+    for name in TOPICS:
+        if not bag.topics.get(prefix + name):
+            raise BagError(f"bag {bag.path} has no message on {prefix}{name}")
+    bag.load(*(prefix + name for name in TOPICS))
+    odometry, reference, command = (bag.topics[prefix + name] for name in TOPICS)
+    order = np.argsort(odometry.stamp, kind="stable")
+    stamps, states = odometry.stamp[order], run_columns.states(odometry)[order]
+    answers, answered = run_columns.matched(stamps, command)
+    if not answered.any():
+        raise BagError(f"bag {bag.path} has no command that answers an odometry message")
+    last = int(np.flatnonzero(answered)[-1]) + 1
+    found = np.zeros((last, 2))
+    steps = _steps(scenario, stamps[:last], states, run_columns.inputs_at(stamps[:last], reference))
+    for row, wrench in enumerate(steps):
+        found[row] = wrench
+        if progress is not None and row % 100 == 0:
+            progress(seconds(int(stamps[row] - stamps[0])))
+    chosen = np.flatnonzero(answered)
+    recorded = np.ascontiguousarray(run_columns.wrenches(command)[answers[chosen]][:, SURGE_AND_YAW])
+    time = run_columns.seconds_of(stamps[chosen] - stamps[0])
+    return Verification(time, recorded, np.ascontiguousarray(found[chosen]), len(stamps) - last)
+
+
+def _steps(
+    scenario: Scenario, stamps: NDArray[np.int64], states: Array, inputs: tuple[NDArray[np.bool_], Array, Array]
+) -> Iterator[tuple[float, float]]:
+    """The wrench that answers each odometry message, as the node would give it."""
+    controller = scenario.controller
+    loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
+    known, references, accelerations = inputs
+    for row, stamp in enumerate(stamps.tolist()):
+        if loop.due(stamp):
+            if not known[row]:
+                raise BagError(f"the bag has no reference for t = {seconds(stamp):g} s: the law cannot be run beyond")
+            loop.step(stamp, states[row], references[row], accelerations[row])
+        yield loop.wrench
+
+
+def retuned_at(bag: Bag, namespace: str | None = None) -> list[float]:
+    """When the controller's parameters were changed while it was recorded, log times in s."""
+    if "/parameter_events" not in bag.topics:
+        return []
+    name = f"{bag.namespace(namespace)}controller"
+    return [seconds(t) for _, t, m in bag.messages("/parameter_events") if m.node == name and len(m.changed_parameters)]
