@@ -6,7 +6,7 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test golden check format benchmark docs lock clean
+.PHONY: help setup demo reproduce verdict test golden check format benchmark docs lock clean
 
 help:  ## show what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -15,6 +15,14 @@ setup: $(VENV)/.package  ## make the virtual environment, compile the messages, 
 
 demo: setup  ## run the paper's case 2 over real ROS 2 nodes and record it
 	@$(BIN)/vessel-hsmc run case2_tracking
+
+reproduce: setup  ## run every case of the paper, draw its figures, judge its claims
+	@$(BIN)/vessel-hsmc reproduce
+
+verdict: setup  ## the same, into docs: claims.md, results.json and the pictures of verdict.md
+	@$(BIN)/vessel-hsmc reproduce --output build/reproduce
+	@cp build/reproduce/claims.md build/reproduce/results.json docs/
+	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
 
 # The pure tests share the cores; those with nodes have them for themselves, because they measure time.
 test: setup  ## run all tests

@@ -21,6 +21,7 @@ from vessel_hsmc_ros.verbs.compare import compare
 from vessel_hsmc_ros.verbs.options import parse_changes, set_option
 from vessel_hsmc_ros.verbs.recover import recover
 from vessel_hsmc_ros.verbs.replay import replay
+from vessel_hsmc_ros.verbs.reproduce import reproduce
 
 console = Console(stderr=True)
 
@@ -39,7 +40,7 @@ def cli() -> None:
     """Hierarchical sliding-mode control of underactuated ships: run it, record it, explain it."""
 
 
-for verb in (compare, recover, replay):
+for verb in (compare, recover, replay, reproduce):
     cli.add_command(verb)
 
 

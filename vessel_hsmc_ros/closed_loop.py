@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control_loop import ControlLoop
 from vessel_hsmc_ros.exceptions import ScenarioError
 from vessel_hsmc_ros.kinematics import as_published
-from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.references import Reference, make_reference
 from vessel_hsmc_ros.run_data import WIDTHS, Run
 from vessel_hsmc_ros.scenario import Scenario, load_scenario, make_law, make_observer
@@ -44,12 +44,13 @@ class Desired:
         return self._published
 
 
-def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = None) -> Run:
+def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = None, law: Law | None = None) -> Run:
     """Run a scenario offline.
 
     Args:
         scenario: From `load_scenario`.
         progress: Called with the samples done and to do, after each.
+        law: Instead of the one the scenario asks for.
 
     Raises:
         ScenarioError: the scenario has no end.
@@ -64,7 +65,8 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     vessel = sim.vessel.coefficients()
     reference_grid = RateGrid(scenario.reference_ship.rate_hz)
     desired = Desired(make_reference(scenario.reference_ship, reference_grid.period), reference_grid)
-    loop = ControlLoop(make_law(scenario.controller), RateGrid(scenario.controller.rate_hz), make_observer(scenario.controller))
+    observer = make_observer(scenario.controller)
+    loop = ControlLoop(law or make_law(scenario.controller), RateGrid(scenario.controller.rate_hz), observer)
 
     samples = sample_count(sim.duration, grid)
     rows = np.empty((samples, sum(WIDTHS)))

@@ -1,0 +1,111 @@
+"""What the paper's figures share: size, colours that the colour-blind can tell apart, panels, peaks set aside."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.run_data import Run
+
+mpl.use("Agg")
+
+Array = NDArray[np.float64]
+
+SHIP, DESIRED, OTHER, THIRD, TRUTH = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#222222"
+"""Blue, vermilion, green, purple of Okabe and Ito's palette, and nearly black; every line differs in its dashes too."""
+
+STYLE: Any = {
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "font.size": 9,
+    "grid.alpha": 0.25,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "savefig.dpi": 200,
+}
+
+START, ZOOM = 1.0, 0.2
+"""The first command asks for everything at once: axes are chosen for what comes after START, an inset shows up to ZOOM, s."""
+
+WIDTH = 6.3
+DEGREES = 180.0 / np.pi
+
+
+def panels(count: int, height: float = 1.75, ratios: Sequence[float] | None = None) -> tuple[Figure, list[Axes]]:
+    """Panels above each other with one time axis."""
+    figure = Figure(figsize=(WIDTH, 0.5 + height * count), layout="constrained")
+    grid = figure.add_gridspec(count, 1, height_ratios=ratios)
+    axes = [figure.add_subplot(grid[0])]
+    axes += [figure.add_subplot(grid[i], sharex=axes[0]) for i in range(1, count)]
+    for axis in axes[:-1]:
+        axis.tick_params(labelbottom=False)
+    for axis in axes:
+        axis.margins(x=0.0)
+    axes[-1].set(xlabel="time [s]")
+    return figure, axes
+
+
+def unwrapped(angle: Array) -> Array:
+    """A heading without jumps, degrees."""
+    return DEGREES * np.unwrap(angle)
+
+
+def pair(axis: Axes, run: Run, column: int, name: str, scale: float = 1.0) -> None:
+    """One component of ship and reference over time, what the first second does beyond the rest set aside."""
+    values, desired = scale * run.state[:, column], scale * run.reference[:, column]
+    if column == 2:
+        values, desired = unwrapped(run.state[:, 2]), unwrapped(run.reference[:, 2])
+        values -= 360.0 * np.round((values[-1] - desired[-1]) / 360.0)
+    axis.plot(run.time, values, color=SHIP, label="ship")
+    axis.plot(run.time, desired, color=DESIRED, ls="--", label="desired")
+    axis.set(ylabel=name)
+
+
+def settle(axis: Axes, time: Array, values: Array) -> None:
+    """Choose an axis by what comes after the first second."""
+    rest = values[time > START] if time[-1] > START else values
+    low, high = float(np.min(rest)), float(np.max(rest))
+    margin = 0.08 * (high - low) or 1.0
+    axis.set_ylim(low - margin, high + margin)
+
+
+def trimmed(axis: Axes, time: Array, values: Array, unit: str) -> None:
+    """A line whose first command is left to an inset of its own scale.
+
+    Args:
+        axis: Where to draw.
+        time, values: The line, held between its points.
+        unit: For the inset's note.
+    """
+    axis.step(time, values, where="post", color=SHIP, lw=1.0)
+    settle(axis, time, values)
+    axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
+    inset = axis.inset_axes((0.16, 0.42, 0.4, 0.4))
+    first = time <= ZOOM
+    inset.step(time[first], values[first], where="post", color=SHIP, lw=1.0)
+    peak = values[int(np.argmax(np.abs(values)))]
+    inset.set_title(f"first {ZOOM:g} s, peak {peak:.3g} {unit}".replace("-", "\u2212"), fontsize=7, pad=3, loc="right")
+    inset.tick_params(labelsize=6)
+    inset.yaxis.get_offset_text().set_fontsize(6)
+
+
+def track(run: Run) -> Figure:
+    """Figures 3 and 7: ship and reference in the plane."""
+    figure = Figure(figsize=(5.0, 4.6), layout="constrained")
+    axis = figure.add_subplot()
+    moves = float(np.ptp(run.reference[:, :2])) > 0.0
+    axis.plot(*run.reference[:, :2].T, color=DESIRED, lw=3.0, alpha=0.6, label="desired" if moves else None)
+    axis.plot(*run.state[:, :2].T, color=SHIP, label="ship")
+    axis.plot(*run.state[0, :2], "o", color=SHIP, ms=5, label="start")
+    axis.plot(*run.state[-1, :2], "s", color=SHIP, ms=5, label=f"after {run.time[-1]:g} s")
+    axis.plot(*run.reference[0, :2], "o", color=DESIRED, ms=5)
+    axis.plot(*run.reference[-1, :2], "s", color=DESIRED, ms=5, label=None if moves else "desired")
+    axis.set(xlabel="x [m]", ylabel="y [m]")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.legend()
+    return figure

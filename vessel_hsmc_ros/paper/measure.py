@@ -1,0 +1,183 @@
+"""What the claims of the paper ask of a run, from its arrays."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.laws import HierarchicalParameters
+from vessel_hsmc_ros.metrics import heading_error, position_error, rms
+from vessel_hsmc_ros.network import activations
+from vessel_hsmc_ros.paper.numbers import NAN, Numbers
+from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error
+from vessel_hsmc_ros.run_data import Run
+from vessel_sim_node.plant import Vessel
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.81
+
+EARLY = 50.0
+"""When the errata look at case 3 for the first time, s."""
+
+SETTLED_DEG, SETTLED = 1.0, 0.1
+"""Heading and surge errors that stay below these have settled, degrees and m."""
+
+REACHED = 0.01
+"""A surface that stays below this part of its first value has been reached."""
+
+ON_SURFACES, STRIDE = 20.0, 10
+"""From this time on a run is held against the reduced dynamics, s, in steps of twice so many samples."""
+
+
+def measure(run: Run, vessel: Vessel, gains: HierarchicalParameters | None) -> Numbers:
+    """All numbers of a run.
+
+    Args:
+        run: Of at least two samples, evenly spaced.
+        vessel: The plant's coefficients.
+        gains: Of the paper's law; None for a run with another one.
+    """
+    numbers = _motion(run) | _effort(run, vessel)
+    if gains is not None:
+        numbers |= _surfaces(run, gains) | _networks(run, gains) | _switching(run, gains) | _reduced(run, vessel, gains)
+    return Numbers(**numbers)
+
+
+def settling_time(time: Array, values: Array, limit: float) -> float:
+    """The time from which on |values| stay below a limit; NaN if they are above it in the end."""
+    above = np.flatnonzero(~(np.abs(values) < limit))
+    if len(above) == 0:
+        return float(time[0])
+    return float(time[above[-1] + 1]) if above[-1] + 1 < len(time) else NAN
+
+
+def _quarter(time: Array, number: int) -> NDArray[np.bool_]:
+    """Which samples lie in quarter 0, 1, 2 or 3 of a run."""
+    part = (time - time[0]) / (time[-1] - time[0])
+    inside: NDArray[np.bool_] = (part >= 0.25 * number) & (part <= 0.25 * (number + 1))
+    return inside
+
+
+def _at(time: Array, values: Array, instant: float) -> float:
+    index = int(np.searchsorted(time, instant - 1e-9))
+    return float(values[index]) if index < len(time) else NAN
+
+
+def _motion(run: Run) -> dict[str, float]:
+    late = _quarter(run.time, 3)
+    half = _quarter(run.time, 2) | late
+    distance = position_error(run.state, run.reference)
+    angle = np.degrees(heading_error(run.state, run.reference))
+    return {
+        "duration": float(run.time[-1]),
+        "position_error_start": float(distance[0]),
+        "position_error_early": _at(run.time, distance, EARLY),
+        "position_error_second_quarter": rms(distance[_quarter(run.time, 1)]),
+        "position_error_late": rms(distance[late]),
+        "position_error_final": float(distance[-1]),
+        "position_error_smallest": float(np.min(distance)),
+        "heading_error_rms_deg": rms(angle),
+        "heading_error_second_half_deg": rms(angle[half]),
+        "heading_error_late_deg": rms(angle[late]),
+        "heading_error_final_deg": float(angle[-1]),
+        "heading_settling_time": settling_time(run.time, angle, SETTLED_DEG),
+        "heading_reference_second_half_deg": rms(np.degrees(run.reference[half, 2])),
+        "yaw_rate_d_late": rms(run.reference[late, 5]),
+    }
+
+
+def _effort(run: Run, vessel: Vessel) -> dict[str, float]:
+    late = _quarter(run.time, 3)
+    u = np.abs(run.state[late, 3])
+    bent = vessel.d_u2 * u + vessel.d_u3 * u * u
+    peak = np.max(np.abs(run.wrench), axis=0)
+    step = np.diff(run.wrench[late], axis=0)
+    return {
+        "surge_force_peak": float(peak[0]),
+        "yaw_moment_peak": float(peak[1]),
+        "surge_velocity_error_late": rms(run.state[late, 3] - run.reference[late, 3]),
+        "sway_velocity_error_late": rms(run.state[late, 4] - run.reference[late, 4]),
+        "surge_peak_in_g": float(peak[0]) / vessel.m11 / GRAVITY,
+        "surge_force_step": rms(step[:, 0]),
+        "yaw_moment_step": rms(step[:, 1]),
+        "nonlinear_damping_share": float(np.mean(bent / (vessel.d_u + bent))),
+    }
+
+
+def _surfaces(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
+    control = run.control
+    time, S1, S2 = control["time"], control["yaw_surface"], control["surge_surface"]
+    late = _quarter(time, 3)
+    steps = (time[1] - time[0]) * np.array([gains.yaw_switching_gain, gains.surge_switching_gain])
+    floor = 5.0 * float(np.dot(steps, steps))  # a sampled sgn overshoots by a step, and cannot do better
+    return {
+        "surge_error_late": rms(control["surge_error"][late]),
+        "surge_error_settling_time": settling_time(time, control["surge_error"], SETTLED),
+        "sway_error_late": rms(control["sway_error"][late]),
+        "sway_error_on_surfaces": _at(time, control["sway_error"], ON_SURFACES),
+        "sway_error_final": float(control["sway_error"][-1]),
+        "yaw_surface_start": abs(float(S1[0])),
+        "yaw_surface_late": rms(S1[late]),
+        "yaw_surface_reaching_time": settling_time(time, S1, REACHED * abs(float(S1[0]))),
+        "surge_surface_start": abs(float(S2[0])),
+        "surge_surface_late": rms(S2[late]),
+        "surge_surface_reaching_time": settling_time(time, S2, REACHED * abs(float(S2[0]))),
+        "weighted_sway_surface_late": gains.sway_weight * rms(control["sway_surface"][late]),
+        "weighted_heading_surface_late": gains.heading_weight * rms(control["heading_surface"][late]),
+        "lyapunov_rising_share": float(np.mean(control["lyapunov"][1:] > np.maximum(control["lyapunov"][:-1], floor))),
+    }
+
+
+def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
+    """Outputs against what they stand for, f with the disturbance in it, relative to its root mean square."""
+    control = run.control
+    late = _quarter(run.time, 3)
+    truth = (run.unforced_acceleration[late] + run.disturbance[late]).T
+    names = ("surge", "sway", "yaw")
+    outputs = [control[f"{name}_estimate"][_quarter(control["time"], 3)] for name in names]
+    errors = {f"{n}_estimate_error": rms(o - f) / rms(f) for n, o, f in zip(names, outputs, truth, strict=True)}
+    mu, delta = gains.network.centers(), gains.network.width
+    H = np.array([activations(Z, mu, delta) for Z in run.state[::100, 3:]])
+    weights = sum(control[f"{name}_weights"].shape[-1] for name in names)
+    return {**errors, "weights": float(weights), "activation_spread": float(np.max(np.ptp(H, axis=0)))}
+
+
+def _switching(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
+    """The switching gains beside the least that (34) asks for in this run, networks without any error assumed."""
+    d1, d2, d3 = np.max(np.abs(run.disturbance), axis=0)
+    x, y, psi = run.state[:, :3].T
+    z1, z2 = x * np.cos(psi) + y * np.sin(psi), -x * np.sin(psi) + y * np.cos(psi)
+    farthest_1, farthest_2 = np.max(np.abs(z1)), np.max(np.abs(z2))
+    return {
+        "singularity_share": float(gains.sway_weight * farthest_1 / gains.heading_weight),
+        "yaw_switching_gain": gains.yaw_switching_gain,
+        "yaw_switching_gain_needed": float(gains.sway_weight * (d2 + farthest_1 * d3) + gains.heading_weight * d3),
+        "surge_switching_gain": gains.surge_switching_gain,
+        "surge_switching_gain_needed": float(d1 + farthest_2 * d3),
+    }
+
+
+def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tuple[Array, Array]:
+    """Times and lateral errors that the reduced dynamics predict from ON_SURFACES on; empty for a run that ends before.
+
+    They hold for a constant weight a only: with one that switches its sign the surfaces are others all the time.
+    """
+    rows = np.flatnonzero(run.time >= ON_SURFACES)[::STRIDE]
+    rows = rows[: len(rows) - 1 + len(rows) % 2]
+    if len(rows) < 3 or gains.sway_weight_sign != "constant":
+        return np.empty(0), np.empty(0)
+    symbols = schema.symbols(gains)
+    surfaces = Surfaces(**{name: symbols[name] for name in Surfaces._fields})
+    start = run.state[rows[0], [0, 1, 2, 4]]
+    error = lateral_error(run.time[rows], run.reference[rows], run.disturbance[rows, 1], start, surfaces, vessel)
+    return run.time[rows[::2]], error
+
+
+def _reduced(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> dict[str, float]:
+    grows = {"growth_rate": growth_rate(rms(run.reference[_quarter(run.time, 3), 5]), vessel)}
+    time, predicted = reduced_error(run, vessel, gains)
+    if len(time) == 0:
+        return grows
+    actual = np.interp(time, run.control["time"], run.control["sway_error"])
+    deviation = float(np.max(np.abs(predicted - actual)) / np.max(np.abs(actual)))
+    return {**grows, "reduced_sway_error_final": float(predicted[-1]), "reduced_deviation": deviation}

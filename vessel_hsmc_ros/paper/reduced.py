@@ -1,0 +1,116 @@
+"""What is left of the closed loop once both surfaces are reached: the reduced dynamics.
+
+S1 = 0 and S2 = 0 are two linear equations for the surge and the yaw velocity,
+
+    (b - a·z1)·r = b·(r_d - c2·z3e) - a·(c1·z2e + v - dz2d)
+    u = dz1d - c3·z1e - z2·r
+
+so position, heading and sway velocity remain, moved by (6) and by no input. With the printed weights, b/a = 1e5, the first of
+them is dz3e = -c2·z3e but for a hundred-thousandth: the heading follows its reference, and so does z1e; then
+u = u_d - r_d·z2e and, to first order in z2e and with r = r_d,
+
+    ddz2e + (d_v/m22)·dz2e - (m11/m22)·r²·z2e = tau_vw
+
+which is neutral on a straight line and unstable in every turn, and which a constant push moves on for ever.
+
+| symbol | meaning | unit | equation |
+|---|---|---|---|
+| z1e, z2e, z3e | tracking errors | m, m, rad | (11) |
+| a, b, c1, c2, c3 | weights and slopes of the surfaces | - | (12), (17), (20), (23) |
+| u, v, r | velocities of the ship | m/s, m/s, rad/s | (6) |
+| tau_vw | disturbance in sway | m/s² | (6) |
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.kinematics import tracking_error, transform, transform_rate
+from vessel_sim_node.plant import Vessel, unforced_acceleration
+
+Array = NDArray[np.float64]
+
+RUNAWAY = 1e6
+"""A position, heading or velocity beyond this is none of a ship's."""
+
+
+class Surfaces(NamedTuple):
+    """The constants of both surfaces, by the paper's symbols."""
+
+    c1: float
+    c2: float
+    c3: float
+    a: float
+    b: float
+
+
+def on_surfaces(x: float, y: float, psi: float, v: float, reference: Array, g: Surfaces) -> tuple[float, float, float]:
+    """The velocities that keep S1 = S2 = 0, and the lateral error there.
+
+    Args:
+        x, y, psi, v: Position, heading and sway velocity of the ship.
+        reference: x, y, psi, u, v, r of the virtual ship, shape (6,).
+        g: Constants of the surfaces.
+
+    Returns:
+        u [m/s], r [rad/s], z2e [m].
+    """
+    z, z_d = transform(np.array([x, y, psi, 0.0, v, 0.0])), transform(reference)
+    dz_d = transform_rate(z_d, reference)
+    z_e = tracking_error(z, z_d)
+    r = (g.b * (dz_d.z3 - g.c2 * z_e.z3) - g.a * (g.c1 * z_e.z2 + v - dz_d.z2)) / (g.b - g.a * z.z1)
+    return dz_d.z1 - g.c3 * z_e.z1 - z.z2 * r, r, z_e.z2
+
+
+def lateral_error(time: Array, reference: Array, push: Array, start: Array, g: Surfaces, vessel: Vessel) -> Array:
+    """Integrate the reduced dynamics along a reference, by RK4 in steps of two samples.
+
+    Args:
+        time: Evenly spaced, (2·n + 1,) s.
+        reference: x, y, psi, u, v, r of the virtual ship at those times, (2·n + 1, 6).
+        push: tau_vw at those times, (2·n + 1,) m/s².
+        start: x, y, psi, v of the ship at the first time, (4,).
+        g: Constants of the surfaces.
+        vessel: Coefficients of (6).
+
+    Returns:
+        z2e at every other time, (n + 1,) m; NaN from where the motion has run away from anything a ship could do.
+    """
+
+    def rate(state: Array, k: int) -> Array:
+        x, y, psi, v = (float(value) for value in state)
+        u, r, _ = on_surfaces(x, y, psi, v, reference[k], g)
+        _, f_v, _ = unforced_acceleration(u, v, r, vessel)
+        c, s = math.cos(psi), math.sin(psi)
+        return np.array([u * c - v * s, u * s + v * c, r, f_v + push[k]])
+
+    def lateral(k: int) -> float:
+        x, y, psi, v = (float(value) for value in state)
+        return on_surfaces(x, y, psi, v, reference[k], g)[2]
+
+    state, T = start, float(time[2] - time[0])
+    errors = np.full((len(time) + 1) // 2, np.nan)
+    errors[0] = lateral(0)
+    for k in range(0, len(time) - 1, 2):
+        k1 = rate(state, k)
+        k2 = rate(state + 0.5 * T * k1, k + 1)
+        k3 = rate(state + 0.5 * T * k2, k + 1)
+        k4 = rate(state + T * k3, k + 2)
+        state = state + T / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        if not np.max(np.abs(state)) < RUNAWAY:
+            break
+        errors[k // 2 + 1] = lateral(k + 2)
+    return errors
+
+
+def growth_rate(r: float, vessel: Vessel) -> float:
+    """The larger root of s² + (d_v/m22)·s - (m11/m22)·r² = 0: how fast z2e grows in a turn, 1/s.
+
+    Args:
+        r: Yaw velocity, rad/s; on a straight line nothing grows and the root is 0.
+        vessel: Coefficients of (6).
+    """
+    damping = vessel.d_v / vessel.m22
+    return 0.5 * (math.sqrt(damping * damping + 4.0 * vessel.m11 / vessel.m22 * r * r) - damping)
