@@ -61,6 +61,7 @@ class Outcome:
 
     Attributes:
         row, law, rate_hz: What ran, and the law's rate.
+        fell_back: Whether the rate is FALLBACK_RATE_HZ because the law is unstable at the one asked for.
         failure: Why there is nothing else, in one line; empty when all went well.
         figures, verdict: What came of it.
         lines: Thinned time, ship and reference positions and position error, (m, 6), for the pictures.
@@ -69,6 +70,7 @@ class Outcome:
     row: Row
     law: str
     rate_hz: float
+    fell_back: bool = False
     failure: str = ""
     figures: Figures | None = None
     verdict: Verdict | None = None
@@ -94,8 +96,8 @@ def default_laws() -> list[str]:
     return [law for law in usable if law != "nmpc" or importlib.util.find_spec("casadi")]
 
 
-def prepare(task: Task) -> Scenario:
-    """The scenario of a task; a law that is unstable at the rate asked for gets FALLBACK_RATE_HZ.
+def prepare(task: Task) -> tuple[Scenario, bool]:
+    """The scenario of a task; a law that is unstable at the rate asked for falls back to FALLBACK_RATE_HZ.
 
     Raises:
         ScenarioError, ParameterError: the scenario or a change is wrong.
@@ -104,17 +106,17 @@ def prepare(task: Task) -> Scenario:
     if task.rate_hz is not None:
         changes["controller.rate_hz"] = task.rate_hz
     try:
-        return load_scenario(task.row.scenario, changes)
+        return load_scenario(task.row.scenario, changes), False
     except ParameterError as error:
         if "unstable" not in str(error):
             raise
-        return load_scenario(task.row.scenario, changes | {"controller.rate_hz": FALLBACK_RATE_HZ})
+        return load_scenario(task.row.scenario, changes | {"controller.rate_hz": FALLBACK_RATE_HZ}), True
 
 
 def run_task(task: Task) -> Outcome:
     """Run and measure one law on one row; a loop that cannot go on is an outcome too."""
-    scenario = prepare(task)
-    outcome = Outcome(task.row, task.law, scenario.controller.rate_hz)
+    scenario, fell_back = prepare(task)
+    outcome = Outcome(task.row, task.law, scenario.controller.rate_hz, fell_back)
     try:
         run = simulate(scenario)
     except (ControlError, SimulationError) as error:

@@ -47,6 +47,12 @@ def figure(outcome: Outcome) -> str:
     return f"{outcome.figures.position_rms:.2g} m {verdict(outcome)}".strip()
 
 
+def table(row: Row, outcomes: Sequence[Outcome]) -> tuple[list[str], list[list[str]]]:
+    """Head and lines of the table of one row; without limits there are no verdicts."""
+    width = len(COLUMNS) if limits(row) else len(COLUMNS) - 1
+    return list(COLUMNS[:width]), [cells(outcome)[:width] for outcome in outcomes]
+
+
 def cells(outcome: Outcome) -> list[str]:
     """A run's line in the table of its row, as COLUMNS."""
     head = [outcome.law, f"{outcome.rate_hz:g}"]
@@ -70,33 +76,31 @@ def overview(outcomes: Sequence[Outcome]) -> tuple[list[str], list[list[str]]]:
     return head, lines
 
 
-def notes(outcomes: Sequence[Outcome], rate_hz: float | None) -> list[str]:
+def notes(outcomes: Sequence[Outcome]) -> list[str]:
     """What the tables cannot say: other rates, and runs that stopped."""
-    told = [f"{o.law} on {o.row.name}: {o.failure}" for o in outcomes if o.failure]
-    if rate_hz is not None:
-        slow = {o.law: o.rate_hz for o in outcomes if o.rate_hz != rate_hz}
-        told = [f"{law} is unstable at {rate_hz:g} Hz and ran at {rate:g} Hz" for law, rate in slow.items()] + told
-    return told
+    other = {o.law: o.rate_hz for o in outcomes if o.fell_back}
+    told = [f"{law} is unstable at the rate asked for and ran at {rate:g} Hz" for law, rate in other.items()]
+    return told + [f"{o.law} on {o.row.name}: {o.failure}" for o in outcomes if o.failure]
 
 
-def write(folder: Path, outcomes: Sequence[Outcome], rate_hz: float | None) -> None:
+def write(folder: Path, outcomes: Sequence[Outcome]) -> None:
     """compare.md, compare.json and figures/*.png into a folder."""
     (folder / "figures").mkdir(exist_ok=True)
     names = {row.name: re.sub(r"[^A-Za-z0-9_.-]+", "_", row.name) for row, _ in by_row(outcomes)}
     for row, of_row in by_row(outcomes):
         draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
-    (folder / "compare.md").write_text(_markdown(outcomes, rate_hz, names), encoding="utf-8")
+    (folder / "compare.md").write_text(_markdown(outcomes, names), encoding="utf-8")
     document = {**provenance(), "runs": [_record(outcome) for outcome in outcomes]}
     (folder / "compare.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
-def _markdown(outcomes: Sequence[Outcome], rate_hz: float | None, names: dict[str, str]) -> str:
+def _markdown(outcomes: Sequence[Outcome], names: dict[str, str]) -> str:
     parts = ["# Laws compared\n", "Rms position error.\n", *_table(*overview(outcomes)), ""]
-    parts += [f"- {note}" for note in notes(outcomes, rate_hz)]
+    parts += [f"- {note}" for note in notes(outcomes)]
     for row, of_row in by_row(outcomes):
         asked = f", at most {limits(row)}" if limits(row) else ""
         parts += [f"\n## {row.name}\n", f"Over the {row.over.replace('_', ' ')}{asked}; effort over the whole run.\n"]
-        parts += [*_table(COLUMNS, [cells(outcome) for outcome in of_row]), f"\n![{row.name}](figures/{names[row.name]}.png)"]
+        parts += [*_table(*table(row, of_row)), f"\n![{row.name}](figures/{names[row.name]}.png)"]
     return "\n".join(parts) + "\n"
 
 

@@ -7,6 +7,7 @@ course, its speed and its turning fed forward. Where it goes next nobody says, s
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -84,7 +85,7 @@ def programme(p: GoalParameters) -> list[tuple[float, tuple[float, float, float]
             f"reference_ship.goal.poses with {len(p.poses)} numbers is not allowed: it takes x, y, heading for each of the"
             f" {len(p.times)} goal.times"
         )
-    if any(later <= earlier for earlier, later in zip(p.times, p.times[1:], strict=False)):
+    if any(later <= earlier for earlier, later in pairwise(time for time in p.times if time >= 0.0)):
         raise ParameterError(f"reference_ship.goal.times = {list(p.times)} is not allowed: it takes increasing times")
     return [(time, (p.poses[3 * i], p.poses[3 * i + 1], p.poses[3 * i + 2])) for i, time in enumerate(p.times)]
 

@@ -106,6 +106,11 @@ def test_without_a_goal_it_keeps_its_place_and_reset_goes_back():
     np.testing.assert_array_equal(states, again)
 
 
+def test_goals_below_zero_seconds_never_come():
+    states, _ = motion_of(reference_of([(-1.0, 9.0, 9.0, 1.0), (-1.0, 5.0, 5.0, 0.0)]), 5.0)
+    assert not states.any()
+
+
 def circle(k, reference, w=0.05, radius=25.0, every=2):
     """A pose on a circle, five times a second."""
     if k % every == 0:

@@ -54,9 +54,9 @@ def compare(
     tasks = [Task(row, law, rate_hz) for row in rows for law in chosen(laws)]
     with progress_bar(len(tasks)) as progress:
         outcomes = compare_laws(tasks, jobs, progress)
-    present(outcomes, rate_hz)
+    present(outcomes)
     folder = make_run_folder(output, "compare").path
-    compare_output.write(folder, outcomes, rate_hz)
+    compare_output.write(folder, outcomes)
     Console().print(f"tables and figures: {folder}", **PLAIN)
 
 
@@ -94,16 +94,16 @@ def progress_bar(total: int) -> Iterator[Any]:
         yield tell
 
 
-def present(outcomes: Sequence[Outcome], rate_hz: float | None) -> None:
+def present(outcomes: Sequence[Outcome]) -> None:
     """The table of each case where there are few; of all cases where there are many; then the notes."""
     out = Console()
     rows = compare_output.by_row(outcomes)
     if len(rows) <= 3:
         for row, of_row in rows:
-            print_table(out, row.name, compare_output.COLUMNS, [compare_output.cells(outcome) for outcome in of_row], 1)
+            print_table(out, row.name, *compare_output.table(row, of_row), 1)
     else:
         print_table(out, "rms position error", *compare_output.overview(outcomes), 3)
-    for note in compare_output.notes(outcomes, rate_hz):
+    for note in compare_output.notes(outcomes):
         out.print(note, **PLAIN)
 
 
