@@ -51,6 +51,7 @@ class RecorderNode(VesselNode):
         if scenario:
             self._writer.attach(SCENARIO, scenario)
         self._sim_time = not p.lockstep and self.get_parameter("use_sim_time").value
+        self._foreign = {self.resolve_topic_name(topic) for topic in FOREIGN_TOPICS}
         self._dropped = 0
         self._last_message_at = time.monotonic()
         self._collector = ParameterCollector(self)
@@ -67,11 +68,15 @@ class RecorderNode(VesselNode):
         if self._choice.open_ended:
             present = [name for name, _ in self.get_topic_names_and_types()]
         for name in self._choice.new(present):
-            if publishers := self.get_publishers_info_by_topic(name):
+            if ends := self.get_publishers_info_by_topic(name) or self._readers_of_foreign(name):
                 self._choice.take(name)
-                self._subscribe(name, publishers)
+                self._subscribe(name, ends)
         if not (self._choice.missing or self._choice.open_ended):
             self.destroy_timer(self._discovery)
+
+    def _readers_of_foreign(self, name: str) -> list[Any]:
+        """Who reads a topic from outside: its publisher may come, send one message and go before it could be discovered."""
+        return self.get_subscriptions_info_by_topic(name) if name in self._foreign else []
 
     def _subscribe(self, name: str, publishers: list[Any]) -> None:
         """Subscribe as reliably as all publishers of the topic allow."""
@@ -96,8 +101,7 @@ class RecorderNode(VesselNode):
 
     def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
         """The callback of a topic; where it has one publisher, its numbering must have no gap."""
-        foreign = {self.resolve_topic_name(name) for name in FOREIGN_TOPICS}
-        p, of_a_vessel = self.parameters, topic.kind not in _OF_EVERY_NODE and topic.name not in foreign
+        p, of_a_vessel = self.parameters, topic.kind not in _OF_EVERY_NODE and topic.name not in self._foreign
         stamped = of_a_vessel and next(iter(kind.get_fields_and_field_types().values()), "") in _STAMPED
         numbered = of_a_vessel and alone
         expected = 1 if p.lockstep or p.recorded else 0

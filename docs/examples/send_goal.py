@@ -12,11 +12,11 @@ from geometry_msgs.msg import PoseStamped
 
 
 def main(x: float, y: float, heading: float) -> None:
-    """Wait for a reader, publish the goal, wait until it has it."""
+    """Wait until every reader is connected, publish the goal, wait until they have it."""
     rclpy.init()
     node = rclpy.create_node("goal_sender")
     publisher = node.create_publisher(PoseStamped, "goal_pose", 10)
-    while not publisher.get_subscription_count():
+    while not 0 < node.count_subscribers("goal_pose") <= publisher.get_subscription_count():
         rclpy.spin_once(node, timeout_sec=0.05)
     goal = PoseStamped()
     goal.header.frame_id = "odom"

@@ -1,5 +1,5 @@
 import pytest
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
@@ -231,3 +231,22 @@ def test_the_parameters_of_every_node_and_the_scenario_travel_in_every_file(benc
 def test_a_scenario_that_is_not_there_is_told(bench, tmp_path):
     with pytest.raises(BagError, match=r"recorder\.scenario_file = /nowhere\.yaml cannot be read"):
         record(bench, tmp_path, scenario_file="/nowhere.yaml")
+
+
+def test_a_goal_of_a_publisher_that_comes_and_goes_is_recorded_with_the_time_of_the_run(bench, tmp_path):
+    bench.collect(PoseStamped, "goal_pose")  # who waits for goals
+    commands = bench.publisher(WrenchStamped, "cmd_wrench")
+    node = record(bench, tmp_path, topics=["cmd_wrench", "goal_pose"])
+    bench.until(lambda: recorded_topics(node) == {"/cmd_wrench", "/goal_pose"} and commands.get_subscription_count())
+    commands.publish(wrench(7))
+    bench.until(lambda: node.status()[2]["messages"] == 1)
+    goals = bench.probe.create_publisher(PoseStamped, "goal_pose", 10)
+    bench.until(lambda: goals.get_subscription_count() == 2)
+    goal = conv.new_pose()
+    goal.header.stamp = conv.time_message(1_700_000_000 * 10**9)
+    goals.publish(goal)
+    bench.until(lambda: node.status()[2]["messages"] == 2)
+    bench.probe.destroy_publisher(goals)
+    node.close()
+    assert [(topic, stamp) for topic, stamp, _ in read(tmp_path)] == [("/cmd_wrench", 70_000_000), ("/goal_pose", 70_000_000)]
+    assert node.status()[2]["dropped"] == 0
