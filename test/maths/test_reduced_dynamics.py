@@ -7,7 +7,9 @@ import paper_symbols as p
 import pytest
 import sympy as sp
 
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
 from vessel_hsmc_ros.kinematics import transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.laws import HierarchicalParameters
 from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
 
 z2e, dz2e = sp.symbols("z2e dz2e", real=True)
@@ -116,3 +118,38 @@ def test_the_pull_turns_round_beyond_z1_of_b_over_a():
     """The heading's rate has one pole, at the place where the law has no value."""
     _, turning_rate = straight_line_matrix()
     assert sp.solve(sp.denom(sp.together(turning_rate)), p.x_d) == [p.b / p.a]
+
+
+ON_THE_CIRCLE = (2.2566, -0.2195, 0.12495)  # u, v, r of the reference of case 2 once it goes round steadily
+
+
+def sway_errors(offset):
+    """z2e of case 2 in calm water over half a minute, both ships on the circle, ours `offset` metres aside."""
+    u, v, r = ON_THE_CIRCLE
+    changes = {f"vessel_sim.disturbance.periodic.{push}": 0.0 for push in ("surge_force", "sway_force", "yaw_moment")}
+    changes |= {"reference_ship.initial_pose": (0.0, -18.0, 0.0), "reference_ship.initial_velocity": ON_THE_CIRCLE}
+    changes |= {"vessel_sim.initial_pose": (0.0, -18.0 + offset, 0.0), "vessel_sim.initial_velocity": (u - r * offset, v, r)}
+    run = simulate(load_scenario("case2_tracking", {**changes, "vessel_sim.duration": 30.0}))
+    return np.array(run.control["sway_error"])
+
+
+def test_two_runs_of_case_2_part_at_the_rate_of_the_reduced_dynamics():
+    """The closed loop with the printed gains: a sway error doubles every minute.
+
+    The surge surface is held by a finite k2, so f_u, which changes with u_e = -r·z2e, leaves z1e = e·z2e with
+    e = -(df_u/du)·r/(k2·c3); put into the derivation above, that weakens the push of the turn by (d_v/m22)·e·r.
+    """
+    ship, g = VesselParameters().coefficients(), HierarchicalParameters()
+    u, v, r = ON_THE_CIRCLE
+    damping = (ship.d_v + 2.0 * ship.d_v2 * abs(v) + 3.0 * ship.d_v3 * v * v) / ship.m22
+    drag = (ship.d_u + 2.0 * ship.d_u2 * u + 3.0 * ship.d_u3 * u * u) / ship.m11
+    mass = ship.m11 / ship.m22
+    e = drag * r / (g.surge_reaching_gain * g.surge_surface_slope)
+    promised = max(np.roots([1.0, damping, -mass * r * r]))
+    corrected = max(np.roots([1.0, damping + e * r * (1.0 + mass), -(mass * r * r - damping * e * r)]))
+
+    apart = sway_errors(0.01) - sway_errors(-0.01)
+    growth = math.log(apart[-1] / apart[1000]) / 20.0
+    assert promised == pytest.approx(0.01142, abs=1e-5)
+    assert growth == pytest.approx(promised, rel=0.03)
+    assert growth == pytest.approx(corrected, rel=0.005)
