@@ -1,7 +1,7 @@
 """Send the ship somewhere: one goal pose, published as RViz or any planner would.
 
-vessel-hsmc run goal --real-time --set reference_ship.goal.times=[-1,-1] ...   # in one terminal
-python docs/examples/send_goal.py 40 20 1.57                                   # in another, with the same ROS_DOMAIN_ID
+vessel-hsmc run goal --real-time --set reference_ship.goal.times=[-1,-1]   # in one terminal: no goals of its own
+python docs/examples/send_goal.py 40 20 1.57                               # in another, with the same ROS_DOMAIN_ID
 """
 
 import math
