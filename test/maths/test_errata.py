@@ -31,6 +31,7 @@ def figure(scenario, name):
         ("case1_pd_disturbed", "heading_error_rms_from_126_s_deg", 10.0),
         ("case2_straight", "position_error_final", 5.1),
         ("case2_tracking", "position_error_final", 24.0),
+        ("case2_tracking", "heading_error_rms_from_126_s_deg", 0.01),
         ("case3_calm", "position_error_final", 0.05),
         ("case3_stabilisation", "position_error_at_50_s", 1.0),
         ("case3_stabilisation", "position_error_final", 9.9),
@@ -43,11 +44,9 @@ def test_the_errata_are_reproduced_within_a_tenth(scenario, name, measured):
 
 
 @pytest.mark.parametrize(
-    ("scenario", "at_most"),
-    [("case2_straight", 0.0001), ("case2_tracking", 0.01), ("case3_calm", 0.0005), ("case3_stabilisation", 0.006)],
+    ("scenario", "at_most"), [("case2_straight", 0.0001), ("case3_calm", 0.0001), ("case3_stabilisation", 0.006)]
 )
 def test_the_heading_converges_to_the_measured_degrees(scenario, at_most):
-    """The last one on the circle is 0.005 degrees, half of what the prototype measured: it wanders there with the surge force."""
     assert abs(figure(scenario, "heading_error_final_deg")) <= at_most
 
 

@@ -129,6 +129,7 @@ def test_weights_are_integrated_not_assigned():
     _, second = controller.update(0.01, state, reference, np.zeros(3))
     _, third = controller.update(0.02, state, reference, np.zeros(3))
     assert not first.yaw_weights.any()
+    np.testing.assert_allclose(third.yaw_weights + 0.01 * controller.weight_rates.Wr, controller.weights.Wr, rtol=1e-12)
     np.testing.assert_allclose(third.yaw_weights, 2.0 * second.yaw_weights)
     assert second.yaw_weights.any()
     controller.reset()

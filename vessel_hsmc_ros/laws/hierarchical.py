@@ -129,6 +129,10 @@ class HierarchicalController:
         vessel: What is known of the ship.
         period: Time between two updates, s.
 
+    Attributes:
+        weights: Of the three networks, as the next update will take them.
+        weight_rates: Their rates at the last update; zero before the first.
+
     Raises:
         ParameterError: a reaching gain is unstable at this period, or the listed centres are no triples.
     """
@@ -152,6 +156,7 @@ class HierarchicalController:
         """Forget what the networks have learnt: all weights zero."""
         neurons = len(self._mu)
         self.weights = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
+        self.weight_rates = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
 
     def update(  # every law has the same arguments
         self,
@@ -185,5 +190,6 @@ class HierarchicalController:
         rate = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, H, g)
         T = self._period
         W = self.weights
+        self.weight_rates = rate
         self.weights = Weights(W.Wv + T * rate.Wv, W.Wr + T * rate.Wr, W.Wu + T * rate.Wu)
         return np.array(wrench), terms
