@@ -6,10 +6,10 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo reproduce verdict test golden check format benchmark docs lock clean
+.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-guided docs lock clean
 
 help:  ## show what can be made
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(VENV)/.package  ## make the virtual environment, compile the messages, install the package
 
@@ -44,6 +44,9 @@ format: setup  ## format the code
 
 benchmark: setup  ## measure a lockstep step against bare rclpy round trips
 	@$(BIN)/python benchmarks/loop.py
+
+benchmark-guided: setup  ## run the guided law's whole table at 10, 50 and 100 Hz
+	@$(BIN)/python benchmarks/guided.py
 
 docs: setup  ## write docs/parameters.md from the declarations
 	@$(BIN)/vessel-hsmc parameters > docs/parameters.md

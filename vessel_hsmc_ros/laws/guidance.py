@@ -9,6 +9,7 @@
 | w_t, w_n | w along and across the hull | m/s |
 | s | direction of travel: 1 ahead, -1 astern | - |
 | q = c·rho | speed below which the ship is steered as a resting one | m/s |
+| m = w_n - v | by how much the sway does not match | m/s |
 | epsilon | heading by which the hull is off: turned by it, w_n is the sway that the ship has | rad |
 | psi_c | commanded heading psi + epsilon | rad |
 | r_w | rate of psi_c while the ship has the velocity w | rad/s |
@@ -25,6 +26,9 @@ from vessel_hsmc_ros.laws.guided_parameters import Gains
 from vessel_hsmc_ros.laws.predictor import Motion
 
 Pair = tuple[float, float]
+
+LARGEST_MISMATCH = 0.3
+"""The lever of a resting ship grows with the mismatch of its sway up to this one, m_max, m/s."""
 
 
 class Wanted(NamedTuple):
@@ -112,14 +116,16 @@ def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, fadin
 
 
 def heading_error(w: Across, v: float, s: float, g: Gains) -> float:
-    """The heading error epsilon = s·atan2(w_n - v, D), in [-pi, pi].
+    """The heading error epsilon = s·atan2(m, D) with m = w_n - v, in [-pi, pi].
 
-    D is s·w_t, kept from zero: sqrt((s·w_t)² + q²) ahead, s·w_t + q astern. At rest epsilon is (w_n - v)/q, which turns the
-    ship at (w_n - v)/rho: a point rho ahead of midships then moves across the hull at w_n.
+    D is s·w_t, kept from zero: sqrt((s·w_t)² + q_m²) ahead, s·w_t + q_m astern, with q_m² = q² + (c·T_m·min(|m|, m_max))². At
+    rest and for a small m, epsilon is m/q, which turns the ship at m/rho: a point rho ahead of midships then moves across the
+    hull at w_n. The lever grows with m, for in a strong current a short one turns the ship faster than it can follow.
     """
-    q = g.c * g.rho
+    m = w.w_n - v
     D = s * w.w_t
-    return s * math.atan2(w.w_n - v, math.sqrt(D * D + q * q) if D >= 0.0 else D + q)
+    q_m = g.c * math.hypot(g.rho, g.T_m * min(abs(m), LARGEST_MISMATCH))
+    return s * math.atan2(m, math.sqrt(D * D + q_m * q_m) if D >= 0.0 else D + q_m)
 
 
 def carried_rate(w: Across, v: float, dv: float, r_d: float, s: float, g: Gains) -> float:

@@ -120,7 +120,8 @@ def command(
     """Guidance and the command filter, and the filter moved on by a period.
 
     drho_c = zeta + lambda_c·(r_goal - rho_c), dzeta = kappa·lambda_c²·(r_goal - rho_c), with r_goal = c(epsilon) + r_w - r_d; the
-    yaw acceleration it asks for is held to 2·a, and the integral part rests meanwhile.
+    yaw acceleration it asks for is held to 2·a, and the integral part rests meanwhile. So that nothing winds up, rho_c is held
+    where |S1| <= S1_max: a larger S1 would take more than the whole moment.
 
     Args:
         motion: The ship.
@@ -131,12 +132,15 @@ def command(
         g: Gains.
     """
     rate, integral, s, xi = m.filter
+    lead = motion.r - desired.r
+    rate = min(max(rate, lead - g.S1_max), lead + g.S1_max)
     wanted = guidance.wanted_velocity(motion, desired, acceleration, xi, g)
     w = guidance.resolve(wanted, motion.psi)
     distance = math.hypot(motion.x - desired.x, motion.y - desired.y)
     s = guidance.direction_of_travel(s, w.w_t, distance, desired.u, wanted.fading, g)
     epsilon = guidance.heading_error(w, motion.v, s, g)
-    r_w = guidance.carried_rate(w, motion.v, g.eta * f.fv, desired.r, s, g)
+    dv = acceleration[1] + g.eta * (f.fv - acceleration[1])
+    r_w = guidance.carried_rate(w, motion.v, dv, desired.r, s, g)
     turning = guidance.approach_rate(epsilon, g) + r_w
 
     rest = guidance.rest(w.w_t * w.w_t + w.w_n * w.w_n, motion.v, f.fu, f.fv, g)

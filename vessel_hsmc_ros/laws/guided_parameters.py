@@ -24,31 +24,32 @@ def positive(default: float, description: str, unit: str, symbol: str) -> float:
 class GuidedParameters:
     """Gains of guidance, surfaces, networks and filters; bandwidths in continuous time, whatever the control period."""
 
-    position_gain: float = positive(0.24, "Rate at which a small position error is to fade.", "1/s", "k_p")
+    position_gain: float = positive(0.33, "Rate at which a small position error is to fade.", "1/s", "k_p")
     approach_speed: float = positive(1.2, "Largest speed towards a reference that is far away.", "m/s", "v_max")
-    drift_gain: float = gain(0.007, "Gain of the integral that takes away what is left of the position error.", "1/s²", "k_i")
+    drift_gain: float = gain(0.011, "Gain of the integral that takes away what is left of the position error.", "1/s²", "k_i")
     drift_limit: float = gain(0.1, "Largest velocity that this integral may ask for.", "m/s", "xi_max")
-    heading_surface_slope: float = positive(0.43, "Slope of the heading surface (17).", "1/s", "c")
+    heading_surface_slope: float = positive(0.42, "Slope of the heading surface (17).", "1/s", "c")
     sway_share: float = gain(
-        0.9, "Share of the estimated sway acceleration that the commanded yaw rate carries.", "", "eta", high=1.0
+        0.62, "Share of the sway acceleration beyond the reference's that the commanded yaw rate carries.", "", "eta", high=1.0
     )
     turn_acceleration_share: float = gain(
-        0.45, "Share of the largest yaw acceleration that a change of heading is planned with.", "", "a_share", low=0.01, high=1.0
+        0.4, "Share of the largest yaw acceleration that a change of heading is planned with.", "", "a_share", low=0.01, high=1.0
     )
     turn_rate_limit: float = positive(0.25, "Largest yaw rate to change the heading with.", "rad/s", "r_max")
-    command_bandwidth: float = positive(4.0, "Bandwidth of the command filter.", "1/s", "lambda_c")
-    command_integral: float = gain(0.03, "Integral part of the command filter.", "", "kappa", high=1.0)
-    yaw_reaching_gain: float = positive(1.2, "Rate at which the yaw surface is approached (21).", "1/s", "k1")
-    surge_reaching_gain: float = positive(2.0, "Rate at which the surge surface is approached (27).", "1/s", "k2")
-    surge_learning_rate: float = positive(3.0, "Bandwidth at which the network for f_u learns.", "1/s", "w_u")
-    sway_learning_rate: float = positive(1.8, "Bandwidth at which the network for f_v learns.", "1/s", "w_v")
+    command_bandwidth: float = positive(2.0, "Bandwidth of the command filter.", "1/s", "lambda_c")
+    command_integral: float = gain(0.1, "Integral part of the command filter.", "", "kappa", high=1.0)
+    yaw_reaching_gain: float = positive(1.8, "Rate at which the yaw surface is approached (21).", "1/s", "k1")
+    surge_reaching_gain: float = positive(1.4, "Rate at which the surge surface is approached (27).", "1/s", "k2")
+    surge_learning_rate: float = positive(2.0, "Bandwidth at which the network for f_u learns.", "1/s", "w_u")
+    sway_learning_rate: float = positive(3.0, "Bandwidth at which the network for f_v learns.", "1/s", "w_v")
     yaw_learning_rate: float = positive(1.8, "Bandwidth at which the network for f_r learns.", "1/s", "w_r")
     position_filter: float = positive(1.5, "Bandwidth at which the predicted position follows the measured one.", "1/s", "w_p")
     heading_filter: float = positive(3.0, "Bandwidth at which the predicted heading follows the measured one.", "1/s", "w_h")
     slew_time: float = gain(0.9, "Time in which the wrench may go from zero to its limit; 0 lets it jump.", "s", "T_s")
-    resting_lever: float = positive(0.25, "Distance ahead at which a resting ship's place is held.", "m", "rho")
+    resting_lever: float = positive(0.18, "Distance ahead at which a resting ship's place is held.", "m", "rho")
+    resting_lever_time: float = gain(3.0, "Time at the mismatch of its sway by which a resting ship's lever grows.", "s", "T_m")
     resting_heading_gain: float = gain(
-        0.05, "Rate at which an undisturbed resting ship takes the reference's heading.", "1/s", "k_h"
+        0.03, "Rate at which an undisturbed resting ship takes the reference's heading.", "1/s", "k_h"
     )
     resting_speed: float = positive(0.02, "Wanted speed below which a ship rests.", "m/s", "v_0")
     resting_push: float = positive(0.005, "Disturbing acceleration below which a resting ship is undisturbed.", "m/s²", "a_0")
@@ -70,10 +71,12 @@ class Gains(NamedTuple):
     c: float
     eta: float
     a_max: float
+    S1_max: float
     r_max: float
     kappa: float
     T_s: float
     rho: float
+    T_m: float
     k_h: float
     v_0: float
     a_0: float
@@ -105,13 +108,15 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     T = period
     given = {**schema.symbols(parameters), **schema.symbols(vessel)}
     poles = {name.replace("w_", "z_"): math.exp(-given.pop(name) * T) for name in ("w_u", "w_v", "w_r", "w_p", "w_h")}
+    full = vessel.yaw_moment_limit / vessel.yaw_inertia
+    S1_max, a_max = full / given["k1"], full * given.pop("a_share")
     for name in ("k1", "k2"):
         given[name] = -math.expm1(-given[name] * T) / T
-    a_max = given.pop("a_share") * vessel.yaw_moment_limit / vessel.yaw_inertia
     return Gains(
         **given,
         **poles,
         a_max=a_max,
+        S1_max=S1_max,
         tau_1max=vessel.surge_force_limit,
         tau_2max=vessel.yaw_moment_limit,
         T=T,

@@ -1,0 +1,110 @@
+"""The guided law against everything it has to reach, and what it costs.
+
+Every row of config/suites/guided.yaml with the law at 10, 50 and 100 Hz and one set of gains; the time of an update beside that
+of the hierarchical law, the two taking turns; and how fast the wrench moves with noisy sensors, beside the same law. Ends with
+exit code 1 when a row is missed or an update takes more than twice the time.
+
+    python benchmarks/guided.py [--rates 10 50 100] [--jobs 2]
+"""
+
+import argparse
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.compare import Outcome, Task, compare
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.metrics import rms
+from vessel_hsmc_ros.suite import Row, load_suite
+
+RATES = (10.0, 50.0, 100.0)
+LAWS = ("hierarchical", "guided")
+ROUNDS, UPDATES = 200, 200
+AT_MOST = 2.0
+"""Update times of the hierarchical law that an update may take."""
+
+NOISY = {"vessel_sim.duration": 200.0}
+SETTLED = 100.0
+
+
+def main() -> int:
+    """Run all, print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rates", type=float, nargs="+", default=list(RATES), help="rates of the law, Hz")
+    parser.add_argument("--jobs", type=int, default=None, help="processes at a time; one a core unless said otherwise")
+    arguments = parser.parse_args()
+    console = Console(width=110)
+    rows = load_suite("guided")
+    outcomes = run_all(rows, arguments.rates, arguments.jobs, console)
+    console.print(accuracy(rows, arguments.rates, outcomes))
+    missed = sum(not outcome.hit for outcome in outcomes)
+    console.print(f"{len(outcomes) - missed} of {len(outcomes)} hit")
+    table, factor = update_times()
+    console.print(table)
+    console.print(wrench_rates())
+    return 1 if missed or factor > AT_MOST else 0
+
+
+def run_all(rows: tuple[Row, ...], rates: list[float], jobs: int | None, console: Console) -> list[Outcome]:
+    """Every row at every rate, rate by rate."""
+    tasks = [Task(row, "guided", rate) for rate in rates for row in rows]
+    with Progress(console=console, transient=True) as progress:
+        bar = progress.add_task("rows", total=len(tasks))
+        return compare(tasks, jobs, lambda _: progress.advance(bar))
+
+
+def accuracy(rows: tuple[Row, ...], rates: list[float], outcomes: list[Outcome]) -> Table:
+    """The rms position error of each row at each rate; a miss is marked by a star."""
+    table = Table("row", "at most [m]", *(f"{rate:g} Hz [m]" for rate in rates), "largest [m]", "excursion")
+    for i, row in enumerate(rows):
+        of_row = outcomes[i :: len(rows)]
+        verdicts = [o.verdict for o in of_row if o.verdict]
+        cells = [f"{o.verdict.rms:.4f}{'' if o.hit else ' *'}" if o.verdict else o.failure for o in of_row]
+        largest = max((v.largest for v in verdicts), default=np.nan)
+        excursion = max((v.excursion for v in verdicts), default=np.nan)
+        table.add_row(row.name, f"{row.at_most:g}", *cells, f"{largest:.3f}", f"{excursion:.2f}")
+    return table
+
+
+def update_times() -> tuple[Table, float]:
+    """Time of one update of each law on the same inputs, taking turns; and guided's as a multiple of hierarchical's."""
+    random = np.random.default_rng(0)
+    states, references = random.normal(size=(UPDATES, 6)), random.normal(size=(UPDATES, 6))
+    acceleration = np.zeros(3)
+    laws = {name: make_controller(name, 0.01) for name in LAWS}
+    times: dict[str, list[float]] = {name: [] for name in LAWS}
+    for _ in range(ROUNDS):
+        for name, law in laws.items():
+            began = time.perf_counter()
+            for state, reference in zip(states, references, strict=True):
+                law.update(0.0, state, reference, acceleration)
+            times[name].append((time.perf_counter() - began) / UPDATES)
+    table = Table("law", "fastest update [µs]", "median [µs]")
+    for name in LAWS:
+        table.add_row(name, f"{1e6 * min(times[name]):.1f}", f"{1e6 * float(np.median(times[name])):.1f}")
+    factor = min(times["guided"]) / min(times["hierarchical"])
+    table.add_row("guided / hierarchical", f"{factor:.2f}", "")
+    return table, factor
+
+
+def wrench_rates() -> Table:
+    """How fast the applied wrench moves with noisy sensors, rms from 100 s to 200 s; the hierarchical law needs its 100 Hz."""
+    (row,) = (row for row in load_suite("guided") if row.name == "noise")
+    table = Table("law, with noise", "rate [Hz]", "surge force [N/s rms]", "yaw moment [N·m/s rms]")
+    for name, rate_hz in (("guided", 50.0), ("guided", 100.0), ("hierarchical", 100.0)):
+        quick = replace(row, changes={**row.changes, **NOISY, "controller.law": name, "controller.rate_hz": rate_hz})
+        run = simulate(load_scenario(quick.scenario, quick.changes))
+        late = run.time >= SETTLED
+        rates = np.diff(run.wrench[late], axis=0) / np.diff(run.time[late])[:, None]
+        table.add_row(name, f"{rate_hz:g}", f"{rms(rates[:, 0]):.2g}", f"{rms(rates[:, 1]):.2g}")
+    return table
+
+
+if __name__ == "__main__":
+    sys.exit(main())

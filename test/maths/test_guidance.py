@@ -1,0 +1,155 @@
+"""Guidance and the predictor against what they are derived from."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.laws.guidance import (
+    Across,
+    approach_rate,
+    carried_rate,
+    direction_of_travel,
+    drift,
+    heading_error,
+    resolve,
+    wanted_velocity,
+)
+from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, gains
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.predictor import Motion, correct, predict
+
+G = gains(GuidedParameters(), KnownVessel(), 0.02)
+LIGHT = G._replace(rho=1e-6)
+"""As good as without the resting ship's lever: the formulas of a moving ship."""
+
+places = st.floats(-50.0, 50.0)
+angles = st.floats(-math.pi, math.pi)
+speeds = st.floats(-3.0, 3.0)
+motions = st.builds(Motion, places, places, angles, speeds, speeds, st.floats(-0.3, 0.3))
+accelerations = st.lists(st.floats(-0.2, 0.2), min_size=3, max_size=3)
+
+
+def advanced(motion, acceleration, dt):
+    return predict(motion, *acceleration, dt)
+
+
+@given(motions, accelerations, motions, accelerations)
+def test_the_wanted_velocity_has_the_derivative_it_says(motion, dnu, desired, dnu_d):
+    dt = 1e-4
+    now = wanted_velocity(motion, desired, dnu_d, (0.01, -0.02), G)
+    ahead, behind = (
+        wanted_velocity(advanced(motion, dnu, h), advanced(desired, dnu_d, h), dnu_d, (0.01, -0.02), G) for h in (dt, -dt)
+    )
+    assert now.dwx == pytest.approx((ahead.wx - behind.wx) / (2 * dt), abs=1e-5)
+    assert now.dwy == pytest.approx((ahead.wy - behind.wy) / (2 * dt), abs=1e-5)
+
+
+@given(motions, motions)
+def test_far_away_the_approach_is_no_faster_than_told(motion, desired):
+    wanted = wanted_velocity(motion, desired, [0.0, 0.0, 0.0], (0.0, 0.0), G)
+    assert wanted.fading <= G.v_max**2 * (1 + 1e-9)
+
+
+@given(st.floats(0.5, 3.0), angles, st.floats(-0.3, 0.3), st.sampled_from([1.0, -1.0]))
+def test_a_ship_turned_by_the_heading_error_has_the_sway_that_it_needs(speed, direction, v, s):
+    wanted = wanted_velocity(Motion(0, 0, 0, 0, 0, 0), Motion(0, 0, direction, speed, 0, 0), [0.0] * 3, (0.0, 0.0), LIGHT)
+    psi = 0.3
+    for _ in range(60):
+        psi += heading_error(resolve(wanted, psi), v, s, LIGHT)
+    w = resolve(wanted, psi)
+    assert w.w_n == pytest.approx(v, abs=1e-6)
+    assert s * w.w_t > 0.0
+
+
+@given(st.floats(0.5, 3.0), angles, speeds, speeds, st.floats(-0.4, 0.4), st.floats(-0.2, 0.2), st.sampled_from([1.0, -1.0]))
+def test_the_carried_rate_is_the_derivative_of_the_commanded_heading(speed, direction, dwx, dwy, v, dv, s):
+    wx, wy = speed * math.cos(direction), speed * math.sin(direction)
+
+    def commanded(t):
+        x, y = wx + t * dwx, wy + t * dwy
+        return math.atan2(y, x) - s * math.asin((v + t * dv) / math.hypot(x, y))
+
+    h = 1e-6
+    slope = math.remainder(commanded(h) - commanded(-h), 2 * math.pi) / (2 * h)
+    psi = 0.7
+    c, sn = math.cos(psi), math.sin(psi)
+    w = Across(wx * c + wy * sn, -wx * sn + wy * c, dwx * c + dwy * sn, -dwx * sn + dwy * c)
+    assert carried_rate(w, v, dv, 0.1, s, LIGHT) == pytest.approx(slope, abs=1e-3)
+
+
+def test_at_rest_the_carried_rate_is_that_of_the_reference():
+    assert carried_rate(Across(0.0, 0.0, 0.1, 0.1), 0.0, 0.1, 0.05, 1.0, G) == pytest.approx(0.05)
+
+
+@given(st.floats(-math.pi, math.pi))
+def test_a_turn_can_be_stopped_with_the_planned_acceleration(epsilon):
+    """Along r = c(epsilon), depsilon = -r, the yaw acceleration is c'(epsilon)·r."""
+    h = 1e-5
+    rate = approach_rate(epsilon, G)
+    slope = (approach_rate(epsilon + h, G) - approach_rate(epsilon - h, G)) / (2 * h)
+    assert abs(slope * rate) <= G.a_max * (1 + 1e-6)
+    assert abs(rate) <= G.r_max
+    assert math.copysign(1.0, rate) == math.copysign(1.0, epsilon)
+    assert approach_rate(1e-4, G) == pytest.approx(G.c * 1e-4, rel=0.01)
+
+
+def test_at_rest_a_point_ahead_of_midships_moves_as_wanted():
+    w, v = Across(0.0, 1e-4, 0.0, 0.0), 5e-4
+    rate = approach_rate(heading_error(w, v, 1.0, G), G)
+    assert v + G.rho * rate == pytest.approx(w.w_n, abs=1e-5)
+
+
+def test_the_direction_of_travel_has_hysteresis_and_knows_the_reference():
+    near, far = 5.0, 2.0 * G.R_b
+    edge = G.c * G.rho
+    assert direction_of_travel(1.0, -0.9 * edge, near, 0.0, 1.0, G) == 1.0
+    assert direction_of_travel(1.0, -1.1 * edge, near, 0.0, 1.0, G) == -1.0
+    assert direction_of_travel(-1.0, 0.9 * edge, near, 0.0, 1.0, G) == -1.0
+    assert direction_of_travel(-1.0, 1.1 * edge, near, 0.0, 1.0, G) == 1.0
+    assert direction_of_travel(1.0, -1.1 * edge, far, 0.0, 1.0, G) == 1.0
+    assert direction_of_travel(-1.0, -1.0, near, 2.0, 1.0, G) == 1.0
+    assert direction_of_travel(1.0, 1.0, near, -2.0, 1.0, G) == -1.0
+
+
+def test_the_drift_integral_is_limited_and_waits_until_the_ship_is_near():
+    here, near, far = Motion(0, 0, 0, 0, 0, 0), Motion(1, 0, 0, 0, 0, 0), Motion(100, 0, 0, 0, 0, 0)
+    assert drift((0.0, 0.0), far, here, 4.0, G) == (0.0, 0.0)
+    assert drift((0.0, 0.0), near, here, 0.0, G) == (0.0, 0.0)
+    xi = (0.0, 0.0)
+    for _ in range(100_000):
+        xi = drift(xi, near, here, 4.0, G)
+    assert xi == pytest.approx((G.xi_max, 0.0))
+
+
+@given(motions, accelerations)
+def test_prediction_is_exact_for_a_held_acceleration_in_velocity_and_second_order_in_pose(motion, dnu):
+    T, n = 0.1, 200
+    coarse, fine = predict(motion, *dnu, T), motion
+    for _ in range(n):
+        fine = predict(fine, *dnu, T / n)
+    np.testing.assert_allclose(coarse[3:], fine[3:], atol=1e-12)
+    assert math.hypot(coarse.x - fine.x, coarse.y - fine.y) < 2e-4
+    assert abs(math.remainder(coarse.psi - fine.psi, 2 * math.pi)) < 1e-9
+
+
+@pytest.mark.parametrize("period", [0.001, 0.02, 0.1, 1.0])
+def test_the_predictor_finds_state_and_acceleration_at_any_period(period):
+    """Velocity channel with f as the network's output: both poles at exp(-w·T), so nothing is left after 20/w."""
+    g = gains(GuidedParameters(), KnownVessel(), period)
+    truth, f, u_hat = 0.3, 0.0, 0.0
+    for _ in range(max(20, round(20.0 / (GuidedParameters().surge_learning_rate * period)))):
+        innovation = truth - u_hat
+        f += (1.0 - g.z_u) ** 2 / period * innovation
+        u_hat += (1.0 - g.z_u**2) * innovation + period * f
+        truth += period * 0.2
+    assert f == pytest.approx(0.2, abs=1e-5)
+    assert u_hat == pytest.approx(truth, abs=1e-5)
+
+
+def test_correction_goes_the_short_way_round():
+    below, above = Motion(0, 0, math.pi - 0.01, 0, 0, 0), Motion(0, 0, -math.pi + 0.01, 0, 0, 0)
+    half = correct(below, above, 0.5, 0.5, 0.5, 0.5, 0.5)
+    assert abs(half.psi) == pytest.approx(math.pi)
