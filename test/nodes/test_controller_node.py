@@ -182,7 +182,8 @@ def test_in_real_time_the_law_runs_at_its_own_rate(bench, sea):
     bench.start(ControllerNode, lockstep=False)
     bench.until(lambda: len(sea.states) > 100)
     stamps = np.array([conv.nanoseconds(m.header.stamp) for m in sea.states])
-    assert np.median(np.diff(stamps)) == pytest.approx(1e7, rel=0.05)
+    periods = len(stamps) - 1 + sea.states[-1].missed_periods - sea.states[0].missed_periods  # on a busy machine some are missed
+    assert (stamps[-1] - stamps[0]) / 1e7 == pytest.approx(periods, abs=1.5)
     assert abs(stamps[-1] - sea.now()) < 1e9
 
 
