@@ -4,6 +4,7 @@ import ctypes
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
 from typing import Any
@@ -64,9 +65,16 @@ def _await(futures: list[Future[Outcome]], tell: Callable[[], None]) -> None:
 
 
 def _begin(done: Any, stop: Any) -> None:
-    """In a worker, before its first case: Ctrl-C is the parent's affair."""
+    """In a worker, before its first case: Ctrl-C is the parent's affair, and without a parent there is nothing to do."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _shared[:] = done, stop
+
+
+def _end_with_parent() -> None:
+    if (parent := multiprocessing.parent_process()) is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _run(index: int, case: Case) -> Outcome:

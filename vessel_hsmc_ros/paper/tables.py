@@ -18,7 +18,7 @@ otherwise. What is between brackets is asked for here, by us; [verdict.md](verdi
 
 # The prototype's figures beside ours
 
-`ERRATA` figures were measured with an independent prototype; its adaptation gains, PD gains and course are not known.
+An earlier prototype of the law measured these; its adaptation gains, PD gains and course are not known.
 
 {findings}
 """

@@ -1,0 +1,119 @@
+"""The pages about the paper say what the results say, and the results are what the code computes."""
+
+import dataclasses
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from vessel_hsmc_ros.paper import reproduction
+from vessel_hsmc_ros.paper.cases import CASES
+from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.tables import claims_page
+
+DOCS = Path(__file__).parents[2] / "docs"
+VERDICT = re.sub(r"\s+", " ", (DOCS / "verdict.md").read_text(encoding="utf-8"))
+RESULTS = reproduction.load(DOCS / "results.json")
+CHEAP = ("circle_60", "circle_50_hz", "straight_a_1")
+FINAL, LATE, STEP = "position_error_final", "heading_error_late_deg", "yaw_moment_step"
+SECOND = "heading_error_second_half_deg"
+
+QUOTES = [
+    ("circle, the paper's case 2 | {:.1f} m | {:.3f}°", ("circle", FINAL), ("circle", LATE)),
+    ("straight line | {:.2f} m | {:.4f}°", ("straight", FINAL), ("straight", LATE)),
+    ("slalom | {:.3f} m; {:.1f} m after 800 s | {:.4f}°", ("slalom", FINAL), ("slalom_long", FINAL), ("slalom", LATE)),
+    ("case 3 | {:.2f} m | {:.4f}°", ("hold", FINAL), ("hold", LATE)),
+    ("stabilisation, calm | {:.4f} m | {:.6f}°", ("hold_calm", FINAL), ("hold_calm", LATE)),
+    ("case 1 | - | {:.4f}°", ("course", LATE)),
+    ("after {:.1f} s, PD after {:.1f} s", ("course", "heading_settling_time"), ("course_pd", "heading_settling_time")),
+    ("off by {:.4f}° and {:.1f}° rms", ("course_pushed", SECOND), ("course_pd_pushed", SECOND)),
+    ("without it the error is {:.4f}°", ("course_pushed_unlearnt", SECOND)),
+    ("left by {:.1f} m after 400 s. Calm, it is {:.0f} m", ("circle", FINAL), ("circle_calm", FINAL)),
+    ("off by {:.2f} m in 50 s and {:.2f} m in 400 s", ("hold", "position_error_early"), ("hold", FINAL)),
+    ("to {:.0e} of {:.1f} rad/s", ("circle_exact_calm", "yaw_surface_late"), ("circle_exact_calm", "yaw_surface_start")),
+    ("on this circle at {:.4f} 1/s", ("circle", "growth_rate")),
+    ("ship known exactly, calm | {:.0e}", ("circle_exact_calm", "reduced_deviation")),
+    ("stabilisation | {:.1e}", ("hold", "reduced_deviation")),
+    ("straight line | {:.4f}", ("straight", "reduced_deviation")),
+    ("straight line, ship known exactly | {:.4f}", ("straight_exact", "reduced_deviation")),
+    ("circle, ship known exactly | {:.3f}", ("circle_exact", "reduced_deviation")),
+    ("slalom, ship known exactly | {:.3f}", ("slalom_exact", "reduced_deviation")),
+    ("adaptation gains 0 | {:.1f} m", ("circle_unlearnt", FINAL)),
+    ("case2_tracking.yaml` | {:.1f} m", ("circle", FINAL)),
+    ("of f_v 10 times | {:.1f} m", ("circle_learning", FINAL)),
+    ("| ship known exactly | {:.1f} m", ("circle_exact", FINAL)),
+    ("| ship known exactly, calm | {:.0f} m", ("circle_exact_calm", FINAL)),
+    ("(29) as printed | {:.1f} m", ("circle_as_printed", FINAL)),
+    ("switching sign | {:.1f} m", ("circle_switched", FINAL)),
+    ("error is −{:.2f} m when the ship settles", ("straight_calm", "sway_error_on_surfaces")),
+    ("calm it stays, {:.2f} m after 400 s", ("straight_calm", FINAL)),
+    ("through zero to {:.2f} m. The slalom's {:.3f} m", ("straight", FINAL), ("slalom", FINAL)),
+    ("after 800 s it is {:.1f} m", ("slalom_long", FINAL)),
+    ("{:.2f} m rms in the second quarter", ("straight_a_0.1", "position_error_second_quarter")),
+    ("the run ends after {:.0f} s. With a = 1", ("straight_a_0.1", "ended_at")),
+    ("100 m, and the run ends after {:.1f} s", ("straight_a_1", "ended_at")),
+    ("ends at {:.2f} m instead of {:.2f} m", ("circle_steep", FINAL), ("circle_60", FINAL)),
+    ("{:.3f} rad/s² on the circle", ("circle", "yaw_switching_gain_needed")),
+    ("have to be {:.3f} m/s²", ("circle", "surge_switching_gain_needed")),
+    ("jumps by {:.2e} N·m from period to period, against {:.0f} N·m", ("circle_switching", STEP), ("circle_60", STEP)),
+    ("without learning the moment jumps by {:.1f} N·m", ("circle_unlearnt_60", STEP)),
+    (
+        "{:.2f} for f_u, {:.2f} for f_v, {:.2f} for f_r",
+        *(("circle", f"{axis}_estimate_error") for axis in ("surge", "sway", "yaw")),
+    ),
+    (
+        "above {:.2f}, {:.2f} and {:.2f}",
+        *(("circle_learning", f"{axis}_estimate_error") for axis in ("surge", "sway", "yaw")),
+    ),
+    ("the run ends after {:.2f} s. The nodes refuse", ("circle_50_hz", "ended_at")),
+    ("command is {:.3g} N, an acceleration of {:.1f} g", ("circle", "surge_force_peak"), ("circle", "surge_peak_in_g")),
+    ("and {:.2g} N·m. An actuator", ("circle", "yaw_moment_peak")),
+    ("off by {:.0f}° over the last quarter", ("circle_limited", LATE)),
+    ("left by {:.0f} m, with half more by {:.0f} m", ("circle_weak_hull", FINAL), ("circle_stiff_hull", FINAL)),
+    ("end of the circle, {:.4f}° here", ("circle", "heading_error_final_deg")),
+    ("oscillation whose rms is {:.3f}°", ("circle", LATE)),
+]
+
+
+@pytest.mark.parametrize("quote", QUOTES, ids=lambda quote: quote[0])
+def test_the_verdict_quotes_the_results(quote):
+    text, *numbers = quote
+    assert text.format(*(abs(getattr(RESULTS[run], number)) for run, number in numbers)) in VERDICT
+
+
+def test_what_the_verdict_derives_from_the_results():
+    holding = sum(claim.holds(RESULTS) for claim in CLAIMS)
+    assert f"holds {len(CLAIMS)} claims of the paper against thresholds: {holding} hold" in VERDICT
+    assert f"a doubling in {math.log(2.0) / RESULTS['circle'].growth_rate:.0f} s" in VERDICT
+    rising = 100.0 * RESULTS["circle_exact"].lyapunov_rising_share
+    assert f"V rises in {rising:.1f} % of the periods" in VERDICT
+    larger = RESULTS["circle_switching"].yaw_surface_late / RESULTS["circle_60"].yaw_surface_late
+    assert f"S1 is {larger:.1f} times larger" in VERDICT
+    assert f"{1.0 - RESULTS['circle_60'].activation_spread:.2f} to 1" in VERDICT
+    assert abs(RESULTS["hold"].heading_error_final_deg) < 0.006
+    assert RESULTS["straight_a_0.1"].singularity_share > 0.999
+
+
+def test_every_link_and_picture_of_the_verdict_is_there():
+    for target in re.findall(r"\]\(([^)#]+)\)", (DOCS / "verdict.md").read_text(encoding="utf-8")):
+        assert (DOCS / target).exists(), target
+
+
+def test_the_claims_page_is_that_of_the_results():
+    assert (DOCS / "claims.md").read_text(encoding="utf-8") == claims_page(RESULTS)
+
+
+def test_the_results_hold_every_case():
+    assert list(RESULTS) == [case.name for case in CASES]
+
+
+def test_the_results_are_what_the_code_computes():
+    """The short cases, run anew; the last digits may differ on another machine."""
+    cases = [case for case in CASES if case.name in CHEAP]
+    for name, outcome in reproduction.run_cases(cases, None, lambda _: None).items():
+        expected = dataclasses.asdict(RESULTS[name])
+        if "ended_at" in expected and not math.isnan(expected["ended_at"]):
+            assert outcome.numbers.ended_at == pytest.approx(expected["ended_at"], rel=1e-2)
+            continue  # what diverges multiplies the last digits
+        assert dataclasses.asdict(outcome.numbers) == pytest.approx(expected, rel=1e-5, abs=1e-12, nan_ok=True)
