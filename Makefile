@@ -6,7 +6,7 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-guided docs lock clean
+.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-report benchmark-guided docs lock clean
 
 help:  ## show what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,6 +47,9 @@ benchmark: setup  ## measure a lockstep step against bare rclpy round trips
 
 benchmark-guided: setup  ## run the guided law's whole table at 10, 50 and 100 Hz
 	@$(BIN)/python benchmarks/guided.py
+
+benchmark-report: setup  ## measure the report of an hour at 100 Hz against its limits
+	@$(BIN)/python benchmarks/report.py
 
 docs: setup  ## write docs/parameters.md from the declarations
 	@$(BIN)/vessel-hsmc parameters > docs/parameters.md

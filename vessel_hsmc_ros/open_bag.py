@@ -268,8 +268,8 @@ class Bag:
                     for field, column in self.topics[name].take(block, starts, fields).items():
                         if field in parts[name]:
                             parts[name][field].append(column)
-        for name, columns in parts.items():
-            self.topics[name].put(columns)
+        for name in list(parts):
+            self.topics[name].put(parts.pop(name))
 
     def _blocks(self) -> Iterable[tuple[Contents, bytes]]:
         for contents in self.files:

@@ -126,8 +126,8 @@ class Series:
         return columns | decoded
 
     def put(self, columns: dict[str, list[Array]]) -> None:
-        """Keep what has been read, part by part in the order of the files."""
-        whole = {name: joined(parts) for name, parts in columns.items()}
+        """Keep what has been read, part by part in the order of the files; empties `columns`, which may be most of memory."""
+        whole = {name: joined(columns.pop(name)) for name in list(columns)}
         if "log_time" in whole:
             order = np.argsort(whole["log_time"], kind="stable")
             self._order = None if (np.diff(order) == 1).all() else order

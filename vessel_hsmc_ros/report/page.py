@@ -19,8 +19,8 @@ from vessel_hsmc_ros.report.tables import Record, key_figures, parameter_tables,
 from vessel_hsmc_ros.schema import parameter
 
 SCRIPTS = ("data.js", "clock.js", "chart.js", "track.js", "map.js", "main.js")
-LINE_VALUES, PAGE_VALUES = 20_000, 2_000_000
-"""Values of one line, and of all lines of a page, that are carried at most: 4 bytes each before compression."""
+LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
+"""Values of one line, and of all lines of a page, that are carried at most: 4 bytes each, were there no compression."""
 
 COLOURS = 6
 _ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}

@@ -32,11 +32,21 @@ function makeCharts(panels, clock, colours) {
   );
   charts.forEach((chart) => watcher.observe(chart.element));
   clock.timeListeners.push((time) => charts.forEach((chart) => chart.showTime(time)));
-  clock.windowListeners.push(() => {
-    charts.forEach((chart) => (chart.stale = true));
-    charts.filter((chart) => chart.onScreen).forEach((chart) => chart.draw());
-  });
+  clock.windowListeners.push(() => redraw(charts));
   return charts;
+}
+
+// Draw what is on the screen again, one diagram a frame, so that the page goes on answering; the rest once it is scrolled to.
+function redraw(charts) {
+  const idle = !charts.some((chart) => chart.onScreen && chart.stale);
+  charts.forEach((chart) => (chart.stale = true));
+  const next = () => {
+    const chart = charts.find((each) => each.onScreen && each.stale);
+    if (!chart) return;
+    chart.draw();
+    requestAnimationFrame(next);
+  };
+  if (idle) next();
 }
 
 function listenToWindow(clock) {
@@ -98,10 +108,7 @@ async function main() {
   listenToWindow(clock);
   listenToParameters();
   listenToTheme(colours, () => {
-    charts.forEach((chart) => {
-      chart.stale = true;
-      chart.draw();
-    });
+    redraw(charts);
     map.draw();
   });
   clock.setTime(clock.begin);
