@@ -197,6 +197,27 @@ def texts(column: Array) -> Array:
     return np.char.decode(column, "utf-8")
 
 
+class Parts:
+    """A column that grows part by part. They are joined as they come: few large arrays take less memory than many small ones."""
+
+    AT_ONCE = 256
+
+    def __init__(self) -> None:
+        self._large: list[Array] = []
+        self._small: list[Array] = []
+
+    def append(self, part: Array) -> None:
+        """Add a part at the end."""
+        self._small.append(part)
+        if len(self._small) == self.AT_ONCE:
+            self._large.append(joined(self._small))
+            self._small.clear()
+
+    def whole(self) -> Array:
+        """The column."""
+        return joined([*self._large, *self._small])
+
+
 def joined(parts: Iterable[Array]) -> Array:
     """Parts of a column in one; as objects where their shapes differ."""
     columns = list(parts)

@@ -27,6 +27,7 @@ from mcap.records import Channel
 from vessel_hsmc_ros import run_columns, schema
 from vessel_hsmc_ros.bag import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.bag_files import bag_files, information, record_blocks
+from vessel_hsmc_ros.cdr import Parts
 from vessel_hsmc_ros.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.mcap_contents import Contents, message_places, read_contents
 from vessel_hsmc_ros.parameters import NODES
@@ -259,7 +260,7 @@ class Bag:
     def _read(self, wanted: dict[str, list[str]]) -> None:
         """Fields of topics, in one pass."""
         wanted = {name: fields for name, fields in wanted.items() if fields}
-        parts: dict[str, dict[str, list[Any]]] = {name: {f: [] for f in fields} for name, fields in wanted.items()}
+        parts: dict[str, dict[str, Parts]] = {name: {f: Parts() for f in fields} for name, fields in wanted.items()}
         for contents, block in self._blocks() if wanted else ():
             for channel, starts in message_places(block).items():
                 name = contents.channels[channel].topic

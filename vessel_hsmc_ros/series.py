@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from vessel_hsmc_ros.cdr import Layout, MessageType, NoLayout, Place, joined, texts
+from vessel_hsmc_ros.cdr import Layout, MessageType, NoLayout, Parts, Place, joined, texts
 from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.timing import NANOSECONDS
 
@@ -125,9 +125,9 @@ class Series:
             decoded = self._take_irregular(raw, names)
         return columns | decoded
 
-    def put(self, columns: dict[str, list[Array]]) -> None:
+    def put(self, columns: dict[str, Parts]) -> None:
         """Keep what has been read, part by part in the order of the files; empties `columns`, which may be most of memory."""
-        whole = {name: joined(columns.pop(name)) for name in list(columns)}
+        whole = {name: columns.pop(name).whole() for name in list(columns)}
         if "log_time" in whole:
             order = np.argsort(whole["log_time"], kind="stable")
             self._order = None if (np.diff(order) == 1).all() else order
