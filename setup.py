@@ -16,7 +16,7 @@ def data_files() -> list[tuple[str, list[str]]]:
     ]
     for top in ("config", "launch"):
         for folder in [Path(top), *(path for path in Path(top).rglob("*") if path.is_dir())]:
-            names = sorted(str(path) for path in folder.iterdir() if path.suffix in (".py", ".yaml", ".xml"))
+            names = sorted(str(path) for path in folder.iterdir() if path.suffix in (".json", ".py", ".rviz", ".xml", ".yaml"))
             if names:
                 files.append((f"{SHARE}/{folder.as_posix()}", names))
     return files
@@ -48,6 +48,8 @@ setup(
             "reference_ship_node = vessel_hsmc_ros.reference_ship_node:main",
             "controller_node = vessel_hsmc_ros.controller_node:main",
             "recorder_node = vessel_hsmc_ros.recorder_node:main",
+            "marker_node = vessel_hsmc_ros.marker_node:main",
+            "live_node = vessel_hsmc_ros.live_node:main",
             "vessel-hsmc = vessel_hsmc_ros.cli:main",
         ]
     },

@@ -50,7 +50,11 @@ for verb in (compare, recover, replay, reproduce):
 @output_option
 @click.option("--real-time", is_flag=True, help="At the pace of the clock instead of as fast as possible.")
 @click.option("--namespace", default="", help="ROS namespace of the vessel.")
-def run(scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, namespace: str) -> None:
+@click.option("--live", is_flag=True, help="Let Foxglove watch, without a ROS install on its side.")
+@click.option("--live-port", type=click.IntRange(1, 65535), default=8765, show_default=True, help="Where.")
+def run(
+    scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, namespace: str, live: bool, live_port: int
+) -> None:
     """Run SCENARIO with real nodes over ROS 2 and record it.
 
     SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
@@ -59,10 +63,13 @@ def run(scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, 
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, parted by /")
+    if live:
+        runs.check_live_port(live_port)
+        console.print(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json", **PLAIN)
     with runs.place_for_nodes(namespace):
         folder = make_run_folder(output, loaded.name)
         with progress_bar("running", loaded) as progress:
-            result = runs.run_nodes(loaded, folder, namespace, progress)
+            result = runs.run_nodes(loaded, folder, namespace, progress, live_port if live else None)
     present(result)
     sys.exit(result.exit_code)
 

@@ -11,10 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
+import yaml
+
 from vessel_hsmc_ros import bag_repair
 from vessel_hsmc_ros.exceptions import RunError
-from vessel_hsmc_ros.processes import NodeGroup
+from vessel_hsmc_ros.processes import MODULES, WATCHERS, NodeGroup
 from vessel_hsmc_ros.run_folder import RunFolder
+from vessel_hsmc_ros.scenario import load_scenario
 from vessel_hsmc_ros.status_listener import StatusListener
 
 CONNECT_LIMIT = 20.0
@@ -60,17 +63,19 @@ class Interrupts:
         self.received = self.received or number
 
 
-def run_nodes(folder: RunFolder, namespace: str, progress: Progress) -> Outcome:
+def run_nodes(folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None) -> Outcome:
     """Start the nodes on a folder's parameters, wait for the plant to end the run, stop them.
 
     Args:
         folder: Its parameters are read, its bag and logs are written.
         namespace: The nodes' namespace, without slashes at its ends.
         progress: Called with the simulated time whenever it is known anew, s.
+        live_port: Where to let others watch; None for nowhere.
     """
     # The processes come first: they start while this one makes its own node, and before it has threads.
     with (
         Interrupts() as interrupts,
+        watchers(folder, namespace, live_port),
         NodeGroup(folder.parameters, folder.logs, namespace) as nodes,
         StatusListener(namespace) as listener,
     ):
@@ -80,6 +85,22 @@ def run_nodes(folder: RunFolder, namespace: str, progress: Progress) -> Outcome:
     if folder.bag.exists() and not bag_repair.is_complete(folder.bag):
         bag_repair.repair(folder.bag)
     return outcome
+
+
+@contextmanager
+def watchers(folder: RunFolder, namespace: str, live_port: int | None) -> Iterator[None]:
+    """The nodes that let others watch, while the context lasts; whatever becomes of them does not touch the run."""
+    if live_port is None:
+        yield
+        return
+    lockstep = load_scenario(folder.parameters).controller.lockstep
+    given = {"live": {"port": live_port, "lockstep": lockstep}, "markers": {"lockstep": lockstep}}
+    document = {f"/**/{node}": {"ros__parameters": parameters} for node, parameters in given.items()}
+    folder.logs.mkdir(parents=True, exist_ok=True)
+    parameters = folder.logs / "watchers.yaml"
+    parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
+    with NodeGroup(parameters, folder.logs, namespace, tuple(WATCHERS)):
+        yield
 
 
 @contextmanager
@@ -127,4 +148,8 @@ def _watch(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, p
 def _silence(listener: StatusListener, limit: float) -> str:
     """Which nodes have said nothing for longer than they should, in words."""
     now = time.monotonic()
-    return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in listener.heard_at.items() if now - at > limit)
+    return "".join(
+        f"; {name} has been silent for {now - at:.1f} s"
+        for name, at in listener.heard_at.items()
+        if name in MODULES and now - at > limit
+    )

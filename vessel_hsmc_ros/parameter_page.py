@@ -1,7 +1,7 @@
 """The declared parameters as a page of the docs."""
 
 from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.parameters import NODES
+from vessel_hsmc_ros.parameters import NODES, WATCHERS
 
 HEAD = """# Parameters
 
@@ -13,7 +13,7 @@ Those marked * may be changed while the node runs.
 
 def parameter_page() -> str:
     """A Markdown page with a table for each node."""
-    return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in NODES.items())
+    return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | WATCHERS).items())
 
 
 def _table(cls: type) -> str:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from vessel_hsmc_ros.hull import Hull
 from vessel_hsmc_ros.laws import (
     LAWS,
     CourseLawParameters,
@@ -118,6 +119,30 @@ class RecorderParameters(CommonParameters):
     scenario: str = parameter("", "What the recorded scenario is called.")
     scenario_file: str = parameter("", "A ROS parameters file that is to travel in the bag, so that it can be run again.")
 
+
+WATCHED_TOPICS = (*TOPICS, "markers", "ship/path", "reference/path", "/tf")
+
+
+@dataclass(frozen=True)
+class LiveParameters(CommonParameters):
+    """Parameters of live."""
+
+    host: str = parameter("127.0.0.1", "Address the live view listens on; 0.0.0.0 lets other machines in.")
+    port: int = parameter(8765, "Its port; 0 takes any that is free.", low=0, high=65535)
+    topics: tuple[str, ...] = parameter(WATCHED_TOPICS, "Topics it offers, relative to its namespace.")
+
+
+@dataclass(frozen=True)
+class MarkerParameters(CommonParameters):
+    """Parameters of markers."""
+
+    rate_hz: float = parameter(10.0, "Markers and paths published a second.", unit="Hz", low=0.1, high=100.0)
+    path_poses: int = parameter(4000, "Poses of a path; older ones are forgotten.", low=2, high=100_000)
+    hull: Hull = group(Hull)
+
+
+WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters}
+"""Nodes that take no part in the loop, and whose parameters are no part of a scenario."""
 
 NODES: dict[str, type] = {
     "vessel_sim": SimParameters,

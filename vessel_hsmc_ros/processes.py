@@ -21,6 +21,9 @@ MODULES = {
 }
 """In the order of their start; the recorder is the last to be stopped, so that it has everybody's last words."""
 
+WATCHERS = {"markers": "vessel_hsmc_ros.marker_node", "live": "vessel_hsmc_ros.live_node"}
+"""Nodes that only watch a run: they may fail without harm to it."""
+
 STOP_LIMIT, RECORDER_STOP_LIMIT = 2.0, 8.0
 """Time a process gets to end by itself, s; then it is killed. The recorder has a bag to complete."""
 
@@ -55,7 +58,7 @@ class NodeGroup:
         parameters: The ROS parameters file of all nodes.
         logs: Folder for what they print.
         namespace: Their namespace, without slashes at its ends.
-        names: The nodes to start, of MODULES.
+        names: The nodes to start, of MODULES or WATCHERS.
     """
 
     def __init__(self, parameters: Path, logs: Path, namespace: str = "", names: Sequence[str] = tuple(MODULES)) -> None:
@@ -66,7 +69,7 @@ class NodeGroup:
         environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ}
         self.processes: list[NodeProcess] = []
         for name in names:
-            self._start(name, [sys.executable, "-m", MODULES[name], *arguments], logs / f"{name}.log", environment)
+            self._start(name, [sys.executable, "-m", (MODULES | WATCHERS)[name], *arguments], logs / f"{name}.log", environment)
 
     def _start(self, name: str, command: list[str], log: Path, environment: dict[str, str]) -> None:
         with log.open("wb") as output:

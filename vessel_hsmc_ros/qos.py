@@ -28,6 +28,17 @@ CLOCK = QoSProfile(
 )
 """The clock of a lockstep run is latched: whoever joins late gets the present time, for no further tick comes without him."""
 
+WATCHED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=50,
+    reliability=ReliabilityPolicy.BEST_EFFORT,
+    durability=DurabilityPolicy.VOLATILE,
+)
+LATEST = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+"""Those who only watch are best effort: they lose what they are too slow for, and hold nobody back."""
+
 
 def data(lockstep: bool) -> QoSProfile:
     """The profile of the data topics."""

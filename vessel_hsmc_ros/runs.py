@@ -1,7 +1,9 @@
 """A run from its scenario to its folder: by the nodes or offline, measured, drawn, written down."""
 
 import datetime
+import importlib.util
 import os
+import socket
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
@@ -51,7 +53,7 @@ def place_for_nodes(namespace: str) -> AbstractContextManager[None]:
     return context
 
 
-def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: Progress) -> Result:
+def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
     A run that fails or is interrupted ends at once: its bag is complete, but nothing is drawn.
@@ -61,6 +63,7 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
         folder: The run's folder.
         namespace: The nodes' namespace, without slashes at its ends.
         progress: Called with the simulated time, s.
+        live_port: Where to let others watch; None for nowhere.
 
     Raises:
         RunError: ROS is not installed.
@@ -68,7 +71,7 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
     node_run = _node_run()
     origin = _origin(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    outcome = node_run.run_nodes(folder, namespace, progress)
+    outcome = node_run.run_nodes(folder, namespace, progress, live_port)
     result = Result(folder, outcome.exit_code, outcome.failure)
     if not result.failure:
         try:
@@ -98,6 +101,21 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
     _take_run(result, scenario, run, origin)
     _write_summary(result, origin)
     return result
+
+
+def check_live_port(port: int) -> None:
+    """See that a live view can be served.
+
+    Raises:
+        RunError: its library is missing, or the port is taken.
+    """
+    if importlib.util.find_spec("foxglove") is None:
+        raise RunError("the live view needs foxglove-sdk, which is not installed: pip install foxglove-sdk")
+    try:
+        with socket.create_server(("127.0.0.1", port)):
+            pass
+    except OSError as error:
+        raise RunError(f"the live view cannot listen on port {port}: {error.strerror}") from None
 
 
 def _node_run() -> Any:

@@ -33,6 +33,9 @@ RECORDER = "recorder"
 SEND_LIMIT = 2.0
 """Longest wait for a reader whose queue is full, s."""
 
+WATCHER_NICENESS = 10
+"""Of nodes that only watch: the run itself goes first where cores are scarce."""
+
 ACKNOWLEDGE_LIMIT = 1.0
 """Longest wait, at the end, for readers to acknowledge what was published, s."""
 

@@ -10,7 +10,15 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-EXECUTABLES = ("vessel_sim_node", "reference_ship_node", "controller_node", "recorder_node", "vessel-hsmc")
+EXECUTABLES = (
+    "vessel_sim_node",
+    "reference_ship_node",
+    "controller_node",
+    "recorder_node",
+    "marker_node",
+    "live_node",
+    "vessel-hsmc",
+)
 NOT_SOURCE = shutil.ignore_patterns(".*", "build", "install", "log", "runs", "*.egg-info", "__pycache__")
 OUR_PACKAGES = sysconfig.get_path("purelib")
 

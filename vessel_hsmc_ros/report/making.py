@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from vessel_hsmc_ros.hull import Hull
 from vessel_hsmc_ros.report import export, page
 from vessel_hsmc_ros.report.bags import of_bag
-from vessel_hsmc_ros.report.page import Hull
 from vessel_hsmc_ros.report.tables import ORIGIN, Record
 from vessel_hsmc_ros.run_folder import RunFolder
 

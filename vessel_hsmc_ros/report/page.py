@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -12,11 +11,11 @@ import jinja2
 import numpy as np
 
 from vessel_hsmc_ros.exceptions import ReportError
+from vessel_hsmc_ros.hull import Hull
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Track, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.payload import Payload, packed
 from vessel_hsmc_ros.report.tables import Record, key_figures, parameter_tables, provenance_table
-from vessel_hsmc_ros.schema import parameter
 
 SCRIPTS = ("data.js", "clock.js", "chart.js", "track.js", "map.js", "main.js")
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
@@ -24,17 +23,6 @@ LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
 
 COLOURS = 6
 _ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
-
-
-@dataclass(frozen=True)
-class Hull:
-    """The ship's outline on the page; the model has no size.
-
-    32 m is the length of the ship that these coefficients are known for in the literature, of 118 t; the beam is ours.
-    """
-
-    length: float = parameter(32.0, "Length of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
-    beam: float = parameter(8.0, "Beam of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
 
 
 def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None = None) -> None:

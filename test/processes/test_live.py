@@ -1,0 +1,100 @@
+"""A client without ROS watches a run through the Foxglove WebSocket protocol, and the run does not notice."""
+
+import json
+import socket
+import struct
+import time
+
+import numpy as np
+import pytest
+from harness import BIN, Command
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.open_bag import open_bag
+
+client = pytest.importorskip("websockets.sync.client")
+pytest.importorskip("foxglove")
+
+SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"]
+MESSAGE = 1
+DURATION = 60.0
+DEADLINE = 60.0
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return server.getsockname()[1]
+
+
+def live_run(folder, port):
+    changes = ("--set", f"vessel_sim.duration={DURATION}")
+    return Command([BIN / "vessel-hsmc", "run", "case2_tracking", *changes, "--live", "--live-port", port], folder, {})
+
+
+def connect(port, command, end):
+    while True:
+        try:
+            return client.connect(f"ws://127.0.0.1:{port}", subprotocols=SUBPROTOCOLS)
+        except OSError:
+            assert command.popen.poll() is None, f"the run ended before the live view was there:\n{command.text}"
+            assert time.monotonic() < end, "the live view never listened"
+            time.sleep(0.02)
+
+
+def watch(connection, wanted, end):
+    """The first message on each of the wanted topics, decoded with the schema that the server sent."""
+    channels, found = {}, {}
+    while wanted - found.keys():
+        assert time.monotonic() < end, f"nothing came on {wanted - found.keys()}"
+        received = connection.recv(timeout=max(0.1, end - time.monotonic()))
+        if isinstance(received, str):
+            said = json.loads(received)
+            for channel in said.get("channels", ()):
+                if said["op"] == "advertise" and channel["topic"] in wanted:
+                    channels[channel["id"]] = channel
+                    pair = {"id": channel["id"], "channelId": channel["id"]}
+                    connection.send(json.dumps({"op": "subscribe", "subscriptions": [pair]}))
+        elif received[0] == MESSAGE:
+            subscription, stamp = struct.unpack_from("<IQ", received, 1)
+            channel = channels[subscription]
+            found.setdefault(channel["topic"], (stamp, decoded(channel, received[13:])))
+    return found
+
+
+def decoded(channel, data):
+    assert (channel["encoding"], channel["schemaEncoding"]) == ("cdr", "ros2msg")
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(channel["schema"], channel["schemaName"]))
+    return store.deserialize_cdr(data, channel["schemaName"])
+
+
+def test_a_client_receives_decodable_messages_and_the_run_loses_nothing(tmp_path):
+    port = free_port()
+    command = live_run(tmp_path, port)
+    end = time.monotonic() + DEADLINE
+    try:
+        with connect(port, command, end) as connection:
+            found = watch(connection, {"/odom", "/controller/state", "/markers", "/ship/path"}, end)
+        assert command.wait(DEADLINE) == 0, command.text
+    finally:
+        command.kill()
+    stamp, odometry = found["/odom"]
+    assert stamp == odometry.header.stamp.sec * 10**9 + odometry.header.stamp.nanosec  # simulated time
+    assert len(found["/markers"][1].markers[0].points) % 3 == 0
+
+    bag = open_bag(next((tmp_path / "runs").iterdir()) / "bag")
+    assert bag.recording["messages_dropped"] == "0"
+    offline = simulate(load_scenario("case2_tracking", {"vessel_sim.duration": DURATION}))
+    np.testing.assert_array_equal(bag.run().state, offline.state)
+    k = round(stamp / 1e7)
+    assert odometry.pose.pose.position.x == offline.state[k, 0]
+
+
+def test_a_port_that_is_taken_is_told_before_the_run_begins(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        command = live_run(tmp_path, port)
+        assert command.wait(DEADLINE) == 1
+    assert f"the live view cannot listen on port {port}: Address already in use" in command.text
+    assert not (tmp_path / "runs").exists()

@@ -1,0 +1,136 @@
+"""The live node: whatever a client asks for, as it came over the wire, through the Foxglove WebSocket protocol.
+
+It takes part in nothing: it reads a topic only once a client wants it, best effort, so it neither holds a writer back nor is
+waited for by one that runs already.
+"""
+
+import os
+import struct
+import sys
+from importlib import import_module
+from typing import Any
+
+import foxglove
+from foxglove.websocket import Capability, ServerListener
+
+from vessel_hsmc_ros import qos
+from vessel_hsmc_ros.exceptions import BagError, RunError
+from vessel_hsmc_ros.message_definitions import definition
+from vessel_hsmc_ros.parameters import LiveParameters
+from vessel_hsmc_ros.timing import NANOSECONDS
+from vessel_hsmc_ros.vessel_node import OK, WATCHER_NICENESS, VesselNode, run_node
+
+_STAMP = struct.Struct("<iI")
+_STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
+
+
+class Wishes(ServerListener):  # type: ignore[misc] # the library's protocol is untyped
+    """Which topics clients want; told by the server's own threads."""
+
+    def __init__(self) -> None:
+        self.topics: dict[str, int] = {}
+
+    def on_subscribe(self, client: Any, channel: Any) -> None:  # noqa: ARG002 - the protocol's
+        """A client wants a topic."""
+        self.topics[channel.topic] = self.topics.get(channel.topic, 0) + 1
+
+    def on_unsubscribe(self, client: Any, channel: Any) -> None:  # noqa: ARG002 - the protocol's
+        """A client no longer wants it."""
+        self.topics[channel.topic] = max(0, self.topics.get(channel.topic, 0) - 1)
+
+
+class LiveNode(VesselNode):
+    """Advertises each topic when its first publisher appears, and passes on what clients want of them.
+
+    Raises:
+        RunError: the port is taken.
+    """
+
+    NAME = "live"
+    PARAMETERS = LiveParameters
+    POLL_PERIOD = 0.01
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        self._wishes = Wishes()
+        self._context_of_clients = foxglove.Context()
+        try:
+            self._server = foxglove.start_server(
+                name="vessel_hsmc_ros",
+                host=p.host,
+                port=p.port,
+                capabilities=[Capability.Time],
+                server_listener=self._wishes,
+                context=self._context_of_clients,
+            )
+        except RuntimeError as error:
+            raise RunError(f"the live view cannot listen on {p.host}:{p.port}: {error}") from None
+        self.get_logger().info(f"live view on ws://{p.host}:{self._server.port}")
+        self._missing = [self.resolve_topic_name(topic) for topic in p.topics]
+        self._channels: dict[str, tuple[foxglove.Channel, Any]] = {}
+        self._read: set[str] = set()
+        self._passed_on = 0
+        self.create_timer(0.1, self._look_around, clock=self._wall)
+
+    def _look_around(self) -> None:
+        for name in list(self._missing):
+            if publishers := self.get_publishers_info_by_topic(name):
+                self._missing.remove(name)
+                self._offer(name, publishers[0].topic_type)
+        for name, wanted in list(self._wishes.topics.items()):
+            if wanted and name in self._channels and name not in self._read:
+                self._read.add(name)
+                self._subscribe(name)
+        if self.stamp:
+            self._server.broadcast_time(self.stamp)
+
+    def _offer(self, name: str, kind: str) -> None:
+        package, _, message = kind.split("/")
+        try:
+            schema = foxglove.Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
+            message_type = getattr(import_module(f"{package}.msg"), message)
+        except (BagError, ImportError) as error:
+            self.get_logger().warning(f"{name} is not shown: {error}")
+            return
+        channel = foxglove.Channel(name, schema=schema, message_encoding="cdr", context=self._context_of_clients)
+        self._channels[name] = channel, message_type
+
+    def _subscribe(self, name: str) -> None:
+        """Read a topic from now on; what nobody wants any more is dropped here."""
+        channel, message_type = self._channels[name]
+        stamped = next(iter(message_type.get_fields_and_field_types().values()), "") in _STAMPED
+        lockstep, wanted = self.parameters.lockstep, self._wishes.topics
+
+        def pass_on(data: bytes, info: dict[str, int]) -> None:
+            if not wanted[name]:
+                return
+            if not lockstep:
+                self.stamp = info["received_timestamp"]
+            elif stamped:
+                sec, nanosec = _STAMP.unpack_from(data, 4)
+                self.stamp = sec * NANOSECONDS + nanosec
+            channel.log(bytes(data), log_time=self.stamp)
+            self._passed_on += 1
+
+        self.direct_subscriptions.append(self.create_subscription(message_type, name, pass_on, qos.WATCHED, raw=True))
+
+    def close(self) -> None:
+        """Let the clients go."""
+        self._server.stop()
+        super().close()
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """What is offered, what is read, how much was passed on."""
+        figures = {"port": self._server.port, "topics": len(self._channels), "read": len(self._read), "messages": self._passed_on}
+        return OK, "serving", figures
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    os.nice(WATCHER_NICENESS)
+    return run_node(LiveNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
