@@ -198,3 +198,16 @@ def test_runs_of_one_name_are_told_apart(recorded, tmp_path):
 def test_a_page_that_cannot_be_written_is_told(tmp_path):
     with pytest.raises(ReportError, match=r"report .*nowhere/page.html cannot be written: No such file or directory"):
         report.write(tmp_path / "nowhere" / "page.html", [record("one", 1.0)], "One")
+
+
+def test_uneven_control_steps_make_a_histogram_and_even_ones_none(tmp_path):
+    random = np.random.default_rng(1)
+    even = np.arange(300) * 0.01
+    for name, time, shown in (("even", even, False), ("uneven", even + 1e-3 * random.random(300), True)):
+        made = record(name, 1.0)
+        made.signals.control["compute_time"] = Signal(time, np.full(300, 4e-5))
+        path = tmp_path / f"{name}.html"
+        report.write(path, [made], name)
+        assert ('id="jitter"' in text_of(path)) == shown
+        files = {file.stem for file in figures.draw([made], tmp_path / name)}
+        assert ("jitter" in files) == shown

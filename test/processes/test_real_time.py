@@ -18,14 +18,19 @@ def begin(start, duration, *arguments):
     return start("vessel-hsmc", "run", "case2_tracking", "--real-time", "--set", f"vessel_sim.duration={duration}", *arguments)
 
 
+def folder_of(command):
+    return run_folder(command.output.parent / "runs")
+
+
 def finish(command, deadline):
     assert command.wait(deadline) == 0, command.text
-    folder = run_folder(command.output.parent / "runs")
+    folder = folder_of(command)
     return read_recording(folder / "bag", SHIP), json.loads((folder / "run.json").read_text())
 
 
 def test_a_real_time_run_keeps_its_rate(start):
-    recording, summary = finish(begin(start, 8), 40.0)
+    command = begin(start, 8)
+    recording, summary = finish(command, 40.0)
     run = recording.run
     assert summary["mode"] == "real time"
     assert summary["real_time_factor"] == pytest.approx(1.0, abs=0.02)
@@ -36,6 +41,9 @@ def test_a_real_time_run_keeps_its_rate(start):
     assert np.median(intervals) == pytest.approx(0.01, rel=0.01)
     assert summary["missed_periods"] <= 8  # of 800; an idle machine misses none, a busy one must not fail this test
     assert "/clock" not in recording.messages
+    folder = folder_of(command)
+    assert (folder / "figures" / "jitter.png").read_bytes().startswith(b"\x89PNG")
+    assert 'id="jitter"' in (folder / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_real_time_run_follows_the_lockstep_run(start):

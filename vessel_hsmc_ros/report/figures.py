@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.exceptions import ReportError
+from vessel_hsmc_ros.report.jitter import histogram
 from vessel_hsmc_ros.report.overlay import REFERENCE, SHIP, Overlay, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD
 from vessel_hsmc_ros.report.tables import Record
@@ -53,6 +54,8 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
     with mpl.rc_context(STYLE):
         pictures = {"track": track(records)}
         pictures |= {name.lower(): group(name, found, len(records) == 1) for name, found in groups.items()}
+        if (jitter := histogram(records)) is not None:
+            pictures["jitter"] = jitter
         try:
             directory.mkdir(parents=True, exist_ok=True)
             return [_save(figure, directory / f"{name}.{kind}") for name, figure in pictures.items()]

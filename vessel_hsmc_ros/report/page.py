@@ -12,6 +12,7 @@ import numpy as np
 
 from vessel_hsmc_ros.exceptions import ReportError
 from vessel_hsmc_ros.hull import Hull
+from vessel_hsmc_ros.report import jitter
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Track, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.payload import Payload, packed
@@ -59,6 +60,7 @@ def render(records: Sequence[Record], title: str, hull: Hull) -> str:
         tracks=sailed,
         hull=hull,
         groups=_groups(found),
+        jitter=jitter.picture(records),
         figures=key_figures(records),
         parameters=parameter_tables(records),
         provenance=provenance_table(records),
