@@ -6,7 +6,7 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-report benchmark-guided docs lock clean
+.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-bags benchmark-report benchmark-guided docs lock clean
 
 help:  ## show what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -44,6 +44,9 @@ format: setup  ## format the code
 
 benchmark: setup  ## measure a lockstep step against bare rclpy round trips
 	@$(BIN)/python benchmarks/loop.py
+
+benchmark-bags: setup  ## measure recording, and kill 20 recorders
+	@$(BIN)/python benchmarks/bags.py
 
 benchmark-guided: setup  ## run the guided law's whole table at 10, 50 and 100 Hz
 	@$(BIN)/python benchmarks/guided.py
