@@ -156,16 +156,27 @@ def resident() -> float:
 
 def cost(folder: Path, rounds: int) -> None:
     """Wall time of the same lockstep run with and without a recorder, in turns."""
-    without, having = [], []
+    without, having, processor = [], [], []
     for turn in range(rounds):
+        began = processor_time()
         without.append(loop_time(folder / f"without_{turn}", record=False))
+        between = processor_time()
         having.append(loop_time(folder / f"with_{turn}", record=True))
+        processor.append((between - began, processor_time() - between))
     table = Table("100 s of case 2 in lockstep", "median", "smallest", "largest")
     for name, values in (("no recorder", without), ("everything recorded", having)):
         table.add_row(name, *(f"{f(values):.2f} s" for f in (statistics.median, min, max)))
     shares = [100.0 * (b / a - 1.0) for a, b in zip(without, having, strict=True)]
     table.add_row("recording costs", *(f"{f(shares):.0f} %" for f in (statistics.median, min, max)))
+    for name, values in zip(("no recorder", "everything recorded"), zip(*processor, strict=True), strict=True):
+        table.add_row(f"processor time of all nodes, {name}", *(f"{f(values):.2f} s" for f in (statistics.median, min, max)))
     console.print(table)
+
+
+def processor_time() -> float:
+    """Seconds that all processes which were started here, and have ended, have worked."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def loop_time(folder: Path, record: bool) -> float:

@@ -3,7 +3,7 @@
 It goes through `ControlLoop`, as the node does, with the parameters that travel in the bag.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,13 +29,13 @@ class Verification:
     Attributes:
         time: s since the first odometry message, of every command compared, (n,).
         recorded, computed: Surge force [N] and yaw moment [N·m], (n, 2).
-        unanswered: Odometry messages at the end whose command is not in the bag, as in one that was cut off.
+        beyond: Odometry messages after the last one whose command and reference are in the bag, as in one that was cut off.
     """
 
     time: Array
     recorded: Array
     computed: Array
-    unanswered: int
+    beyond: int
 
     @property
     def largest(self) -> tuple[float, float]:
@@ -53,16 +53,13 @@ class Verification:
         return found
 
 
-def verify(
-    bag: Bag, scenario: Scenario, namespace: str | None = None, progress: Callable[[float], None] | None = None
-) -> Verification:
+def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verification:
     """Compute every command of a recorded lockstep run again.
 
     Args:
         bag: With `odom`, `reference` and `cmd_wrench`.
         scenario: The bag's own, or a changed one to see the difference.
         namespace: The vessel's, where the bag has several.
-        progress: Called with the time come to, s.
 
     Raises:
         BagError: the bag lacks a topic, or was recorded in real time.
@@ -82,29 +79,27 @@ def verify(
     if not answered.any():
         raise BagError(f"bag {bag.path} has no command that answers an odometry message")
     last = int(np.flatnonzero(answered)[-1]) + 1
-    found = np.zeros((last, 2))
     steps = _steps(scenario, stamps[:last], states, run_columns.inputs_at(stamps[:last], reference))
-    for row, wrench in enumerate(steps):
-        found[row] = wrench
-        if progress is not None and row % 100 == 0:
-            progress(seconds(int(stamps[row] - stamps[0])))
-    chosen = np.flatnonzero(answered)
+    computed = np.array([*steps]).reshape(-1, 2)
+    chosen = np.flatnonzero(answered[: len(computed)])
+    if not len(chosen):
+        raise BagError(f"bag {bag.path} has no reference for its first odometry message")
     recorded = np.ascontiguousarray(run_columns.wrenches(command)[answers[chosen]][:, SURGE_AND_YAW])
     time = run_columns.seconds_of(stamps[chosen] - stamps[0])
-    return Verification(time, recorded, np.ascontiguousarray(found[chosen]), len(stamps) - last)
+    return Verification(time, recorded, computed[chosen], len(stamps) - len(computed))
 
 
 def _steps(
     scenario: Scenario, stamps: NDArray[np.int64], states: Array, inputs: tuple[NDArray[np.bool_], Array, Array]
 ) -> Iterator[tuple[float, float]]:
-    """The wrench that answers each odometry message, as the node would give it."""
+    """The wrench that answers each odometry message, as the node would give it, up to where a reference is missing."""
     controller = scenario.controller
     loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
     known, references, accelerations = inputs
     for row, stamp in enumerate(stamps.tolist()):
         if loop.due(stamp):
             if not known[row]:
-                raise BagError(f"the bag has no reference for t = {seconds(stamp):g} s: the law cannot be run beyond")
+                return
             loop.step(stamp, states[row], references[row], accelerations[row])
         yield loop.wrench
 

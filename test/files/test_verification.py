@@ -95,8 +95,15 @@ def test_a_bag_that_was_cut_off_is_verified_as_far_as_it_goes(recorded, tmp_path
         found = verify(bag, bag.scenario())
         assert len(found.differing) == 0
         assert 50 < len(found.time) < STEPS
-        assert len(found.time) + found.unanswered == bag["odom"].count
+        assert len(found.time) + found.beyond == bag["odom"].count
         repair(tmp_path / "bag")
+
+
+def test_where_a_reference_is_missing_it_ends(recorded):
+    bag = open_bag(recorded)
+    bag["reference"]["header.stamp.nanosec"][200] += 1
+    found = verify(bag, bag.scenario())
+    assert (len(found.time), found.beyond, len(found.differing)) == (200, 100, 0)
 
 
 def test_what_cannot_be_verified_is_told(recorded, tmp_path):

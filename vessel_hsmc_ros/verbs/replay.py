@@ -89,8 +89,8 @@ def verdict(found: Verification) -> list[str]:
         pairs = zip(AXES, found.recorded[first].tolist(), found.computed[first].tolist(), strict=True)
         told = ", ".join(f"{name} {old!r} {unit} recorded and {new!r} {unit} now" for (name, unit), old, new in pairs)
         lines.append(f"{len(found.differing)} commands differ, the first at t = {found.time[first]:g} s: {told}")
-    if found.unanswered:
-        lines.append(f"{found.unanswered} odometry messages at the end have no command in the bag")
+    if found.beyond:
+        lines.append(f"{found.beyond} odometry messages come after the last whose command and reference are in the bag")
     return lines
 
 
