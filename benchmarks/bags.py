@@ -240,7 +240,8 @@ def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
     from rclpy.qos import QoSProfile, ReliabilityPolicy
 
     command = [sys.executable, "-m", "vessel_hsmc_ros.cli", "run", "case2_tracking", "--output", str(folder / "runs")]
-    run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with (folder / "output.txt").open("wb") as output:
+        run = subprocess.Popen(command, stdout=output, stderr=output)
     rclpy.init(args=[])
     node = rclpy.create_node("witness")
     heard: list[tuple[float, int]] = [(time.monotonic(), -1)]
@@ -252,7 +253,8 @@ def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
     end = time.monotonic() + 120.0
     while heard[-1][1] < moment:
         if run.poll() is not None or time.monotonic() > end:
-            raise RuntimeError(f"the run in {folder} came to {heard[-1][1] / 1e9:g} s only")
+            told = (folder / "output.txt").read_text(encoding="utf-8")
+            raise RuntimeError(f"the run came to {heard[-1][1] / 1e9:g} s only, exit code {run.poll()}:\n{told}")
         rclpy.spin_once(node, timeout_sec=0.05)
     children = Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text(encoding="ascii").split()
     for pid in (run.pid, *map(int, children)):

@@ -58,7 +58,7 @@ class ControllerNode(VesselNode):
 
     def _create_topics(self, lockstep: bool) -> None:
         profile = qos.data(lockstep)
-        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, needed=lockstep)
+        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, partner="odom")
         self._state_out = self.advertise(ControlState, "~/state", profile)
         if self._loop.observer:
             self._estimate_out = self.advertise(Odometry, "~/estimate", profile)

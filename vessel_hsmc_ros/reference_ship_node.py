@@ -38,7 +38,7 @@ class ReferenceShipNode(VesselNode):
         self._index = 0
         self._start = 0
         profile = qos.data(p.lockstep)
-        self._reference_out = self.advertise(ReferenceState, "reference", profile, needed=p.lockstep)
+        self._reference_out = self.advertise(ReferenceState, "reference", profile, partner="cmd_wrench")
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
         self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
         if p.lockstep:

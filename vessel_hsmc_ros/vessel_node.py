@@ -62,7 +62,7 @@ class VesselNode(Node):
         self.finished = False
         self.stamp = 0
         self.connected = False
-        self._advertised: list[tuple[Publisher, bool]] = []
+        self._advertised: list[tuple[Publisher, str]] = []
         self._awaited: list[tuple[Any, str, Callable[[Any], None], QoSProfile]] = []
         self._wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
@@ -71,10 +71,14 @@ class VesselNode(Node):
 
     # -- for subclasses -----------------------------------------------------------------------------------------------
 
-    def advertise(self, kind: Any, topic: str, profile: QoSProfile, needed: bool = False) -> Publisher:
-        """A publisher whose readers are waited for before work starts; `needed` ones must have one besides a recorder."""
+    def advertise(self, kind: Any, topic: str, profile: QoSProfile, partner: str = "") -> Publisher:
+        """A publisher whose readers are waited for before work starts.
+
+        In lockstep the node that publishes the topic `partner` must be among them. Others may read along from the start:
+        they are no reason to begin.
+        """
         publisher = self.create_publisher(kind, topic, profile)
-        self._advertised.append((publisher, needed))
+        self._advertised.append((publisher, partner if self.parameters.lockstep else ""))
         return publisher
 
     def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
@@ -162,7 +166,7 @@ class VesselNode(Node):
             if self.count_publishers(awaited[1]):
                 self._awaited.remove(awaited)
                 self.direct_subscriptions.append(self.create_subscription(*awaited))
-        if self._awaited or not all(self._has_readers(publisher, needed) for publisher, needed in self._advertised):
+        if self._awaited or not all(self._has_readers(*advertised) for advertised in self._advertised):
             self.get_logger().info("waiting for the other nodes", throttle_duration_sec=5.0, skip_first=True)
             return
         self.connected = True
@@ -170,22 +174,21 @@ class VesselNode(Node):
         self.publish_diagnostics()
         self.on_connected()
 
-    def _has_readers(self, publisher: Publisher, needed: bool) -> bool:
+    def _has_readers(self, publisher: Publisher, partner: str) -> bool:
         """Whether every reader the graph shows is connected, and those that are awaited are among them.
 
         The graph knows of a reader before the publisher is connected with it; what is published in between may be lost.
         """
-        if not (needed or self.parameters.recorded):
+        if not (partner or self.parameters.recorded):
             return True
-        readers = [
-            (info.node_name, info.qos_profile.reliability)
-            for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
-            if qos_check_compatible(publisher.qos_profile, info.qos_profile)[0] is not QoSCompatibility.ERROR
-        ]
-        if needed and not [name for name, _ in readers if name != RECORDER]:
+        offered, infos = publisher.qos_profile, self.get_subscriptions_info_by_topic(publisher.topic_name)
+        readers = [i for i in infos if qos_check_compatible(offered, i.qos_profile)[0] is not QoSCompatibility.ERROR]
+        writers = self.get_publishers_info_by_topic(self.resolve_topic_name(partner)) if partner else []
+        if partner and not set(map(_node_of, writers)) & set(map(_node_of, readers)):
             return False
         # A node that uses simulated time reads /clock for itself, best effort; the recorder's own subscription is reliable.
-        if self.parameters.recorded and (RECORDER, ReliabilityPolicy.RELIABLE) not in readers:
+        qualities = [(info.node_name, info.qos_profile.reliability) for info in readers]
+        if self.parameters.recorded and (RECORDER, ReliabilityPolicy.RELIABLE) not in qualities:
             return False
         return int(publisher.get_subscription_count()) >= len(readers)
 
@@ -201,6 +204,11 @@ class VesselNode(Node):
             return SetParametersResult(successful=False, reason=str(error))
         self.parameters = parameters
         return SetParametersResult(successful=True)
+
+
+def _node_of(end: Any) -> tuple[str, str]:
+    """The full name of the node that an end of a topic belongs to."""
+    return end.node_namespace, end.node_name
 
 
 def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:

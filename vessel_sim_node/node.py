@@ -48,7 +48,7 @@ class VesselSimNode(VesselNode):
     def _create_topics(self) -> None:
         lockstep = self.parameters.lockstep
         profile = qos.data(lockstep)
-        self._odometry_out = self.advertise(Odometry, "odom", profile, needed=lockstep)
+        self._odometry_out = self.advertise(Odometry, "odom", profile, partner="cmd_wrench")
         self._disturbance_out = self.advertise(WrenchStamped, "disturbance", profile)
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
         self._dynamics_out = self.advertise(AccelStamped, "dynamics/truth", profile)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
@@ -26,6 +26,7 @@ class Follower:
         self.clock = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
         self.goals = bench.probe.create_publisher(PoseStamped, "goal_pose", 10)
         self.paths = bench.probe.create_publisher(Path, "path", 10)
+        self.steering = bench.publisher(WrenchStamped, "cmd_wrench")  # who steers the ship is waited for
         self.references = bench.collect(ReferenceState, "reference")
         self.statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
 

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ReferenceState
@@ -16,6 +16,8 @@ STEP = 10_000_000
 
 @pytest.fixture
 def clock(bench):
+    """Ticks of a clock; the probe that sends them steers the ship too, so that it is the one that is waited for."""
+    bench.publisher(WrenchStamped, "cmd_wrench")
     publisher = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
     return lambda stamp: publisher.publish(Clock(clock=conv.time_message(stamp)))
 

@@ -2,8 +2,10 @@ import math
 
 import numpy as np
 import pytest
+import rclpy
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
@@ -40,6 +42,18 @@ STEP = 10_000_000
 @pytest.fixture
 def helm(bench):
     return Helm(bench)
+
+
+def test_somebody_who_reads_along_is_no_reason_to_begin(bench):
+    onlooker = bench.collect(Odometry, "odom", QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
+    helm = rclpy.create_node("helm", context=bench.context)
+    bench.nodes.append(helm)
+    helm.create_publisher(WrenchStamped, "cmd_wrench", qos.LOSSLESS)
+    node = bench.start(VesselSimNode)
+    bench.spin(0.3)
+    assert not node.connected
+    helm.create_subscription(Odometry, "odom", lambda _: None, qos.LOSSLESS)
+    bench.until(lambda: node.connected and onlooker)
 
 
 def test_a_step_waits_for_the_command_of_its_own_stamp(bench, helm):

@@ -3,22 +3,18 @@
 import os
 import random
 import signal
-import sys
 import time
-from pathlib import Path
 
 import pytest
 import rclpy
 from harness import children, command_line, run_folder
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from readers import READERS
 
 from vessel_hsmc_ros import conversions, qos
 from vessel_hsmc_ros.bag_repair import is_complete, repair
 from vessel_hsmc_ros.open_bag import open_bag
-
-sys.path.append(str(Path(__file__).parents[1] / "files"))
-from readers import READERS
 
 PERIOD = 10_000_000
 
