@@ -4,30 +4,32 @@
 |---|---|---|
 | p, psi | position and heading without waves | m, rad |
 | nu = (u, v, r) | body velocities over ground | m/s, m/s, rad/s |
-| b | accelerations that nothing known explains: damping, disturbance, current, errors of the inertia | m/s², m/s², rad/s² |
+| b | unknown accelerations that turn with the ship: damping beyond d_1 to d_3, Coriolis, errors of the inertia | m/s², rad/s² |
+| w_E, w_N | unknown accelerations that do not: wind, waves, current | m/s² |
 | xi, dxi | filter states of the waves' motion; dxi is what they add to position and heading | s·m, s·rad; m, rad |
 | omega_0, zeta | the waves' frequency and damping in that model | rad/s, - |
-| tau_1, tau_2, m11, m33 | commanded wrench and known inertia | N, N·m, kg, kg·m² |
-| w | white noises; their intensities are the tuning | |
+| d_1, d_2, d_3 | rates at which u, v, r left alone fade | 1/s |
+| tau_1, tau_2 | commanded wrench, cut at the known limits and lagging by T_l | N, N·m |
+| m11, m33 | known inertia | kg, kg·m² |
 
-The model is Newton's second law in a frame that turns with the ship; of the hull it knows the inertia that the law knows:
+The model is Newton's second law in a frame that turns with the ship,
 
-    dp = R(psi)·(u, v)           du = v·r + tau_1/m11 + b_u + w      db = w
-    dpsi = r                     dv = -u·r + b_v + w                 ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi + w
-    dr = tau_2/m33 + b_r + w     measured: p + dxi_p + noise, psi + dxi_psi + noise
+    dp = R(psi)·(u, v)      du = v·r + tau_1/m11 - d_1·u + b_u + w_E·cos psi + w_N·sin psi      db = noise
+    dpsi = r                dv = -u·r            - d_2·v + b_v - w_E·sin psi + w_N·cos psi      dw = noise
+                            dr = tau_2/m33       - d_3·r + b_r
+    measured: p + dxi_p + noise, psi + dxi_psi + noise      ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi + noise
 
-Source of the method, bias states and wave model: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control.
+Source of the method, unknown forces and waves as states: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.schema import parameter
+from vessel_hsmc_ros.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.timing import seconds
 
 Array = NDArray[np.float64]
@@ -38,32 +40,12 @@ LONGEST_HOLD = 2.0
 GATE = 20.0
 """A measurement further off than so many standard deviations is a glitch; after LONGEST_HOLD of nothing else, a new start."""
 
-START = np.array([3.0, 3.0, 0.1, 0.1, 0.1, 0.01])
+START = np.array([3.0, 3.0, 0.1, 0.1, 0.1, 0.01, 0.2, 0.2])
 """How far velocities and unknown accelerations may be from zero at the start, one standard deviation."""
 
-_PSI, _V, _B, _XI, _DXI = 2, slice(3, 6), slice(6, 9), slice(9, 12), slice(12, 15)
-
-
-def tuning(default: float, description: str, unit: str) -> float:
-    """Declare a standard deviation or intensity of the filter."""
-    return parameter(default, description, unit=unit, low=1e-9, high=1e6)
-
-
-@dataclass(frozen=True)
-class ObserverParameters:
-    """What the observer expects of sensors, forces and waves."""
-
-    enabled: bool = parameter(False, "Give the law estimates from the measured pose instead of what is measured.")
-    position_noise: float = tuning(0.5, "Standard deviation of a sample of x and of y.", "m")
-    heading_noise: float = tuning(0.005, "Standard deviation of a sample of the heading.", "rad")
-    velocity_walk: float = tuning(0.01, "Unexplained change of surge and sway velocity in one second.", "m/s")
-    yaw_rate_walk: float = tuning(0.0005, "Unexplained change of the yaw rate in one second.", "rad/s")
-    force_walk: float = tuning(0.02, "Change of the unknown accelerations in surge and sway in one second.", "m/s²")
-    moment_walk: float = tuning(0.002, "Change of the unknown acceleration in yaw in one second.", "rad/s²")
-    wave_period: float = parameter(0.0, "Period of the waves to filter out; 0 filters none.", unit="s", low=0.0, high=60.0)
-    wave_damping: float = parameter(0.1, "Damping of the waves' model.", low=0.01, high=0.9)
-    wave_position: float = tuning(0.2, "Standard deviation of the waves' motion in x and in y.", "m")
-    wave_heading: float = tuning(0.01, "Standard deviation of the waves' motion in heading.", "rad")
+_PSI, _U, _V, _R, _BU, _BV, _BR, _WE, _WN = range(2, 11)
+_XI, _DXI = 11, 14
+"""Where the waves' states begin, three each."""
 
 
 class Observer:
@@ -75,16 +57,18 @@ class Observer:
     """
 
     def __init__(self, parameters: ObserverParameters, vessel: KnownVessel) -> None:
-        self._p = parameters
+        self._p = p = parameters
         self._vessel = vessel
-        self._size = 15 if parameters.wave_period else 9
-        p = parameters
+        self._waves = p.wave_period > 0.0
         self._noise = np.array([p.position_noise, p.position_noise, p.heading_noise]) ** 2
-        walks = [0.0] * 3 + [p.velocity_walk] * 2 + [p.yaw_rate_walk] + [p.force_walk] * 2 + [p.moment_walk] + [0.0] * 6
-        self._intensity = np.array(walks[: self._size]) ** 2
-        if p.wave_period:
-            waves = np.array([p.wave_position, p.wave_position, p.wave_heading])
-            self._intensity[_DXI] = waves**2 * 4.0 * p.wave_damping * 2.0 * math.pi / p.wave_period
+        walks = [p.velocity_walk] * 2 + [p.yaw_rate_walk] + [p.force_walk] * 2 + [p.moment_walk] + [p.weather_walk] * 2
+        intensity, start = np.array([0.0] * 3 + walks) ** 2, np.concatenate((self._noise, START**2))
+        if self._waves:
+            omega_0 = 2.0 * math.pi / p.wave_period
+            swell = np.array([p.wave_position, p.wave_position, p.wave_heading]) ** 2
+            intensity = np.concatenate((intensity, np.zeros(3), 4.0 * p.wave_damping * omega_0 * swell))
+            start = np.concatenate((start, swell / omega_0**2, swell))
+        self._intensity, self._start = intensity, start
         self.reset()
 
     def reset(self) -> None:
@@ -123,20 +107,14 @@ class Observer:
         return self.estimate
 
     def _begin(self, stamp: int, pose: Array) -> None:
-        """At rest at the first pose, as far as is known."""
-        self._stamp = stamp
-        self._x = np.zeros(self._size)
+        """At rest at this pose, as far as is known."""
+        self._stamp = self._trusted_at = stamp
+        self._x = np.zeros(len(self._start))
         self._x[:3] = pose[:3]
-        start = np.concatenate((self._noise, START**2))
-        if self._size > 9:
-            p = self._p
-            omega_0 = 2.0 * math.pi / p.wave_period
-            waves = np.array([p.wave_position, p.wave_position, p.wave_heading]) ** 2
-            start = np.concatenate((start, waves / omega_0**2, waves))
-        self._P = np.diag(start)
+        self._P = np.diag(self._start)
+        self._arrived = (0.0, 0.0)
         self._held = np.full(3, math.nan)
         self._news_at = [stamp] * 3
-        self._trusted_at = stamp
 
     # -- prediction ---------------------------------------------------------------------------------------------------
 
@@ -145,40 +123,42 @@ class Observer:
 
         Velocities are added up in the earth-fixed frame, where no turning, however fast, can feed them.
         """
-        x, vessel = self._x.copy(), self._vessel
-        force = min(max(wrench[0], -vessel.surge_force_limit), vessel.surge_force_limit)
-        moment = min(max(wrench[1], -vessel.yaw_moment_limit), vessel.yaw_moment_limit)
-        psi, u, v, r = (float(value) for value in x[2:6])
-        turn = float(x[8]) + moment / vessel.yaw_inertia
+        p, x = self._p, self._x.copy()
+        self._arrived = self._arriving(dt, wrench)
+        psi, u, v, r, b_u, b_v, b_r, w_e, w_n = (float(value) for value in x[_PSI:_XI])
+        fade_u, fade_v, fade_r = (-math.expm1(-decay * dt) for decay in (p.surge_decay, p.sway_decay, p.yaw_decay))
+        turn = self._arrived[1] / self._vessel.yaw_inertia + b_r - fade_r / dt * r
         middle, end = psi + 0.5 * dt * r, psi + dt * r + 0.5 * dt * dt * turn
+        along, across = self._arrived[0] / self._vessel.surge_inertia + b_u - fade_u / dt * u, b_v - fade_v / dt * v
         before = _rotated(psi, u, v)
-        gained = dt * _rotated(middle, float(x[6]) + force / vessel.surge_inertia, float(x[7]))
+        gained = dt * (_rotated(middle, along, across) + np.array([w_e, w_n]))
         x[:2] += dt * (before + 0.5 * gained)
-        x[2], x[5] = end, r + dt * turn
-        x[3:5] = _rotated(-end, *(before + gained))
-        F = np.eye(self._size)
+        x[_PSI], x[_R] = end, r + dt * turn
+        x[_U], x[_V] = _rotated(-end, *(before + gained))
+        F = np.eye(len(x))
         c, s = math.cos(middle), math.sin(middle)
-        F[0, 2:5] = dt * np.array([-u * s - v * c, c, -s])
-        F[1, 2:5] = dt * np.array([u * c - v * s, s, c])
-        F[2, 5] = dt
-        F[3, 4:6] = dt * np.array([r, v])
-        F[4, 3], F[4, 5] = -dt * r, -dt * u
-        F[3, 6] = F[4, 7] = F[5, 8] = dt
+        F[0, _PSI : _V + 1] = dt * np.array([-u * s - v * c, c, -s])
+        F[1, _PSI : _V + 1] = dt * np.array([u * c - v * s, s, c])
+        F[_PSI, _R] = F[_U, _BU] = F[_V, _BV] = F[_R, _BR] = dt
+        F[_U, _U : _R + 1] = 1.0 - fade_u, dt * r, dt * v
+        F[_V, _U : _R + 1] = -dt * r, 1.0 - fade_v, -dt * u
+        F[_R, _R] = 1.0 - fade_r
+        F[_U, [_PSI, _WE, _WN]] = dt * np.array([w_n * c - w_e * s, c, s])
+        F[_V, [_PSI, _WE, _WN]] = dt * np.array([-w_e * c - w_n * s, -s, c])
+        if self._waves:
+            F[_XI:, _XI:] = oscillation(2.0 * math.pi / p.wave_period, p.wave_damping, dt)
+            x[_XI:] = F[_XI:, _XI:] @ x[_XI:]
         self._x = x
-        if self._size > 9:
-            self._move_waves(dt, F)
         self._P = F @ self._P @ F.T + np.diag(dt * self._intensity)
 
-    def _move_waves(self, dt: float, F: Array) -> None:
-        """The damped oscillation of the wave states over dt, in closed form: an Euler step would feed it."""
-        zeta, omega_0 = self._p.wave_damping, 2.0 * math.pi / self._p.wave_period
-        omega, fading = omega_0 * math.sqrt(1.0 - zeta * zeta), math.exp(-zeta * omega_0 * dt)
-        c, s = fading * math.cos(omega * dt), fading * math.sin(omega * dt) / omega
-        stay, come = c + zeta * omega_0 * s, -omega_0 * omega_0 * s
-        for i in range(3):
-            xi, dxi = 9 + i, 12 + i
-            F[xi, xi], F[xi, dxi], F[dxi, xi], F[dxi, dxi] = stay, s, come, c - zeta * omega_0 * s
-        self._x[9:] = F[9:, 9:] @ self._x[9:]
+    def _arriving(self, dt: float, wrench: tuple[float, float]) -> tuple[float, float]:
+        """What the actuators make of the command by the end of dt, as far as is known."""
+        limits = self._vessel.surge_force_limit, self._vessel.yaw_moment_limit
+        force, moment = (min(max(command, -limit), limit) for command, limit in zip(wrench, limits, strict=True))
+        if not self._p.actuator_lag:
+            return force, moment
+        share = -math.expm1(-dt / self._p.actuator_lag)
+        return self._arrived[0] + share * (force - self._arrived[0]), self._arrived[1] + share * (moment - self._arrived[1])
 
     # -- correction ---------------------------------------------------------------------------------------------------
 
@@ -203,10 +183,11 @@ class Observer:
 
     def _take(self, i: int, measured: float) -> bool:
         """Take one scalar measurement of state i, with the waves on top of it, unless it is a glitch; whether it was taken."""
-        expected, column = float(self._x[i]), self._P[:, i]
-        if self._size > 9:
-            expected, column = expected + float(self._x[12 + i]), column + self._P[:, 12 + i]
-        variance = float(column[i]) + (float(column[12 + i]) if self._size > 9 else 0.0) + float(self._noise[i])
+        expected, column, variance = float(self._x[i]), self._P[:, i], float(self._noise[i])
+        if self._waves:
+            expected, column = expected + float(self._x[_DXI + i]), column + self._P[:, _DXI + i]
+            variance += float(column[_DXI + i])
+        variance += float(column[i])
         difference = wrap(measured - expected) if i == _PSI else measured - expected
         if difference * difference > GATE * GATE * variance:
             return False
@@ -220,3 +201,11 @@ def _rotated(angle: float, along: float, across: float) -> Array:
     """A vector turned counter-clockwise, shape (2,)."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([along * c - across * s, along * s + across * c])
+
+
+def oscillation(omega_0: float, zeta: float, dt: float) -> Array:
+    """The waves' model over dt in closed form, for xi and dxi of three directions, (6, 6): an Euler step would feed it."""
+    omega, fading = omega_0 * math.sqrt(1.0 - zeta * zeta), math.exp(-zeta * omega_0 * dt)
+    c, s = fading * math.cos(omega * dt), fading * math.sin(omega * dt) / omega
+    one = np.array([[c + zeta * omega_0 * s, s], [-omega_0 * omega_0 * s, c - zeta * omega_0 * s]])
+    return np.kron(one, np.eye(3))

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.laws import (
     NmpcParameters,
     PdParameters,
 )
-from vessel_hsmc_ros.observer import ObserverParameters
+from vessel_hsmc_ros.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.references import ReferenceShipParameters
 from vessel_hsmc_ros.schema import group, parameter
 from vessel_sim_node.simulator import PlantParameters

@@ -54,7 +54,12 @@ def test_accelerations_add_up_to_the_motion():
     np.testing.assert_allclose(acceleration[50:-1], change[50:], rtol=0.05, atol=0.01)
 
 
-def test_on_noisy_poses_alone_the_observer_lets_a_law_hold_its_course():
+GENTLE = {"position_gain": 0.12, "heading_surface_slope": 0.25, "sway_share": 0.0}
+"""Gains of the guided law for estimates, which come later than measurements; docs/realistic_ship.md has what they are worth."""
+
+
+@pytest.mark.parametrize(("law", "gains"), [("guided", GENTLE), ("los_pid", {})])
+def test_on_noisy_poses_alone_the_observer_lets_a_law_hold_its_course(law, gains):
     """A position at 5 Hz that is off by half a metre, a heading at 10 Hz off by 0.3°, no velocity at all."""
     sensors = {
         "position_noise": 0.5,
@@ -64,22 +69,23 @@ def test_on_noisy_poses_alone_the_observer_lets_a_law_hold_its_course():
         "heading_rate_hz": 10.0,
     }
     run = run_of(
-        120.0,
+        150.0,
         vessel_sim__rate_hz=50.0,
         reference_ship__rate_hz=50.0,
         vessel_sim__actuators__surge_force_limit=2e5,
         vessel_sim__actuators__yaw_moment_limit=3e6,
-        controller__law="los_pid",
+        controller__law=law,
         controller__rate_hz=25.0,
         controller__observer__enabled=True,
+        **{f"controller__{law}__{name}": value for name, value in gains.items()},
         **{f"vessel_sim__sensors__{name}": value for name, value in sensors.items()},
     )
-    late = run.time >= 60.0
+    late = run.time >= 100.0
     assert np.max(position_error(run.state, run.reference)[late]) < 1.0
     error = run.control["estimate"] - run.state[::2]
     error[:, 2] = (error[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
     deviation = np.sqrt(np.mean(error[late[::2]] ** 2, axis=0))
-    assert np.all(deviation < [0.35, 0.35, 0.004, 0.15, 0.2, 0.005]), deviation
+    assert np.all(deviation < [0.3, 0.3, 0.004, 0.1, 0.1, 0.003]), deviation
     assert not run.measured[:, 3:].any()
 
 

@@ -5,7 +5,8 @@ import pytest
 
 from vessel_hsmc_ros.control_loop import ControlLoop
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
-from vessel_hsmc_ros.observer import Observer, ObserverParameters
+from vessel_hsmc_ros.observer import Observer
+from vessel_hsmc_ros.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.timing import RateGrid
 
 STATE, REFERENCE, NONE = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6), np.zeros(3)

@@ -19,7 +19,8 @@ from vessel_hsmc_ros.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.kinematics import as_published
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
 from vessel_hsmc_ros.laws.terms import diagnosed
-from vessel_hsmc_ros.observer import Observer, ObserverParameters
+from vessel_hsmc_ros.observer import Observer
+from vessel_hsmc_ros.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.parameters import ControllerParameters
 
 STEP = 10_000_000
