@@ -40,7 +40,7 @@ LONGEST_HOLD = 2.0
 GATE = 20.0
 """A measurement further off than so many standard deviations is a glitch; after LONGEST_HOLD of nothing else, a new start."""
 
-START = np.array([3.0, 3.0, 0.1, 0.1, 0.1, 0.01, 0.2, 0.2])
+START = np.array([1.0, 1.0, 0.05, 0.1, 0.1, 0.01, 0.2, 0.2])
 """How far velocities and unknown accelerations may be from zero at the start, one standard deviation."""
 
 _PSI, _U, _V, _R, _BU, _BV, _BR, _WE, _WN = range(2, 11)
