@@ -12,13 +12,16 @@ import pytest
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.bag import BagWriter
+from vessel_hsmc_ros.closed_loop import simulate
 from vessel_hsmc_ros.exceptions import BagError, ReportError
 from vessel_hsmc_ros.metrics import evaluate
 from vessel_hsmc_ros.open_bag import open_bag
 from vessel_hsmc_ros.report import Record, Signal, Signals, export, figures
 from vessel_hsmc_ros.report.making import Wanted, make
 from vessel_hsmc_ros.report.overlay import overlays
+from vessel_hsmc_ros.report.panels import panels
 from vessel_hsmc_ros.report.payload import Payload
+from vessel_hsmc_ros.report.series import of_run
 from vessel_hsmc_ros.report.tables import key_figures, parameter_tables
 from vessel_hsmc_ros.scenario import dump_scenario, load_scenario
 
@@ -164,6 +167,7 @@ def test_a_bag_of_ours_becomes_a_page_with_everything(recorded):
     assert panels["surge force"] == ["applied", "commanded"]
     assert panels["surge dynamics f_u"] == ["estimate", "truth"]
     assert panels["sway velocity"] == ["measured", "ship", "reference"]
+    assert panels["position off by"] == panels["heading off by"] == ["measured"]
     assert (recorded.parent / "csv" / "motion.csv").is_file()
 
 
@@ -198,6 +202,19 @@ def test_runs_of_one_name_are_told_apart(recorded, tmp_path):
 def test_a_page_that_cannot_be_written_is_told(tmp_path):
     with pytest.raises(ReportError, match=r"report .*nowhere/page.html cannot be written: No such file or directory"):
         report.write(tmp_path / "nowhere" / "page.html", [record("one", 1.0)], "One")
+
+
+def test_sensors_and_observer_are_shown_against_the_truth():
+    def lines(**changes):
+        short = {"vessel_sim.duration": 2.0, **changes}
+        run = simulate(load_scenario("realistic", short))
+        return {panel.title: [line.name for line in panel.lines] for panel in panels(of_run(run))}
+
+    shown = lines()
+    assert shown["position off by"] == shown["heading off by"] == ["measured", "estimate"]
+    assert shown["surge velocity"] == ["ship", "reference", "estimate"]  # it is not measured
+    blind = {"controller.observer.enabled": False}
+    assert lines(**blind)["position off by"] == ["measured"]
 
 
 def test_uneven_control_steps_make_a_histogram_and_even_ones_none(tmp_path):

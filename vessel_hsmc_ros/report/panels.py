@@ -1,6 +1,6 @@
 """Which lines a report draws, one panel above the other; every panel that the signals suffice for."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +56,7 @@ def panels(signals: Signals, limits: tuple[float, float] = (np.inf, np.inf)) -> 
     return [
         *_errors(signals),
         *_velocities(signals),
+        *_sensors(signals),
         *_surfaces(signals),
         *_wrench(signals, limits),
         *_networks(signals),
@@ -103,8 +104,30 @@ def _velocities(signals: Signals) -> Iterator[Panel]:
             ("reference", signals.reference, DESIRED),
             ("estimate", signals.control.get("estimate"), OTHER),
         )
-        lines = tuple(_line(label, signal, 3 + i, role, scale) for label, signal, role in candidates if signal is not None)
+        lines = tuple(
+            _line(label, signal, 3 + i, role, scale)
+            for label, signal, role in candidates
+            if signal is not None and (role != MEASURED or signal.values[:, 3 + i].any())  # zeros: not measured
+        )
         yield Panel("Velocities", name, "°/s" if i == 2 else "m/s", lines)
+
+
+def _sensors(signals: Signals) -> Iterator[Panel]:
+    """How far what the sensors say, and what the observer makes of it, is from the truth."""
+    told = (("measured", signals.measured, MEASURED), ("estimate", signals.control.get("estimate"), MAIN))
+    there = [(name, signal, role) for name, signal, role in told if signal is not None] if signals.measured else []
+
+    def panel(title: str, unit: str, difference: Callable[[Array, Array], Array]) -> Panel:
+        lines = [
+            Line(name, signal.time, difference(signal.values, signals.state.at(signal.time)), role)
+            for name, signal, role in there
+        ]
+        return Panel("Sensors", title, unit, tuple(lines))
+
+    yield from _some(
+        panel("position off by", "m", position_error),
+        panel("heading off by", "°", lambda said, true: np.degrees(heading_error(said, true))),
+    )
 
 
 def _surfaces(signals: Signals) -> Iterator[Panel]:
