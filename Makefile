@@ -6,7 +6,7 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-bags benchmark-report benchmark-guided docs lock clean
+.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-bags benchmark-report benchmark-guided benchmark-realistic docs lock clean
 
 help:  ## show what can be made
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -50,6 +50,9 @@ benchmark-bags: setup  ## measure recording, and kill 20 recorders
 
 benchmark-guided: setup  ## run the guided law's whole table at 10, 50 and 100 Hz
 	@$(BIN)/python benchmarks/guided.py
+
+benchmark-realistic: setup  ## measure what each part of the realistic ship does
+	@$(BIN)/python benchmarks/realistic.py
 
 benchmark-report: setup  ## measure the report of an hour at 100 Hz against its limits
 	@$(BIN)/python benchmarks/report.py

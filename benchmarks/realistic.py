@@ -1,0 +1,125 @@
+"""What each part of the realistic ship does to the track and to the observer's estimates.
+
+Every row of config/suites/realistic.yaml offline: the position error over the last quarter, how fast the wrench moves, how far
+the estimates are from the truth over the last half; then poses alone in the paper's weather, with the guided law's default gains
+and with gentler ones; then an update of the observer, timed. Ends with exit code 1 when a row is missed.
+
+    python benchmarks/realistic.py [--jobs 2]
+"""
+
+import argparse
+import os
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.observer import Observer
+from vessel_hsmc_ros.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.run_data import Run
+from vessel_hsmc_ros.suite import Row, Verdict, judge, load_suite
+
+UPDATES = 5000
+GENTLE = ("position_gain", "heading_surface_slope", "sway_share")
+"""Gains of the guided law that the realistic scenario sets below their defaults."""
+
+POSES = {
+    "controller.law": "guided",
+    "controller.rate_hz": 50.0,
+    "controller.observer.enabled": True,
+    "controller.observer.position_noise": 0.1,
+    "controller.observer.heading_noise": 0.0017453292519943296,
+    "vessel_sim.duration": 200.0,
+    "vessel_sim.actuators.surge_force_limit": 2e5,
+    "vessel_sim.actuators.yaw_moment_limit": 3e6,
+    "vessel_sim.sensors.measures_velocity": False,
+}
+NOISE = {"vessel_sim.sensors.position_noise": 0.1, "vessel_sim.sensors.heading_noise": 0.0017453292519943296}
+
+Figures = tuple[Verdict, np.ndarray, np.ndarray]
+
+
+def main() -> int:
+    """Run all, print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
+    arguments = parser.parse_args()
+    rows = (*load_suite("realistic"), *more_rows())
+    console = Console(width=130)
+    with Progress(console=console, transient=True) as progress, ProcessPoolExecutor(arguments.jobs) as pool:
+        bar = progress.add_task("rows", total=len(rows))
+        found = []
+        for figures in pool.map(measure, rows):
+            found.append(figures)
+            progress.advance(bar)
+    console.print(table(rows, found))
+    console.print(f"an update of the observer takes {1e6 * update_time(0.0):.0f} µs, with waves {1e6 * update_time(6.0):.0f} µs")
+    return 0 if all(verdict.hit for verdict, _, _ in found) else 1
+
+
+def more_rows() -> list[Row]:
+    """The realistic ship and poses alone, with the guided law's default gains and with those of the realistic scenario."""
+    chosen = load_scenario("realistic").controller.guided
+    gains = {f"controller.guided.{name}": getattr(chosen, name) for name in GENTLE}
+    defaults = {f"controller.guided.{name}": getattr(type(chosen)(), name) for name in GENTLE}
+    return [
+        Row("the guided law's default gains", "realistic", defaults),
+        Row("paper's weather, noisy poses alone", changes=POSES | NOISE | gains, at_most=0.05),
+        Row("the same, default gains", changes=POSES | NOISE),
+        Row("paper's weather, perfect poses alone", changes=POSES | gains),
+    ]
+
+
+def measure(row: Row) -> Figures:
+    """Verdict, rms rates of the wrench [N/s, N·m/s] and rms errors of the estimates, NaN without an observer."""
+    run = simulate(load_scenario(row.scenario, row.changes))
+    late = slice(len(run.time) // 2, None)
+    rates = np.std(np.diff(run.wrench[late], axis=0) / np.diff(run.time)[0], axis=0)
+    return judge(row, run), rates, estimate_errors(run)
+
+
+def estimate_errors(run: Run) -> np.ndarray:
+    """Rms errors of x and y together, psi, u, v, r over the last half."""
+    if "estimate" not in run.control:
+        return np.full(5, np.nan)
+    at = np.searchsorted(run.time, run.control["time"] - 1e-9)
+    error = run.control["estimate"] - run.state[at]
+    error[:, 2] = (error[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+    square = np.mean(error[len(error) // 2 :] ** 2, axis=0)
+    return np.sqrt(np.array([square[0] + square[1], *square[2:]]))
+
+
+def table(rows: tuple[Row, ...], found: list[Figures]) -> Table:
+    """One row a case."""
+    made = Table("", "position rms, m", "largest, m", "force kN/s", "moment kN·m/s", "x, y m", "psi °", "u m/s", "v m/s", "r °/s")
+    for row, (verdict, rates, errors) in zip(rows, found, strict=True):
+        shown = [f"{verdict.rms:.3f}" + ("" if verdict.hit else " MISSED"), f"{verdict.largest:.2f}"]
+        shown += [f"{1e-3 * rate:.0f}" for rate in rates]
+        x_y, psi, u, v, r = errors
+        estimates = [f"{x_y:.3f}", f"{np.degrees(psi):.3f}", f"{u:.3f}", f"{v:.3f}", f"{np.degrees(r):.3f}"]
+        made.add_row(row.name, *shown, *("-" if value == "nan" else value for value in estimates))
+    return made
+
+
+def update_time(wave_period: float) -> float:
+    """Seconds of one update, the smallest of five turns."""
+    observer = Observer(ObserverParameters(wave_period=wave_period), KnownVessel())
+    poses = np.random.default_rng(1).normal(size=(UPDATES, 3), scale=0.1)
+    turns = []
+    for _ in range(5):
+        observer.reset()
+        began = time.perf_counter()
+        for k, pose in enumerate(poses):
+            observer.update(k * 20_000_000, pose, (1e4, 1e5))
+        turns.append((time.perf_counter() - began) / UPDATES)
+    return min(turns)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
