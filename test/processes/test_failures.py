@@ -19,11 +19,15 @@ from vessel_hsmc_ros import conversions, qos
 from vessel_hsmc_ros.processes import MODULES
 
 
+WELL_UNDER_WAY = 1_500_000
+"""Bytes of a bag that holds more than the 500 steps that are asked for below; a step takes some 1250."""
+
+
 def started(start, *arguments):
     """A run that is well under way, and its output folder."""
     command = start("vessel-hsmc", "run", "case2_tracking", *arguments)
     runs = command.output.parent / "runs"
-    command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > 500_000, 20.0)
+    command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > WELL_UNDER_WAY, 30.0)
     return command, run_folder(runs)
 
 
