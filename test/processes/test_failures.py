@@ -18,7 +18,6 @@ from rosbags.highlevel import AnyReader
 from vessel_hsmc_ros import conversions, qos
 from vessel_hsmc_ros.processes import MODULES
 
-
 WELL_UNDER_WAY = 1_500_000
 """Bytes of a bag that holds more than the 500 steps that are asked for below; a step takes some 1250."""
 
