@@ -6,6 +6,7 @@ numbers to the last bit.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class Desired:
         return self._published
 
 
-def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = None, law: Law | None = None) -> Run:
+def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = None, law: Law[Any] | None = None) -> Run:
     """Run a scenario offline.
 
     Args:

@@ -1,5 +1,7 @@
 """A law run at its own fixed rate on whatever times come in: shared by the node, the offline loop and replay."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,7 +27,7 @@ class ControlLoop:
         estimate: What the law was last told of the ship, shape (6,); None without an observer.
     """
 
-    def __init__(self, law: Law, grid: RateGrid, observer: Observer | None = None) -> None:
+    def __init__(self, law: Law[Any], grid: RateGrid, observer: Observer | None = None) -> None:
         self.law = law
         self.grid = grid
         self.observer = observer

@@ -13,6 +13,7 @@ selectable: `basis: as_printed`.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,14 @@ from vessel_hsmc_ros.exceptions import ParameterError
 from vessel_hsmc_ros.schema import parameter
 
 Array = NDArray[np.float64]
+
+
+class Neurons(NamedTuple):
+    """What `activations` takes besides the input: centres, shape (l, n), width, and whether (3) is taken as printed."""
+
+    mu: Array
+    delta: float
+    as_printed: bool = False
 
 
 @dataclass(frozen=True)
@@ -46,10 +55,13 @@ class NetworkParameters:
         choices=("gaussian", "as_printed"),
     )
 
-    @property
-    def as_printed(self) -> bool:
-        """Whether (3) is taken as printed."""
-        return self.basis == "as_printed"
+    def neurons(self) -> Neurons:
+        """The neurons as the equations take them.
+
+        Raises:
+            ParameterError: the listed numbers are no triples.
+        """
+        return Neurons(self.centers(), self.width, self.basis == "as_printed")
 
     def centers(self) -> Array:
         """All centres, shape (l, 3): l = centers_per_axis³ on the grid.

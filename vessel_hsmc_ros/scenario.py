@@ -117,7 +117,7 @@ def for_nodes(recorded: bool, real_time: bool) -> dict[str, object]:
     return changes
 
 
-def make_law(parameters: ControllerParameters) -> Law:
+def make_law(parameters: ControllerParameters) -> Law[Any]:
     """The law a controller's parameters ask for.
 
     Raises:

@@ -112,6 +112,29 @@ def test_the_one_singularity_left_is_named():
         controller.update(0.0, place, np.zeros(6), np.zeros(3))
 
 
+def at(x):
+    return np.array([x, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def test_a_ship_that_steps_across_it_is_told_so():
+    controller = make_controller("hierarchical", 0.01)
+    controller.update(0.0, at(99_999.0), np.zeros(6), np.zeros(3))
+    with pytest.raises(ControlError, match=r"b = a·z1: a = 0.001, b = 100, and the ship is at z1 = 100001 m"):
+        controller.update(0.01, at(100_001.0), np.zeros(6), np.zeros(3))
+    controller.update(0.02, at(99_999.0), np.zeros(6), np.zeros(3))  # back on its side
+    controller.reset()
+    controller.update(0.03, at(100_001.0), np.zeros(6), np.zeros(3))  # it may start there
+
+
+def test_other_gains_are_another_place():
+    controller = make_controller("hierarchical", 0.01)
+    controller.update(0.0, at(50.0), np.zeros(6), np.zeros(3))
+    controller.retune(HierarchicalParameters(sway_weight=10.0))
+    controller.update(0.01, at(50.0), np.zeros(6), np.zeros(3))
+    with pytest.raises(ControlError, match="the ship is at z1 = 9 m"):
+        controller.update(0.02, at(9.0), np.zeros(6), np.zeros(3))
+
+
 def test_first_wrench_of_case_2_peaks_as_the_errata_measured():
     controller = make_controller("hierarchical", 0.01)
     state = np.array([5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])

@@ -42,8 +42,8 @@ def test_gradient_descent_teaches_125_neurons_a_damping_curve():
 def test_the_printed_basis_has_the_distance_itself_in_its_exponent():
     mu = np.array([[0.5, 0.5, 0.5]])
     assert activations(np.array([0.5, 3.5, 4.5]), mu, 5.0, as_printed=True) == pytest.approx([math.exp(-5.0 / 50.0)])
-    assert NetworkParameters(basis="as_printed").as_printed
-    assert not NetworkParameters().as_printed
+    assert NetworkParameters(basis="as_printed").neurons().as_printed
+    assert not NetworkParameters().neurons().as_printed
 
 
 def test_listed_centres_are_taken_in_triples():

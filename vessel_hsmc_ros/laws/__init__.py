@@ -1,10 +1,7 @@
 """Control laws, one file each, behind one way to make and to call them."""
 
 import dataclasses
-from typing import Any, NamedTuple, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, NamedTuple
 
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ParameterError
@@ -14,6 +11,7 @@ from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.los_pid import LosPidController, LosPidParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
@@ -33,8 +31,6 @@ __all__ = [
     "make_controller",
 ]
 
-Array = NDArray[np.float64]
-
 
 class LawKind(NamedTuple):
     """A law and the dataclass that declares its parameters."""
@@ -53,23 +49,7 @@ LAWS = {
 }
 
 
-class Law(Protocol):
-    """What every law offers."""
-
-    def update(self, time: float, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
-        """One control period: the wrench to command, shape (2,), and every term that led to it."""
-        ...
-
-    def retune(self, parameters: Any) -> None:
-        """Take other gains and keep what was learnt."""
-        ...
-
-    def reset(self) -> None:
-        """Forget what was learnt."""
-        ...
-
-
-def make_controller(law: str, period: float, **parameters: object) -> Law:
+def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
     """Make a law from its name, its period and its parameters.
 
     Args:
@@ -87,5 +67,5 @@ def make_controller(law: str, period: float, **parameters: object) -> Law:
     vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in hull}, "controller.vessel")
     own = {k: v for k, v in parameters.items() if k not in hull}
     kind = LAWS[law]
-    made: Law = kind.controller(schema.build(kind.parameters, own, f"controller.{law}"), vessel, period)
+    made: Law[Any] = kind.controller(schema.build(kind.parameters, own, f"controller.{law}"), vessel, period)
     return made

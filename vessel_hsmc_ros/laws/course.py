@@ -26,6 +26,7 @@ from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.kinematics import wrap
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
 from vessel_hsmc_ros.laws.terms import Terms
@@ -69,7 +70,7 @@ class Gains(NamedTuple):
     switching: str
 
 
-class CourseController:
+class CourseController(Law[CourseLawParameters]):
     """The law with its memory: the weights, advanced by one Euler step each period.
 
     Args:
@@ -82,13 +83,8 @@ class CourseController:
     """
 
     def __init__(self, parameters: CourseLawParameters, vessel: KnownVessel, period: float) -> None:
-        self._vessel = vessel
-        self._period = period
-        self._mu = parameters.network.centers()
-        self._delta = parameters.network.width
-        self._as_printed = parameters.network.as_printed
-        self.retune(parameters)
-        self.reset()
+        self._neurons = parameters.network.neurons()
+        super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: CourseLawParameters) -> None:
         """Take other gains and keep the weights; the network's shape stays as it was made."""
@@ -98,29 +94,13 @@ class CourseController:
 
     def reset(self) -> None:
         """Forget what the network has learnt: all weights zero."""
-        self.weights: Array = np.zeros(len(self._mu))
+        self.weights: Array = np.zeros(len(self._neurons.mu))
 
-    def update(  # every law has the same arguments
-        self,
-        time: float,  # noqa: ARG002
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
-    ) -> tuple[Array, Terms]:
-        """One period: the wrench from the present weights, then the weights move on.
-
-        Args:
-            time: Time of the state, s; this law does not depend on it.
-            state: x, y, psi, u, v, r, shape (6,).
-            reference: The same of what is followed, shape (6,).
-            reference_acceleration: Its du_d, dv_d, dr_d, shape (3,).
-
-        Returns:
-            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
-        """
+    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """The wrench from the present weights, then the weights move on."""
         g = self._gains
         z3e, dz3e = wrap(float(state[2] - reference[2])), float(state[5] - reference[5])
-        H = activations(state[3:], self._mu, self._delta, self._as_printed)
+        H = activations(state[3:], *self._neurons)
         fr = output(self.weights, H)
         S = g.c2 * z3e + dz3e
         equivalent = -g.c2 * dz3e - fr + float(reference_acceleration[2])

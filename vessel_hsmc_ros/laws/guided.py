@@ -30,6 +30,7 @@ from vessel_hsmc_ros.laws import guidance
 from vessel_hsmc_ros.laws.guidance import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.predictor import Motion, correct, predict
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_hsmc_ros.network import activations
@@ -163,7 +164,7 @@ def actuated(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
     return within, abs(demand) > limit
 
 
-class GuidedController:
+class GuidedController(Law[GuidedParameters]):
     """The law with its memory: weights, predicted motion and command filter.
 
     Args:
@@ -176,13 +177,8 @@ class GuidedController:
     """
 
     def __init__(self, parameters: GuidedParameters, vessel: KnownVessel, period: float) -> None:
-        self._vessel = vessel
-        self._period = period
-        self._mu = parameters.network.centers()
-        self._delta = parameters.network.width
-        self._as_printed = parameters.network.as_printed
-        self.retune(parameters)
-        self.reset()
+        self._neurons = parameters.network.neurons()
+        super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: GuidedParameters) -> None:
         """Take other gains and keep what was learnt; the network's shape stays as it was made."""
@@ -190,32 +186,16 @@ class GuidedController:
 
     def reset(self) -> None:
         """Forget all: the weights are zero, and the next state is taken as it is measured."""
-        self.weights: Array = np.zeros((3, len(self._mu)))
+        self.weights: Array = np.zeros((3, len(self._neurons.mu)))
         self.memory: Memory | None = None
 
-    def update(  # every law has the same arguments
-        self,
-        time: float,  # noqa: ARG002
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
-    ) -> tuple[Array, Terms]:
-        """One period: correct the prediction, learn, guide, steer, predict.
-
-        Args:
-            time: Time of the state, s; this law does not depend on it.
-            state: x, y, psi, u, v, r, shape (6,), finite.
-            reference: The same of the reference, shape (6,), finite.
-            reference_acceleration: du_d, dv_d, dr_d, shape (3,), finite.
-
-        Returns:
-            tau_1 [N] and tau_2 [N·m], shape (2,), within the limits, and the terms that led to them.
-        """
+    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """Correct the prediction, learn, guide, steer within the limits, predict."""
         g = self._gains
         measured, desired, acceleration = readable(state, reference, reference_acceleration)
         m = self.memory or Memory(measured)
         motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
-        H = activations(np.array(motion[3:]), self._mu, self._delta, self._as_printed)
+        H = activations(np.array(motion[3:]), *self._neurons)
         self.weights = learn(self.weights, H, measured, m, g)
         f = Estimates(*np.dot(self.weights, H).tolist())
         asked, filtered = command(motion, desired, acceleration, f, m, g)

@@ -22,6 +22,7 @@ network belongs to which error. It stays selectable.
 Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from vessel_hsmc_ros.exceptions import ControlError
 from vessel_hsmc_ros.kinematics import tracking_error, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import switch
 from vessel_hsmc_ros.laws.terms import Terms
@@ -121,7 +123,7 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -
     )
 
 
-class HierarchicalController:
+class HierarchicalController(Law[HierarchicalParameters]):
     """The law with its memory: the weights, advanced by one Euler step each period.
 
     Args:
@@ -138,53 +140,29 @@ class HierarchicalController:
     """
 
     def __init__(self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> None:
-        self._vessel = vessel
-        self._period = period
-        self._mu = parameters.network.centers()
-        self._delta = parameters.network.width
-        self._as_printed = parameters.network.as_printed
-        self.retune(parameters)
-        self.reset()
+        self._neurons = parameters.network.neurons()
+        super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Take other gains and keep the weights; the network's shape stays as it was made."""
+        self._side = 0.0  # another b/a
         for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
             check_step(parameters, gain, slope, self._period, "hierarchical")
         self._gains = gains(parameters, self._vessel)
 
     def reset(self) -> None:
         """Forget what the networks have learnt: all weights zero."""
-        neurons = len(self._mu)
+        neurons = len(self._neurons.mu)
+        self._side = 0.0
         self.weights = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
         self.weight_rates = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
 
-    def update(  # every law has the same arguments
-        self,
-        time: float,  # noqa: ARG002
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
-    ) -> tuple[Array, Terms]:
-        """One period: the wrench of (22) and (28) from the present weights, then the weights move on.
-
-        Args:
-            time: Time of the state, s; this law does not depend on it.
-            state: x, y, psi, u, v, r, shape (6,).
-            reference: The same of the virtual ship, shape (6,).
-            reference_acceleration: du_d, dv_d, dr_d, shape (3,).
-
-        Returns:
-            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
-
-        Raises:
-            ControlError: the ship is where the law has no value, z1 = b/a (or -b/a, where a switches its sign).
-        """
+    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """The wrench of (22) and (28) from the present weights, then the weights move on."""
         g = self._gains
         z = transform(state)
-        z1 = abs(z.z1) if g.sway_weight_sign == "switched" else z.z1
-        if abs(g.b - g.a * z1) <= 1e-9 * g.b:
-            raise ControlError(f"the hierarchical law has no value at z1 = {z.z1:g} m: it takes any but b/a")
-        H = activations(state[3:], self._mu, self._delta, self._as_printed)
+        self._check_side(z.z1)
+        H = activations(state[3:], *self._neurons)
         wrench, terms = control(state, reference, reference_acceleration, self.weights, H, g)
         g = g._replace(a=sway_weight(terms.sway_surface, terms.heading_surface, g))
         rate = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, H, g)
@@ -193,3 +171,17 @@ class HierarchicalController:
         self.weight_rates = rate
         self.weights = Weights(W.Wv + T * rate.Wv, W.Wr + T * rate.Wr, W.Wu + T * rate.Wu)
         return np.array(wrench), terms
+
+    def _check_side(self, z1: float) -> None:
+        """Hold the ship to one side of z1 = b/a, on the way to which the moment grows without bound.
+
+        Raises:
+            ControlError: it is there, or has come past it since the last update.
+        """
+        g = self._gains
+        distance = g.b - g.a * (abs(z1) if g.sway_weight_sign == "switched" else z1)
+        if abs(distance) <= 1e-9 * g.b or distance * self._side < 0.0:
+            raise ControlError(
+                f"the hierarchical law has no value where b = a·z1: a = {g.a:g}, b = {g.b:g}, and the ship is at z1 = {z1:g} m"
+            )
+        self._side = math.copysign(1.0, distance)

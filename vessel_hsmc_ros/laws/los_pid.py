@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.kinematics import tracking_error, transform, wrap
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_hsmc_ros.schema import parameter
 
@@ -145,7 +145,7 @@ def guide(state: Array, reference: Array, drift: float, g: Gains) -> Aim:
     return line_of_sight(state, reference, drift, g)
 
 
-class LosPidController:
+class LosPidController(Law[LosPidParameters]):
     """The law with its memory: integrals and the command filter, advanced by one Euler step each period.
 
     Args:
@@ -153,12 +153,6 @@ class LosPidController:
         vessel: What is known of the ship.
         period: Time between two updates, s.
     """
-
-    def __init__(self, parameters: LosPidParameters, vessel: KnownVessel, period: float) -> None:
-        self._vessel = vessel
-        self._period = period
-        self.retune(parameters)
-        self.reset()
 
     def retune(self, parameters: LosPidParameters) -> None:
         """Take other gains and keep the integrals."""
@@ -168,24 +162,8 @@ class LosPidController:
         """Forget the integrals."""
         self.memory = Memory()
 
-    def update(  # every law has the same arguments
-        self,
-        time: float,  # noqa: ARG002
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
-    ) -> tuple[Array, Terms]:
-        """One period: guidance, filter, the two controllers, the limits.
-
-        Args:
-            time: Time of the state, s; this law does not depend on it.
-            state: x, y, psi, u, v, r, shape (6,).
-            reference: The same of the reference, shape (6,).
-            reference_acceleration: du_d, dv_d, dr_d, shape (3,).
-
-        Returns:
-            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
-        """
+    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """Guidance, filter, the two controllers, the limits."""
         g, m = self._gains, self.memory
         aim = guide(state, reference, m.drift, g)
         offset_acceleration = g.w_c * (g.w_c * wrap(aim.offset - m.offset) - 2.0 * m.offset_rate)

@@ -26,6 +26,7 @@ from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.exceptions import ControlError
 from vessel_hsmc_ros.kinematics import tracking_error, transform, wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.nmpc_model import Model, ModelParameters, compile_horizon
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_hsmc_ros.schema import group, parameter
@@ -86,7 +87,7 @@ class Desired(NamedTuple):
     q: Array
 
 
-class NmpcController:
+class NmpcController(Law[NmpcParameters]):
     """The law with its memory: the last plan and the estimated disturbance.
 
     Args:
@@ -99,7 +100,6 @@ class NmpcController:
     """
 
     def __init__(self, parameters: NmpcParameters, vessel: KnownVessel, period: float) -> None:
-        self._period = period
         limits = (vessel.surge_force_limit, vessel.yaw_moment_limit)
         self._model = Model(vessel.surge_inertia, vessel.yaw_inertia, *limits, **schema.symbols(parameters.model))
         self._limits = np.array(limits)
@@ -107,8 +107,7 @@ class NmpcController:
         self._middles = np.cumsum(self._lengths) - 0.5 * self._lengths
         self._iterations = parameters.iterations
         self._horizon = compile_horizon(self._model, tuple(self._lengths))
-        self.retune(parameters)
-        self.reset()
+        super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: NmpcParameters) -> None:
         """Take other weights and keep the plan; horizon and model stay as they were made."""
@@ -123,27 +122,8 @@ class NmpcController:
         """Forget the plan and the disturbance."""
         self.plan = Plan(np.zeros(2 * len(self._lengths)), None, np.zeros(2), np.zeros(3), np.zeros(2))
 
-    def update(  # every law has the same arguments
-        self,
-        time: float,  # noqa: ARG002
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
-    ) -> tuple[Array, Terms]:
-        """One period: learn from what happened, look ahead, plan, apply the plan's beginning.
-
-        Args:
-            time: Time of the state, s; this law does not depend on it.
-            state: x, y, psi, u, v, r, shape (6,).
-            reference: The same of the reference, shape (6,).
-            reference_acceleration: du_d, dv_d, dr_d, shape (3,).
-
-        Returns:
-            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
-
-        Raises:
-            ControlError: the motion ahead is not finite.
-        """
+    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """Learn from what happened, look ahead, plan, apply the plan's beginning."""
         b, e = self._disturbance(state)
         desired, U_d = self._look_ahead(reference, reference_acceleration, b)
         U = desired.U.copy() if self.plan.state is None else self.plan.U

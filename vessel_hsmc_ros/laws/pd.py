@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros import schema
 from vessel_hsmc_ros.kinematics import wrap
 from vessel_hsmc_ros.laws.course import thrust
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_hsmc_ros.schema import parameter
 
@@ -57,7 +57,7 @@ class Gains(NamedTuple):
     m33: float
 
 
-class PdController:
+class PdController(Law[PdParameters]):
     """The law; it remembers nothing.
 
     Args:
@@ -66,10 +66,6 @@ class PdController:
         period: Time between two updates, s; the law does not depend on it.
     """
 
-    def __init__(self, parameters: PdParameters, vessel: KnownVessel, period: float) -> None:  # noqa: ARG002
-        self._vessel = vessel
-        self.retune(parameters)
-
     def retune(self, parameters: PdParameters) -> None:
         """Take other gains."""
         self._gains = Gains(**schema.symbols(parameters), m33=schema.symbols(self._vessel)["m33"])
@@ -77,24 +73,8 @@ class PdController:
     def reset(self) -> None:
         """Nothing to forget."""
 
-    def update(  # every law has the same arguments
-        self,
-        time: float,  # noqa: ARG002
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
-    ) -> tuple[Array, Terms]:
-        """The wrench of one period.
-
-        Args:
-            time: Time of the state, s; this law does not depend on it.
-            state: x, y, psi, u, v, r, shape (6,).
-            reference: The same of what is followed, shape (6,).
-            reference_acceleration: Its du_d, dv_d, dr_d, shape (3,).
-
-        Returns:
-            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
-        """
+    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """The wrench from the present errors."""
         g = self._gains
         z3e, dz3e = wrap(float(state[2] - reference[2])), float(state[5] - reference[5])
         feedforward = g.m33 * float(reference_acceleration[2]) + g.d_r * float(reference[5])

@@ -3,12 +3,15 @@
 No node may know the plant, so this law exists offline only, to tell what the networks cost from what the surfaces cost.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.laws.hierarchical import Weights, control
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_sim_node.plant import Vessel, unforced_acceleration
 
@@ -17,7 +20,7 @@ Array = NDArray[np.float64]
 ONE_NEURON = np.ones(1)
 
 
-class ExactModelLaw:
+class ExactModelLaw(Law[HierarchicalParameters]):
     """(16) to (28) with f_u, f_v, f_r of (7) in the place of the networks' outputs.
 
     Args:
@@ -27,26 +30,19 @@ class ExactModelLaw:
     """
 
     def __init__(self, parameters: HierarchicalParameters, known: KnownVessel, vessel: Vessel) -> None:
-        self._known = known
-        self._vessel = vessel
-        self.retune(parameters)
+        self._ship = vessel
+        super().__init__(parameters, known, math.nan)  # it learns nothing, so the period does not matter
 
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Take other gains."""
-        self._gains = gains(parameters, self._known)
+        self._gains = gains(parameters, self._vessel)
 
     def reset(self) -> None:
         """Nothing was learnt."""
 
-    def update(
-        self,
-        time: float,  # noqa: ARG002 - every law has the same arguments
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
-    ) -> tuple[Array, Terms]:
-        """One period, as `HierarchicalController.update`; each network is one neuron that says what is true."""
-        f_u, f_v, f_r = unforced_acceleration(float(state[3]), float(state[4]), float(state[5]), self._vessel)
+    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+        """As `HierarchicalController`; each network is one neuron that says what is true."""
+        f_u, f_v, f_r = unforced_acceleration(float(state[3]), float(state[4]), float(state[5]), self._ship)
         weights = Weights(np.array([f_v]), np.array([f_r]), np.array([f_u]))
         wrench, terms = control(state, reference, reference_acceleration, weights, ONE_NEURON, self._gains)
         return np.array(wrench), terms

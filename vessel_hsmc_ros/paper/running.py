@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,7 +138,7 @@ def nodes_folder(parent: Path, case: Case) -> RunFolder:
     return RunFolder(path)
 
 
-def _law(case: Case, scenario: Scenario) -> Law | None:
+def _law(case: Case, scenario: Scenario) -> Law[Any] | None:
     """The law that no scenario can ask for; None for the scenario's own."""
     controller, vessel = scenario.controller, scenario.vessel_sim.vessel.coefficients()
     if case.exact:
