@@ -11,7 +11,7 @@ from vessel_hsmc_ros.bag import RECORDING, FileFacts, Topic, metadata, write_met
 from vessel_hsmc_ros.bag_files import bag_files, information
 from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.mcap_contents import PRIVATE, Contents, read_contents, scan
-from vessel_hsmc_ros.mcap_file import indexed_ending
+from vessel_hsmc_ros.mcap_file import ending_of
 
 
 @dataclass(frozen=True)
@@ -113,4 +113,4 @@ def _ending(contents: Contents) -> bytes:
         contents.chunks[-1].message_index_length += index.count
     missing: bytes = index.end()
     contents.end += len(missing)
-    return missing + indexed_ending(contents)
+    return missing + ending_of(contents)

@@ -25,6 +25,11 @@ LONGEST_RECORD = 2**32
 PRIVATE = 0x80
 """The first opcode of records that are nobody's but their writer's; readers skip them."""
 
+DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, 4) + bytes(4)
+"""The record that ends the data; right before the footer in a file that is still growing, or was left behind so."""
+
+_FOOTER_SIZE = 29
+
 _ENDS = (0, Opcode.DATA_END, Opcode.FOOTER)
 _MESSAGE_START = struct.Struct("<BQHIQ")
 DAMAGE = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, EOFError, KeyError, TypeError)
@@ -113,6 +118,8 @@ def scan(path: Path) -> Contents:
     """
     contents, doubtful = Contents(path), []
     for opcode, start, data in records(path):
+        if opcode >= PRIVATE:  # nothing of ours; at the end, what a growing file has in reserve
+            continue
         try:
             _take(contents, opcode, start, data)
         except DAMAGE:
@@ -157,7 +164,7 @@ def _take(contents: Contents, opcode: int, start: int, data: bytes) -> None:
         contents.attachments.append((start, end - start, Attachment.read(_stream(data))))
     elif opcode == Opcode.HEADER:
         contents.profile = Header.read(_stream(data)).profile
-    elif opcode < PRIVATE:
+    else:
         _take_records(contents, RECORD_HEADER.pack(opcode, len(data)) + data)
         contents.loose |= opcode == Opcode.MESSAGE
 
@@ -220,8 +227,9 @@ def _stream(data: bytes) -> ReadDataStream:
 def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
     """What a finished file says of itself; None where it says too little, or nothing."""
     size = path.stat().st_size
-    stream.seek(max(0, size - len(MAGIC)))
-    if size < 2 * len(MAGIC) or stream.read() != MAGIC:
+    stream.seek(max(0, size - len(MAGIC) - _FOOTER_SIZE - len(DATA_END)))
+    tail = stream.read()
+    if size < 2 * len(MAGIC) or not tail.endswith(MAGIC) or tail.startswith(DATA_END):
         return None
     stream.seek(0)
     try:

@@ -1,11 +1,9 @@
 """An MCAP file being written that can be read at any moment, also when its writer is killed.
 
-Messages are gathered into chunks. Whatever goes to the operating system goes there together with an end of file: an index
-of all chunks so far and the closing marks, which the next chunk overwrites. A file left behind by SIGKILL therefore is a
-whole file but for its last chunk, for readers with and without an index.
+Messages are gathered into chunks; a chunk goes to the operating system together with an index of all chunks so far. The file
+it goes into is whole after every system call (`growing_file`), for readers with and without an index.
 """
 
-import os
 import struct
 import zlib
 from collections.abc import Mapping
@@ -21,7 +19,6 @@ from mcap.records import (
     Channel,
     Chunk,
     ChunkIndex,
-    DataEnd,
     Footer,
     Header,
     McapRecord,
@@ -31,17 +28,15 @@ from mcap.records import (
     Statistics,
 )
 
-from vessel_hsmc_ros.mcap_contents import MAGIC, Contents
+from vessel_hsmc_ros.growing_file import GrowingFile
+from vessel_hsmc_ros.mcap_contents import DATA_END, MAGIC, Contents
 
 CHUNK_SIZE = 64 * 1024
 """Bytes of messages in one chunk: what a crash can cost, at most, beside what has come within a flush period."""
 
-ENDING_SHARE, ENDING_FLOOR = 8, 1 << 20
-"""Ends of file with an index may take this many times the bytes of the data, and this many bytes besides; an index that would
-take more is left out until the file is closed."""
-
-MANY = 512
-"""Pieces that one system call surely takes."""
+SUMMARY_SHARE, SUMMARY_FLOOR = 8, 1 << 20
+"""All summaries together may take this many times the bytes of the data, and this many bytes besides: in a long recording, where
+one is large, they come less often."""
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIELDS = _MESSAGE.size - 9
@@ -60,15 +55,14 @@ class McapFile:
     def __init__(self, path: Path, compression: str) -> None:
         self.contents = Contents(path, profile="ros2")
         self._compression = compression
-        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
+        self._file = GrowingFile(path, MAGIC + _bytes(Header("ros2", "vessel_hsmc_ros")))
+        self.contents.end = self._file.end
         self._chunk: list[bytes] = []
         self._chunk_size = 0
         self._places: dict[int, list[int]] = {}
-        self._index, self._index_crc, self._chunks = bytearray(), 0, 0
-        self._crc = self._spent = self._old_end = 0
-        self._pending: list[bytes | bytearray] = []
-        self._append(MAGIC + _bytes(Header("ros2", "vessel_hsmc_ros")))
-        self.commit()
+        self._index, self._chunks = bytearray(), 0
+        self._spent = 0
+        self._pending: list[bytes] = []
 
     @property
     def size(self) -> int:
@@ -117,27 +111,35 @@ class McapFile:
         self.contents.metadata.append((start, len(written), record))
 
     def commit(self) -> None:
-        """Hand everything to the operating system, closed by an end of file.
+        """Hand everything to the operating system.
 
         Raises:
             OSError: it does not take it.
         """
         self._end_chunk()
-        if self._pending:
-            limit = ENDING_FLOOR + ENDING_SHARE * self.contents.end
-            self._write(indexed=self._spent + len(self._index) < limit)
+        if not self._pending:
+            return
+        self._place()
+        rest = summary_rest(self.contents, self._chunks)
+        size = len(self._index) + len(rest)
+        if self._spent + size < SUMMARY_FLOOR + SUMMARY_SHARE * self.contents.end:
+            self._file.set_summary([self._index, rest])
+            self._spent += size
 
     def close(self) -> None:
-        """Write what is left, with the index, and close the file.
+        """Write what is left and the end, and close the file.
 
         Raises:
             OSError: it cannot be written.
         """
-        try:
-            self._end_chunk()
-            self._write(indexed=True)
-        finally:
-            os.close(self._fd)
+        self._end_chunk()
+        self._place()
+        self._file.close(ending(self.contents, bytes(self._index), self._chunks))
+
+    def _place(self) -> None:
+        if self._pending:
+            self._file.append(self._pending)
+            self._pending, self.contents.end = [], self._file.end
 
     def _gather(self, record: bytes) -> None:
         self._chunk.append(record)
@@ -145,7 +147,6 @@ class McapFile:
 
     def _append(self, record: bytes) -> None:
         self._pending.append(record)
-        self._crc = zlib.crc32(record, self._crc)
         self.contents.end += len(record)
 
     def _end_chunk(self) -> None:
@@ -167,68 +168,38 @@ class McapFile:
             self._append(record + struct.pack(f"<{len(places)}Q", *places))
             self.contents.counts[channel] += len(places) // 2
         index.message_index_length = self.contents.end - index.chunk_start_offset - index.chunk_length
-        entry = _bytes(index)
-        self._index += entry  # as bytes, a long recording would keep many
-        self._index_crc = zlib.crc32(entry, self._index_crc)
+        self._index += _bytes(index)  # as bytes: a long recording has many
         self._chunks += 1
         told = self.contents
         told.end_time = max(told.end_time, *times)
         told.start_time = min(times) if told.start_time is None else min(told.start_time, *times)
         self._chunk, self._chunk_size, self._places = [], 0, {}
 
-    def _write(self, indexed: bool) -> None:
-        parts = self._pending
-        if indexed:
-            data_end, rest = ending(self.contents, self._index_crc, self._chunks, self._crc)
-            parts = [*parts, data_end, self._index, rest]
-        else:
-            parts = [*parts, bare_ending(self._crc)]
-        if len(parts) > MANY:
-            parts = [b"".join(parts)]
-        start = self.contents.end - sum(map(len, self._pending))
-        size = sum(map(len, parts))
-        if start + size < self._old_end:
-            os.ftruncate(self._fd, start)
-        done = os.pwritev(self._fd, parts, start)  # in one call, so that hardly any moment finds half of it
-        while done < size:
-            done += os.pwrite(self._fd, b"".join(parts)[done:], start + done)
-        self._old_end = start + size
-        self._spent += start + size - self.contents.end
-        self._pending = []
 
-
-def ending(contents: Contents, index_crc: int, chunks: int, crc: int = 0) -> tuple[bytes, bytes]:
-    """What comes before and after the chunk index at the end of a file: end of data; the rest of the summary and footer.
-
-    Args:
-        contents: What is in the file up to `contents.end`.
-        index_crc: Of the records of the chunk index.
-        chunks: How many they are.
-        crc: Of all data; 0 where it is not known.
-    """
-    data_end, summary = _bytes(DataEnd(data_section_crc=crc)), RecordBuilder()
+def summary_rest(contents: Contents, chunks: int) -> bytes:
+    """What a summary has besides the index of the chunks, whose number it tells."""
+    summary = RecordBuilder()
     for record in (*contents.schemas.values(), *contents.channels.values(), _statistics(contents, chunks)):
         record.write(summary)
     for offset, length, a in contents.attachments:
         AttachmentIndex(offset, length, a.log_time, a.create_time, len(a.data), a.name, a.media_type).write(summary)
     for offset, length, metadata in contents.metadata:
         MetadataIndex(offset, length, metadata.name).write(summary)
-    start, written = contents.end + len(data_end), summary.end()
-    footer = _bytes(Footer(summary_start=start, summary_offset_start=0, summary_crc=0))[:-4]
-    footer += struct.pack("<I", zlib.crc32(footer, zlib.crc32(written, index_crc)))
-    return data_end, b"".join((written, footer, MAGIC))
+    written: bytes = summary.end()
+    return written
 
 
-def bare_ending(crc: int = 0) -> bytes:
-    """The end of a file without a summary."""
-    return _bytes(DataEnd(data_section_crc=crc)) + _bytes(Footer(0, 0, 0)) + MAGIC
+def ending(contents: Contents, index: bytes, chunks: int) -> list[bytes]:
+    """End of data, summary and footer of a file whose data ends at `contents.end`."""
+    rest = summary_rest(contents, chunks)
+    footer = _bytes(Footer(contents.end + len(DATA_END), 0, 0))[:-4]
+    footer += struct.pack("<I", zlib.crc32(footer, zlib.crc32(rest, zlib.crc32(index))))
+    return [DATA_END, index, rest, footer, MAGIC]
 
 
-def indexed_ending(contents: Contents) -> bytes:
-    """The end of a file, from what was found in it."""
-    index = b"".join(map(_bytes, contents.chunks))
-    data_end, rest = ending(contents, zlib.crc32(index), len(contents.chunks))
-    return data_end + index + rest
+def ending_of(contents: Contents) -> bytes:
+    """The same, from what was found in a file."""
+    return b"".join(ending(contents, b"".join(map(_bytes, contents.chunks)), len(contents.chunks)))
 
 
 def _statistics(contents: Contents, chunks: int) -> Statistics:
