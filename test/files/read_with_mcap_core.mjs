@@ -1,10 +1,14 @@
-// Prints every message of MCAP files as topic and hex bytes, by @mcap/core: by their indexes, then as streams.
+// Prints every message of MCAP files as topic and hex bytes, by @mcap/core: by their indexes, then as streams. Those of the
+// streams are decoded as Foxglove decodes them; one that cannot be is an error.
+import { parse } from "@foxglove/rosmsg";
+import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import { open } from "node:fs/promises";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 import { loadDecompressHandlers } from "@mcap/support";
 
 const decompressHandlers = await loadDecompressHandlers();
 const lines = [];
+const text = (data) => new TextDecoder().decode(data);
 const print = (how, topic, message) => lines.push(`${how} ${topic} ${Buffer.from(message.data).toString("hex")}`);
 
 async function readIndexed(file) {
@@ -30,11 +34,16 @@ async function readIndexed(file) {
 
 async function readStream(file) {
   const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
-  const topics = new Map();
+  const decoders = new Map();
+  const channels = new Map();
   reader.append(await file.readFile());
   for (let record; (record = reader.nextRecord()); ) {
-    if (record.type === "Channel") topics.set(record.id, record.topic);
-    if (record.type === "Message") print("stream", topics.get(record.channelId), record);
+    if (record.type === "Schema") decoders.set(record.id, new MessageReader(parse(text(record.data), { ros2: true })));
+    if (record.type === "Channel") channels.set(record.id, record);
+    if (record.type !== "Message") continue;
+    const channel = channels.get(record.channelId);
+    decoders.get(channel.schemaId).readMessage(record.data);
+    print("stream", channel.topic, record);
   }
 }
 

@@ -14,7 +14,7 @@ from rosbags.highlevel import AnyReader
 
 ROOT = Path(__file__).parents[2]
 NODE = ROOT / "build" / "node"
-PACKAGES = ("@mcap/core@2.2.2", "@mcap/support@1.1.0")
+PACKAGES = ("@mcap/core@2.2.2", "@mcap/support@1.1.0", "@foxglove/rosmsg@5.0.5", "@foxglove/rosmsg2-serialization@3.1.0")
 
 
 def files(directory):
@@ -76,8 +76,8 @@ def _by_mcap_core(paths):
 
 @cache
 def node_program():
-    """The script beside an installation of @mcap/core in the build folder; a skip where there is none and can be none."""
-    if not (NODE / "node_modules" / "@mcap" / "core").is_dir():
+    """The script beside an installation of its packages in the build folder; a skip where there is none and can be none."""
+    if not all((NODE / "node_modules" / package.rpartition("@")[0]).is_dir() for package in PACKAGES):
         NODE.mkdir(parents=True, exist_ok=True)
         command = ["npm", "install", "--no-audit", "--no-fund", "--silent", "--prefix", NODE, *PACKAGES]
         try:

@@ -9,6 +9,7 @@ import zlib
 import bag_making
 import numpy as np
 import pytest
+from pyarrow import parquet
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.bag import BagWriter
@@ -131,9 +132,14 @@ def test_parquet_needs_pyarrow(tmp_path, monkeypatch):
 
 
 def test_parquet_has_the_same_columns(tmp_path):
-    pyarrow = pytest.importorskip("pyarrow.parquet")
-    paths = export.write_parquet(motion(1.0), tmp_path)
-    assert pyarrow.read_table(paths[0])["x"].to_numpy().tolist() == motion(1.0).state.values[:, 0].tolist()
+    signals = motion(1.0)
+    paths = export.write_parquet(signals, tmp_path)
+    assert [path.name for path in paths] == ["motion.parquet", "control.parquet"]
+    for path, table in zip(paths, export.tables(signals).values(), strict=True):
+        read = parquet.read_table(path)
+        assert read.column_names == list(table)
+        for name, values in table.items():
+            np.testing.assert_array_equal(read[name].to_numpy(), values)
 
 
 @pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
