@@ -18,7 +18,7 @@ pytest.importorskip("foxglove")
 
 SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"]
 MESSAGE = 1
-DURATION = 60.0
+DURATION = 30.0
 DEADLINE = 60.0
 
 
