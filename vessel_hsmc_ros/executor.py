@@ -60,15 +60,16 @@ class DirectExecutor(SingleThreadedExecutor):
         for subscription in tuple(self._direct):
             take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
             wants_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
+            callback = subscription.callback
             for _ in range(BURST):
                 taken = take(kind, raw)
                 if taken is None:
                     break
                 found = True
                 if wants_info:
-                    subscription.callback(*taken)
+                    callback(*taken)
                 else:
-                    subscription.callback(taken[0])
+                    callback(taken[0])
         return found
 
     def _wait(self, wait_set: object) -> None:

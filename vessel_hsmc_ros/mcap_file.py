@@ -31,7 +31,7 @@ from mcap.records import (
 from vessel_hsmc_ros.growing_file import GrowingFile
 from vessel_hsmc_ros.mcap_contents import DATA_END, MAGIC, Contents
 
-CHUNK_SIZE = 64 * 1024
+CHUNK_SIZE = 256 * 1024
 """Bytes of messages in one chunk: what a crash can cost, at most, beside what has come within a flush period."""
 
 SUMMARY_SHARE, SUMMARY_FLOOR = 8, 1 << 20
@@ -62,6 +62,8 @@ class McapFile:
         self._places: dict[int, list[int]] = {}
         self._index, self._chunks = bytearray(), 0
         self._spent = 0
+        self._known: tuple[int, ...] = ()
+        self._described = b""
         self._pending: list[bytes] = []
 
     @property
@@ -120,10 +122,10 @@ class McapFile:
         if not self._pending:
             return
         self._place()
-        rest = summary_rest(self.contents, self._chunks)
-        size = len(self._index) + len(rest)
+        parts = [self._index, _statistics(self.contents, self._chunks), self._describe()]
+        size = sum(map(len, parts))
         if self._spent + size < SUMMARY_FLOOR + SUMMARY_SHARE * self.contents.end:
-            self._file.set_summary([self._index, rest])
+            self._file.set_summary(parts)
             self._spent += size
 
     def close(self) -> None:
@@ -135,6 +137,14 @@ class McapFile:
         self._end_chunk()
         self._place()
         self._file.close(ending(self.contents, bytes(self._index), self._chunks))
+
+    def _describe(self) -> bytes:
+        """`described`, made anew only when there is more to describe."""
+        told = self.contents
+        known = len(told.channels), len(told.attachments), len(told.metadata)
+        if known != self._known:
+            self._known, self._described = known, described(told)
+        return self._described
 
     def _place(self) -> None:
         if self._pending:
@@ -176,10 +186,10 @@ class McapFile:
         self._chunk, self._chunk_size, self._places = [], 0, {}
 
 
-def summary_rest(contents: Contents, chunks: int) -> bytes:
-    """What a summary has besides the index of the chunks, whose number it tells."""
+def described(contents: Contents) -> bytes:
+    """What a summary has besides the index of the chunks and the statistics."""
     summary = RecordBuilder()
-    for record in (*contents.schemas.values(), *contents.channels.values(), _statistics(contents, chunks)):
+    for record in (*contents.schemas.values(), *contents.channels.values()):
         record.write(summary)
     for offset, length, a in contents.attachments:
         AttachmentIndex(offset, length, a.log_time, a.create_time, len(a.data), a.name, a.media_type).write(summary)
@@ -191,7 +201,7 @@ def summary_rest(contents: Contents, chunks: int) -> bytes:
 
 def ending(contents: Contents, index: bytes, chunks: int) -> list[bytes]:
     """End of data, summary and footer of a file whose data ends at `contents.end`."""
-    rest = summary_rest(contents, chunks)
+    rest = _statistics(contents, chunks) + described(contents)
     footer = _bytes(Footer(contents.end + len(DATA_END), 0, 0))[:-4]
     footer += struct.pack("<I", zlib.crc32(footer, zlib.crc32(rest, zlib.crc32(index))))
     return [DATA_END, index, rest, footer, MAGIC]
@@ -202,8 +212,8 @@ def ending_of(contents: Contents) -> bytes:
     return b"".join(ending(contents, b"".join(map(_bytes, contents.chunks)), len(contents.chunks)))
 
 
-def _statistics(contents: Contents, chunks: int) -> Statistics:
-    return Statistics(
+def _statistics(contents: Contents, chunks: int) -> bytes:
+    statistics = Statistics(
         attachment_count=len(contents.attachments),
         channel_count=len(contents.channels),
         channel_message_counts=dict(contents.counts),
@@ -214,6 +224,7 @@ def _statistics(contents: Contents, chunks: int) -> Statistics:
         metadata_count=len(contents.metadata),
         schema_count=len(contents.schemas),
     )
+    return _bytes(statistics)
 
 
 def _bytes(record: McapRecord) -> bytes:

@@ -6,7 +6,7 @@ import pytest
 from bag_making import made_run, write_run
 from mcap.reader import NonSeekingReader, make_reader
 
-from vessel_hsmc_ros import growing_file
+from vessel_hsmc_ros import growing_file, mcap_file
 from vessel_hsmc_ros.bag import BagWriter
 from vessel_hsmc_ros.bag_repair import repair
 from vessel_hsmc_ros.growing_file import PAGE
@@ -68,7 +68,8 @@ def by_index(path):
 
 
 @pytest.mark.parametrize("compression", ["none", "zstd"])
-def test_at_every_moment_it_is_whole_and_never_has_less_than_before(tmp_path, calls, compression):
+def test_at_every_moment_it_is_whole_and_never_has_less_than_before(tmp_path, calls, monkeypatch, compression):
+    monkeypatch.setattr(mcap_file, "CHUNK_SIZE", 64 * 1024)
     writer = BagWriter(tmp_path / "bag", compression)
     writer.attach("scenario.yaml", "a text\n" * 1000)
     write_run(None, STEPS, writer=writer)
