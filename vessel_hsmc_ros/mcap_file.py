@@ -122,7 +122,7 @@ class McapFile:
         if not self._pending:
             return
         self._place()
-        parts = [self._index, _statistics(self.contents, self._chunks), self._describe()]
+        parts: list[bytes | bytearray] = [self._index, _statistics(self.contents, self._chunks), self._describe()]
         size = sum(map(len, parts))
         if self._spent + size < SUMMARY_FLOOR + SUMMARY_SHARE * self.contents.end:
             self._file.set_summary(parts)

@@ -4,6 +4,7 @@ import os
 import struct
 import sys
 import time
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from vessel_hsmc_ros.timing import NANOSECONDS
 from vessel_hsmc_ros.topic_choice import TopicChoice
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
 
-FLUSH_PERIOD, METADATA_PERIOD = 0.25, 2.0
+FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
 """Time between two hand-overs of what was recorded to the operating system, and between two of metadata.yaml, s."""
 
 DRAIN_QUIET, DRAIN_LIMIT = 0.1, 3.0
@@ -128,6 +129,12 @@ class RecorderNode(VesselNode):
 
     # -- now and then -------------------------------------------------------------------------------------------------
 
+    def on_own_process(self) -> None:
+        """As batch work it has its share of the cores, but a message that comes in for it interrupts nobody."""
+        with suppress(OSError):  # a container may forbid it
+            for thread in Path("/proc/self/task").iterdir():
+                os.sched_setscheduler(int(thread.name), os.SCHED_BATCH, os.sched_param(0))
+
     def _flush(self) -> None:
         self._collector.ask()
         if (news := self._collector.news()) is not None:
@@ -215,11 +222,7 @@ def _words(profile: QoSProfile) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it is told to stop.
-
-    It is scheduled as batch work: it loses none of its share of the cores, but a message that comes in for it interrupts nobody.
-    """
-    os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    """Run the node until it is told to stop."""
     return run_node(RecorderNode, arguments)
 
 

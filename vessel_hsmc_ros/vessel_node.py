@@ -114,6 +114,9 @@ class VesselNode(Node):
             else:
                 return
 
+    def on_own_process(self) -> None:
+        """Called once, where the node has a process of its own."""
+
     def on_connected(self) -> None:
         """Called once, when every awaited reader and writer is connected."""
 
@@ -232,6 +235,7 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
     except VesselHsmcError as error:
         rclpy.shutdown()
         return _complain(node_class.NAME, str(error), 2)
+    node.on_own_process()
     code = 0
     try:
         for work in (partial(node.spin, lambda: not stopped), node.close):

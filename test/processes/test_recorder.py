@@ -4,6 +4,7 @@ import os
 import random
 import signal
 import time
+from pathlib import Path
 
 import pytest
 import rclpy
@@ -19,25 +20,36 @@ from vessel_hsmc_ros.open_bag import open_bag
 PERIOD = 10_000_000
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_recorder_that_is_told_to_stop_completes_its_bag_and_exits_with_0(start, number):
-    command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
+@pytest.fixture
+def ship():
+    """A node of its own that publishes odometry."""
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     node = rclpy.create_node("ship", context=context)
-    publisher = node.create_publisher(Odometry, "odom", qos.LOSSLESS)
-    command.until(publisher.get_subscription_count, 10.0)
-    for _ in range(200):
-        publisher.publish(conversions.new_odometry())
-    assert publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=5.0))
-    command.popen.send_signal(number)
-    code = command.wait(10.0)
+    yield node.create_publisher(Odometry, "odom", qos.LOSSLESS)
     node.destroy_node()
     rclpy.shutdown(context=context)
-    assert code == 0, command.text
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_recorder_that_is_told_to_stop_completes_its_bag_and_exits_with_0(start, ship, number):
+    command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
+    command.until(ship.get_subscription_count, 10.0)
+    for _ in range(200):
+        ship.publish(conversions.new_odometry())
+    assert ship.wait_for_all_acked(rclpy.duration.Duration(seconds=5.0))
+    command.popen.send_signal(number)
+    assert command.wait(10.0) == 0, command.text
     bag = command.output.parent / "bag"
     assert is_complete(bag)
     assert open_bag(bag)["odom"].count == 200
+
+
+def test_messages_that_come_in_for_it_interrupt_nobody(start, ship):
+    command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
+    command.until(ship.get_subscription_count, 10.0)
+    threads = Path(f"/proc/{command.popen.pid}/task")
+    assert {os.sched_getscheduler(int(thread.name)) for thread in threads.iterdir()} == {os.SCHED_BATCH}
 
 
 class Witness:
