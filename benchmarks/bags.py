@@ -17,8 +17,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import rclpy
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.writer import CompressionType, Writer
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rich.console import Console
 from rich.table import Table
 from rosbags.highlevel import AnyReader
@@ -213,10 +216,13 @@ def kills(folder: Path, count: int) -> None:
     table = Table("run", "killed at", "readable by", "lost", "lost", "recovered")
     table.add_row("", "simulated", "of 3 readers", "wall", "simulated", "")
     good = 0
+    rclpy.init(args=[])
     for turn in range(count):
         line, passed = kill(folder / f"kill_{turn}", random.Random(turn).uniform(1.0, 100.0))  # noqa: S311
         good += passed
         table.add_row(str(turn + 1), *line)
+        print(f"run {turn + 1} of {count}: {good} good", file=sys.stderr)
+    rclpy.shutdown()
     console.print(table)
     console.print(f"{good} of {count} readable by every reader, at most 1 s lost, recovered and verified to the last bit")
 
@@ -242,14 +248,9 @@ def kill(folder: Path, moment: float) -> tuple[list[str], bool]:
 
 def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
     """Run case 2, hear its odometry from outside until a moment, kill all; when each stamp was heard, the kill's time last."""
-    import rclpy
-    from nav_msgs.msg import Odometry
-    from rclpy.qos import QoSProfile, ReliabilityPolicy
-
     command = [sys.executable, "-m", "vessel_hsmc_ros.cli", "run", "case2_tracking", "--output", str(folder / "runs")]
     with (folder / "output.txt").open("wb") as output:
         run = subprocess.Popen(command, stdout=output, stderr=output)
-    rclpy.init(args=[])
     node = rclpy.create_node("witness")
     heard: list[tuple[float, int]] = [(time.monotonic(), -1)]
 
@@ -269,7 +270,6 @@ def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
     heard.append((time.monotonic(), heard[-1][1]))
     run.wait()
     node.destroy_node()
-    rclpy.shutdown()
     return heard
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from geometry_msgs.msg import Point, PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry, Path
-from std_msgs.msg import ColorRGBA
+from std_msgs.msg import ColorRGBA, Header
 from vessel_hsmc_msgs.msg import ReferenceState
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -90,7 +90,8 @@ class MarkerNode(VesselNode):
         path.header = marker.header
         last = path.poses[-1].pose.position if path.poses else None
         if last is None or math.hypot(position.x - last.x, position.y - last.y) >= SPACING:
-            path.poses.append(PoseStamped(header=marker.header, pose=marker.pose))
+            header = Header(stamp=marker.header.stamp, frame_id=marker.header.frame_id)  # the marker's own will have other stamps
+            path.poses.append(PoseStamped(header=header, pose=marker.pose))
             del path.poses[: -self.parameters.path_poses]
         self._path_publishers[name].publish(path)
 
