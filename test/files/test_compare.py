@@ -1,10 +1,12 @@
 """`vessel-hsmc compare`: which runs are made, what is measured, what is written."""
 
+import io
 import json
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
 from vessel_hsmc_ros import compare_output
 from vessel_hsmc_ros.cli import cli
@@ -12,6 +14,7 @@ from vessel_hsmc_ros.compare import Task, compare, default_laws, prepare, run_ta
 from vessel_hsmc_ros.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.suite import Row
+from vessel_hsmc_ros.verbs.compare import print_table
 
 SHORT = {"vessel_sim.duration": 2.0}
 ROW = Row("circle", changes=SHORT, at_most=100.0)
@@ -110,3 +113,14 @@ def test_a_suite_is_judged_row_by_row(tmp_path):
 def test_what_is_wrong_is_named(arguments, error, word):
     with pytest.raises(error, match=word):
         vessel_hsmc(*arguments)
+
+
+def test_in_a_narrow_terminal_words_give_way_and_numbers_stay_whole():
+    out = Console(width=80, file=io.StringIO(), color_system=None)
+    numbers = ["0.00075 m hit", "0.0097 m miss", "6.6e-05 m hit", "2 m miss"]
+    print_table(
+        out, "", ["case", "over", "limit", *"abcd"], [["damping half as much again", "last quarter", "0.02 m", *numbers]], 3
+    )
+    shown = out.file.getvalue()
+    assert all(number in shown for number in numbers)
+    assert "…" not in shown

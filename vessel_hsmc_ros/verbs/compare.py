@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 from rich import box
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -111,7 +111,8 @@ def print_table(out: Console, title: str, head: Sequence[str], lines: Sequence[S
     """A table whose first columns are words and the others numbers; hits and misses in colour."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for i, name in enumerate(head):
-        table.add_column(name.replace(" ", "\n"), justify="left" if i < words else "right", no_wrap=True)
+        justify: JustifyMethod = "left" if i < words else "right"
+        table.add_column(name.replace(" ", "\n"), justify=justify, no_wrap=i >= words, overflow="fold")  # words give way
     for line in lines:
         table.add_row(*(f"[red]{c}[/]" if c.endswith("miss") else f"[green]{c}[/]" if c.endswith("hit") else c for c in line))
     out.print(table)
