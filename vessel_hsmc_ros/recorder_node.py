@@ -24,8 +24,8 @@ from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
 FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
 """Time between two hand-overs of what was recorded to the operating system, and between two of metadata.yaml, s."""
 
-DRAIN_QUIET, DRAIN_LIMIT = 0.1, 3.0
-"""When told to stop, go on until nothing has come for the first time, but no longer than the second, s."""
+DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
+"""When told to stop, go on until nothing new was there so many times, but no longer than this, s."""
 
 _STAMP = struct.Struct("<iI")
 _OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent")
@@ -159,14 +159,15 @@ class RecorderNode(VesselNode):
         self._drain()
 
     def _drain(self) -> None:
-        began = quiet_since = time.monotonic()
-        count = self._writer.message_count
+        """Counted in looks and not in time: a process that got no core for a while must look all the same."""
+        end = time.monotonic() + DRAIN_LIMIT
+        count, looks = -1, 0
 
         def running() -> bool:
-            nonlocal quiet_since, count
-            if self._writer.message_count > count:
-                quiet_since, count = time.monotonic(), self._writer.message_count
-            return time.monotonic() < min(quiet_since + DRAIN_QUIET, began + DRAIN_LIMIT)
+            nonlocal count, looks
+            looks = looks + 1 if self._writer.message_count == count else 0
+            count = self._writer.message_count
+            return looks < DRAIN_LOOKS and time.monotonic() < end
 
         super().spin(running)
 
