@@ -4,6 +4,7 @@ import time
 
 import pytest
 import rclpy
+from driving import Plant
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
@@ -72,6 +73,11 @@ def bench():
     made = Bench()
     yield made
     made.close()
+
+
+@pytest.fixture
+def plant(bench):
+    return Plant(bench)
 
 
 def pytest_collection_modifyitems(items):
