@@ -3,6 +3,7 @@
 import fcntl
 import os
 import signal
+import socket
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -21,7 +22,7 @@ from vessel_hsmc_ros.scenario import load_scenario
 from vessel_hsmc_ros.status_listener import StatusListener
 
 CONNECT_LIMIT = 20.0
-"""Time the nodes get to find each other, s."""
+"""Time the nodes get to find each other, and the live view to listen, s."""
 
 SILENCE_LIMIT = 3.5
 """Nodes report once a second; one that has not for this long hangs, s."""
@@ -75,7 +76,7 @@ def run_nodes(folder: RunFolder, namespace: str, progress: Progress, live_port: 
     # The processes come first: they start while this one makes its own node, and before it has threads.
     with (
         Interrupts() as interrupts,
-        watchers(folder, namespace, live_port),
+        watchers(folder, namespace, live_port, interrupts),
         NodeGroup(folder.parameters, folder.logs, namespace) as nodes,
         StatusListener(namespace) as listener,
     ):
@@ -88,8 +89,8 @@ def run_nodes(folder: RunFolder, namespace: str, progress: Progress, live_port: 
 
 
 @contextmanager
-def watchers(folder: RunFolder, namespace: str, live_port: int | None) -> Iterator[None]:
-    """The nodes that let others watch, while the context lasts; whatever becomes of them does not touch the run."""
+def watchers(folder: RunFolder, namespace: str, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
+    """The nodes that let others watch, there before the run begins; whatever becomes of them later does not touch it."""
     if live_port is None:
         yield
         return
@@ -99,8 +100,20 @@ def watchers(folder: RunFolder, namespace: str, live_port: int | None) -> Iterat
     folder.logs.mkdir(parents=True, exist_ok=True)
     parameters = folder.logs / "watchers.yaml"
     parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
-    with NodeGroup(parameters, folder.logs, namespace, tuple(WATCHERS)):
+    with NodeGroup(parameters, folder.logs, namespace, tuple(WATCHERS)) as group:
+        deadline = time.monotonic() + CONNECT_LIMIT
+        while not (_listens(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
+            time.sleep(0.05)
         yield
+
+
+def _listens(port: int) -> bool:
+    """Whether somebody listens on a port of this machine's."""
+    try:
+        with socket.create_connection(("127.0.0.1", port), timeout=1.0):
+            return True
+    except OSError:
+        return False
 
 
 @contextmanager
