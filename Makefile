@@ -45,8 +45,10 @@ format: setup  ## format the code
 benchmark: setup  ## measure a lockstep step against bare rclpy round trips
 	@$(BIN)/python benchmarks/loop.py
 
-benchmark-bags: setup  ## measure recording, and kill 20 recorders
+benchmark-bags: setup  ## measure writing, recording and watching, and kill 20 recorders
 	@$(BIN)/python benchmarks/bags.py
+	@$(BIN)/python benchmarks/watching.py
+	@$(BIN)/python benchmarks/kills.py
 
 benchmark-guided: setup  ## run the guided law's whole table at 10, 50 and 100 Hz
 	@$(BIN)/python benchmarks/guided.py
