@@ -30,7 +30,7 @@ class MarkerNode(VesselNode):
 
     NAME = "markers"
     PARAMETERS = MarkerParameters
-    POLL_PERIOD = 0.02
+    POLL_PERIOD = 0.05
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -44,6 +44,7 @@ class MarkerNode(VesselNode):
             subscription = self.create_subscription(kind, topic, self._keeper(name), qos.LATEST)
             self.direct_subscriptions.append(subscription)
         self.create_timer(1.0 / self.parameters.rate_hz, self._publish, clock=self._wall)
+        self.create_timer(1.0 / self.parameters.path_rate_hz, self._publish_paths, clock=self._wall)
 
     def _transform_publisher(self) -> Any:
         try:
@@ -70,7 +71,7 @@ class MarkerNode(VesselNode):
         return keep
 
     def _publish(self) -> None:
-        """Bring markers and paths up to the latest messages."""
+        """Bring markers and paths up to the latest messages, and show the markers."""
         for marker in self._markers.markers:
             if marker.ns in self._latest:
                 message = self._latest[marker.ns]
@@ -85,7 +86,7 @@ class MarkerNode(VesselNode):
             self._transforms.publish(self._transform_message(transforms=[self._transform()]))
 
     def _extend(self, name: str, marker: Marker) -> None:
-        """Add a pose to a path where the ship has moved on, and publish the path."""
+        """Add a pose to a path where the ship has moved on."""
         path, position = self._paths[name], marker.pose.position
         path.header = marker.header
         last = path.poses[-1].pose.position if path.poses else None
@@ -93,7 +94,12 @@ class MarkerNode(VesselNode):
             header = Header(stamp=marker.header.stamp, frame_id=marker.header.frame_id)  # the marker's own will have other stamps
             path.poses.append(PoseStamped(header=header, pose=marker.pose))
             del path.poses[: -self.parameters.path_poses]
-        self._path_publishers[name].publish(path)
+
+    def _publish_paths(self) -> None:
+        """A path is the longest message of all, and costs the most: only for those who want it."""
+        for name, publisher in self._path_publishers.items():
+            if self._paths[name].poses and publisher.get_subscription_count():
+                publisher.publish(self._paths[name])
 
     def _transform(self) -> TransformStamped:
         message = self._latest["ship"]

@@ -136,7 +136,8 @@ class LiveParameters(CommonParameters):
 class MarkerParameters(CommonParameters):
     """Parameters of markers."""
 
-    rate_hz: float = parameter(10.0, "Markers and paths published a second.", unit="Hz", low=0.1, high=100.0)
+    rate_hz: float = parameter(10.0, "Markers published a second.", unit="Hz", low=0.1, high=100.0)
+    path_rate_hz: float = parameter(1.0, "Paths published a second.", unit="Hz", low=0.1, high=100.0)
     path_poses: int = parameter(4000, "Poses of a path; older ones are forgotten.", low=2, high=100_000)
     hull: Hull = group(Hull)
 

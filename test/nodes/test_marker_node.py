@@ -59,7 +59,7 @@ def test_the_reference_has_a_hull_and_a_path_of_its_own(bench, sail):
 
 def test_a_path_takes_a_pose_each_half_metre_with_its_own_time_and_forgets_the_oldest(bench, sail):
     paths = bench.collect(Path, "ship/path", qos.STREAM)
-    bench.start(MarkerNode, rate_hz=100.0, path_poses=5)
+    bench.start(MarkerNode, rate_hz=100.0, path_rate_hz=50.0, path_poses=5)
     for step in range(20):
         sail(step, 0.2 * step)
     bench.until(lambda: paths and conv.nanoseconds(paths[-1].header.stamp) == 19 * STEP)
