@@ -18,10 +18,14 @@ from vessel_hsmc_ros.exceptions import BagError, RunError
 from vessel_hsmc_ros.message_definitions import definition
 from vessel_hsmc_ros.parameters import LiveParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
+from vessel_hsmc_ros.topics import WATCHED_TOPICS
 from vessel_hsmc_ros.vessel_node import OK, WATCHER_NICENESS, VesselNode, run_node
 
 _STAMP = struct.Struct("<iI")
 _STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
+
+NEW_RUN = 10 * NANOSECONDS
+"""A stamp that is further back than this is a new run's; one that is a little older than the last is only late."""
 
 
 class Wishes(ServerListener):  # type: ignore[misc] # the library's protocol is untyped
@@ -40,7 +44,10 @@ class Wishes(ServerListener):  # type: ignore[misc] # the library's protocol is 
 
 
 class LiveNode(VesselNode):
-    """Advertises each topic when its first publisher appears, and passes on what clients want of them.
+    """Offers topics, and passes on what clients want of them.
+
+    A run's own topics are offered before there is a client: the server tells a client of a later one before it takes his
+    subscriptions to it, and a quick client's is lost. Other topics are offered when their first publisher appears.
 
     Raises:
         RunError: the port is taken.
@@ -55,6 +62,8 @@ class LiveNode(VesselNode):
         p = self.parameters
         self._wishes = Wishes()
         self._context_of_clients = foxglove.Context()
+        self._channels: dict[str, tuple[foxglove.Channel, Any]] = {}
+        self._missing = [self.resolve_topic_name(topic) for topic in p.topics if not self._offer_known(topic)]
         try:
             self._server = foxglove.start_server(
                 name="vessel_hsmc_ros",
@@ -67,34 +76,41 @@ class LiveNode(VesselNode):
         except RuntimeError as error:
             raise RunError(f"the live view cannot listen on {p.host}:{p.port}: {error}") from None
         self.get_logger().info(f"live view on ws://{p.host}:{self._server.port}")
-        self._missing = [self.resolve_topic_name(topic) for topic in p.topics]
-        self._channels: dict[str, tuple[foxglove.Channel, Any]] = {}
         self._read: set[str] = set()
-        self._passed_on = 0
+        self._passed_on = self._told = 0
         self.create_timer(0.1, self._look_around, clock=self._wall)
+        self.create_timer(0.03, self._tell_time, clock=self._wall)
 
     def _look_around(self) -> None:
         for name in list(self._missing):
             if publishers := self.get_publishers_info_by_topic(name):
                 self._missing.remove(name)
-                self._offer(name, publishers[0].topic_type)
+                if not self._offer(name, publishers[0].topic_type):
+                    self.get_logger().warning(f"{name} is not shown: {publishers[0].topic_type} is not installed")
         for name, wanted in list(self._wishes.topics.items()):
             if wanted and name in self._channels and name not in self._read:
                 self._read.add(name)
                 self._subscribe(name)
-        if self.stamp:
+
+    def _tell_time(self) -> None:
+        if self.stamp != self._told:
+            self._told = self.stamp
             self._server.broadcast_time(self.stamp)
 
-    def _offer(self, name: str, kind: str) -> None:
+    def _offer_known(self, topic: str) -> bool:
+        return topic in WATCHED_TOPICS and self._offer(self.resolve_topic_name(topic), WATCHED_TOPICS[topic])
+
+    def _offer(self, name: str, kind: str) -> bool:
+        """Whether the topic can be offered: its type must be installed."""
         package, _, message = kind.split("/")
         try:
             schema = foxglove.Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
             message_type = getattr(import_module(f"{package}.msg"), message)
-        except (BagError, ImportError) as error:
-            self.get_logger().warning(f"{name} is not shown: {error}")
-            return
+        except (BagError, ImportError):
+            return False
         channel = foxglove.Channel(name, schema=schema, message_encoding="cdr", context=self._context_of_clients)
         self._channels[name] = channel, message_type
+        return True
 
     def _subscribe(self, name: str) -> None:
         """Read a topic from now on; what nobody wants any more is dropped here."""
@@ -105,12 +121,15 @@ class LiveNode(VesselNode):
         def pass_on(data: bytes, info: dict[str, int]) -> None:
             if not wanted[name]:
                 return
+            stamp = self.stamp
             if not lockstep:
-                self.stamp = info["received_timestamp"]
+                stamp = info["received_timestamp"]
             elif stamped:
                 sec, nanosec = _STAMP.unpack_from(data, 4)
-                self.stamp = sec * NANOSECONDS + nanosec
-            channel.log(bytes(data), log_time=self.stamp)
+                stamp = sec * NANOSECONDS + nanosec
+            channel.log(bytes(data), log_time=stamp)
+            # Viewers take a time that goes back for a jump, and clear what they show.
+            self.stamp = stamp if stamp < self.stamp - NEW_RUN else max(stamp, self.stamp)
             self._passed_on += 1
 
         self.direct_subscriptions.append(self.create_subscription(message_type, name, pass_on, qos.WATCHED, raw=True))

@@ -16,31 +16,8 @@ from vessel_hsmc_ros.laws import (
 from vessel_hsmc_ros.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.references import ReferenceShipParameters
 from vessel_hsmc_ros.schema import group, parameter
+from vessel_hsmc_ros.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_sim_node.simulator import PlantParameters
-
-TOPICS = (
-    "odom",
-    "odom/truth",
-    "cmd_wrench",
-    "applied_wrench",
-    "disturbance",
-    "dynamics/truth",
-    "reference",
-    "reference/pose",
-    "goal_pose",
-    "path",
-    "controller/state",
-    "controller/estimate",
-    "/clock",
-    "/diagnostics",
-    "/rosout",
-    "/parameter_events",
-)
-FOREIGN_TOPICS = ("goal_pose", "path")
-"""Of these, those that come from outside, with stamps of their own."""
-
-OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
-"""Of these, those that not every run has."""
 
 
 def rate(description: str) -> float:
@@ -109,7 +86,7 @@ class RecorderParameters(CommonParameters):
     """Parameters of recorder; in lockstep messages are stamped with simulated time, else with their time of receipt."""
 
     directory: str = parameter("bag", "The bag's folder, which must not exist yet.")
-    topics: tuple[str, ...] = parameter(TOPICS, "Topics to record, relative to the recorder's namespace.")
+    topics: tuple[str, ...] = parameter(tuple(RECORDED_TOPICS), "Topics to record, relative to the recorder's namespace.")
     all_topics: bool = parameter(False, "Record every topic.")
     regex: str = parameter("", "Record the topics besides whose full names this regular expression matches.")
     exclude: str = parameter("", "Leave out what this regular expression matches, unless it is among the topics by name.")
@@ -120,16 +97,13 @@ class RecorderParameters(CommonParameters):
     scenario_file: str = parameter("", "A ROS parameters file that is to travel in the bag, so that it can be run again.")
 
 
-WATCHED_TOPICS = (*TOPICS, "markers", "ship/path", "reference/path", "/tf")
-
-
 @dataclass(frozen=True)
 class LiveParameters(CommonParameters):
     """Parameters of live."""
 
     host: str = parameter("127.0.0.1", "Address the live view listens on; 0.0.0.0 lets other machines in.")
     port: int = parameter(8765, "Its port; 0 takes any that is free.", low=0, high=65535)
-    topics: tuple[str, ...] = parameter(WATCHED_TOPICS, "Topics it offers, relative to its namespace.")
+    topics: tuple[str, ...] = parameter(tuple(WATCHED_TOPICS), "Topics it offers, relative to its namespace.")
 
 
 @dataclass(frozen=True)

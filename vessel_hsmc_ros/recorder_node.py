@@ -16,9 +16,10 @@ from vessel_hsmc_ros.bag import PARAMETERS, SCENARIO, BagWriter, Splitting, Topi
 from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.message_definitions import definition
 from vessel_hsmc_ros.node_parameters import ParameterCollector
-from vessel_hsmc_ros.parameters import FOREIGN_TOPICS, OPTIONAL_TOPICS, RecorderParameters
+from vessel_hsmc_ros.parameters import RecorderParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
 from vessel_hsmc_ros.topic_choice import TopicChoice
+from vessel_hsmc_ros.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
 
 FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0

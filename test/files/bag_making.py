@@ -8,19 +8,10 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vessel_hsmc_ros.bag import BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.message_definitions import definition
+from vessel_hsmc_ros.topics import RECORDED_TOPICS
 
-TYPES = {
-    "odom": "nav_msgs/msg/Odometry",
-    "odom/truth": "nav_msgs/msg/Odometry",
-    "dynamics/truth": "geometry_msgs/msg/AccelStamped",
-    "cmd_wrench": "geometry_msgs/msg/WrenchStamped",
-    "applied_wrench": "geometry_msgs/msg/WrenchStamped",
-    "disturbance": "geometry_msgs/msg/WrenchStamped",
-    "reference": "vessel_hsmc_msgs/msg/ReferenceState",
-    "reference/pose": "geometry_msgs/msg/PoseStamped",
-    "controller/state": "vessel_hsmc_msgs/msg/ControlState",
-    "/clock": "rosgraph_msgs/msg/Clock",
-}
+NAMES = "odom odom/truth dynamics/truth cmd_wrench applied_wrench disturbance reference reference/pose controller/state /clock"
+TYPES = {name: RECORDED_TOPICS[name] for name in NAMES.split()}
 STATUS = "diagnostic_msgs/msg/DiagnosticArray"
 PERIOD = 10_000_000
 

@@ -11,7 +11,7 @@ import yaml
 
 from vessel_hsmc_ros.cdr import MessageType
 from vessel_hsmc_ros.message_definitions import definition
-from vessel_hsmc_ros.parameters import WATCHED_TOPICS
+from vessel_hsmc_ros.topics import WATCHED_TOPICS
 
 LAYOUTS = Path(__file__).resolve().parents[2] / "config" / "live"
 

@@ -1,0 +1,34 @@
+"""The topics of a run and their types; names are relative to the nodes' namespace."""
+
+RECORDED_TOPICS = {
+    "odom": "nav_msgs/msg/Odometry",
+    "odom/truth": "nav_msgs/msg/Odometry",
+    "cmd_wrench": "geometry_msgs/msg/WrenchStamped",
+    "applied_wrench": "geometry_msgs/msg/WrenchStamped",
+    "disturbance": "geometry_msgs/msg/WrenchStamped",
+    "dynamics/truth": "geometry_msgs/msg/AccelStamped",
+    "reference": "vessel_hsmc_msgs/msg/ReferenceState",
+    "reference/pose": "geometry_msgs/msg/PoseStamped",
+    "goal_pose": "geometry_msgs/msg/PoseStamped",
+    "path": "nav_msgs/msg/Path",
+    "controller/state": "vessel_hsmc_msgs/msg/ControlState",
+    "controller/estimate": "nav_msgs/msg/Odometry",
+    "/clock": "rosgraph_msgs/msg/Clock",
+    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+    "/rosout": "rcl_interfaces/msg/Log",
+    "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
+}
+
+FOREIGN_TOPICS = ("goal_pose", "path")
+"""Of these, those that come from outside, with stamps of their own."""
+
+OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
+"""Of these, those that not every run has."""
+
+WATCHED_TOPICS = {
+    **RECORDED_TOPICS,
+    "markers": "visualization_msgs/msg/MarkerArray",
+    "ship/path": "nav_msgs/msg/Path",
+    "reference/path": "nav_msgs/msg/Path",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
