@@ -24,8 +24,8 @@ MODULES = {
 WATCHERS = {"markers": "vessel_hsmc_ros.marker_node", "live": "vessel_hsmc_ros.live_node"}
 """Nodes that only watch a run: they may fail without harm to it."""
 
-STOP_LIMIT, RECORDER_STOP_LIMIT = 2.0, 8.0
-"""Time a process gets to end by itself, s; then it is killed. The recorder has a bag to complete."""
+STOP_LIMIT = 8.0
+"""Time a process gets to end by itself, s; then it is killed. It is much, because a busy machine is no reason to fail."""
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _PR_SET_PDEATHSIG = 1
@@ -100,13 +100,13 @@ class NodeGroup:
 
     def stop(self) -> None:
         """Ask all but the recorder to end, then the recorder; kill whoever does not."""
-        self._stop([process for process in self.processes if process.name != "recorder"], STOP_LIMIT)
-        self._stop([process for process in self.processes if process.name == "recorder"], RECORDER_STOP_LIMIT)
+        self._stop([process for process in self.processes if process.name != "recorder"])
+        self._stop([process for process in self.processes if process.name == "recorder"])
 
-    def _stop(self, processes: Sequence[NodeProcess], limit: float) -> None:
+    def _stop(self, processes: Sequence[NodeProcess]) -> None:
         for process in processes:
             process.popen.send_signal(signal.SIGINT)
-        deadline = time.monotonic() + limit
+        deadline = time.monotonic() + STOP_LIMIT
         for process in processes:
             try:
                 process.popen.wait(max(0.0, deadline - time.monotonic()))
