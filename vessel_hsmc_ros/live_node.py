@@ -18,7 +18,7 @@ from vessel_hsmc_ros.exceptions import BagError, RunError
 from vessel_hsmc_ros.message_definitions import definition
 from vessel_hsmc_ros.parameters import LiveParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
-from vessel_hsmc_ros.topics import WATCHED_TOPICS
+from vessel_hsmc_ros.topics import FOREIGN_TOPICS, TYPES_OF_EVERY_NODE, WATCHED_TOPICS
 from vessel_hsmc_ros.vessel_node import OK, WATCHER_NICENESS, VesselNode, run_node
 
 _STAMP = struct.Struct("<iI")
@@ -63,6 +63,7 @@ class LiveNode(VesselNode):
         self._wishes = Wishes()
         self._context_of_clients = foxglove.Context()
         self._channels: dict[str, tuple[foxglove.Channel, Any]] = {}
+        self._foreign = {self.resolve_topic_name(topic) for topic in FOREIGN_TOPICS}
         self._missing = [self.resolve_topic_name(topic) for topic in p.topics if not self._offer_known(topic)]
         try:
             self._server = foxglove.start_server(
@@ -115,7 +116,8 @@ class LiveNode(VesselNode):
     def _subscribe(self, name: str) -> None:
         """Read a topic from now on; what nobody wants any more is dropped here."""
         channel, message_type = self._channels[name]
-        stamped = next(iter(message_type.get_fields_and_field_types().values()), "") in _STAMPED
+        of_the_run = channel.schema_name() not in TYPES_OF_EVERY_NODE and name not in self._foreign
+        stamped = of_the_run and next(iter(message_type.get_fields_and_field_types().values()), "") in _STAMPED
         lockstep, wanted = self.parameters.lockstep, self._wishes.topics
 
         def pass_on(data: bytes, info: dict[str, int]) -> None:

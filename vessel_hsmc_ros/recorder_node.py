@@ -19,7 +19,7 @@ from vessel_hsmc_ros.node_parameters import ParameterCollector
 from vessel_hsmc_ros.parameters import RecorderParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
 from vessel_hsmc_ros.topic_choice import TopicChoice
-from vessel_hsmc_ros.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS
+from vessel_hsmc_ros.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE
 from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
 
 FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
@@ -29,7 +29,6 @@ DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
 """When told to stop, go on until nothing new was there so many times, but no longer than this, s."""
 
 _STAMP = struct.Struct("<iI")
-_OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent")
 _STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
 
 
@@ -103,7 +102,7 @@ class RecorderNode(VesselNode):
 
     def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
         """The callback of a topic; where it has one publisher, its numbering must have no gap."""
-        p, of_a_vessel = self.parameters, topic.kind not in _OF_EVERY_NODE and topic.name not in self._foreign
+        p, of_a_vessel = self.parameters, topic.kind not in TYPES_OF_EVERY_NODE and topic.name not in self._foreign
         stamped = of_a_vessel and next(iter(kind.get_fields_and_field_types().values()), "") in _STAMPED
         numbered = of_a_vessel and alone
         expected = 1 if p.lockstep or p.recorded else 0

@@ -25,6 +25,9 @@ FOREIGN_TOPICS = ("goal_pose", "path")
 OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
 """Of these, those that not every run has."""
 
+TYPES_OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent")
+"""What every node publishes; its stamps are not the run's."""
+
 WATCHED_TOPICS = {
     **RECORDED_TOPICS,
     "markers": "visualization_msgs/msg/MarkerArray",

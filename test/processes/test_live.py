@@ -19,7 +19,7 @@ client = pytest.importorskip("websockets.sync.client")
 pytest.importorskip("foxglove")
 
 SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"]
-MESSAGE = 1
+MESSAGE, TIME = 1, 2
 DURATION = 3600.0
 """Longer than any run here lasts: its watcher ends it, having seen enough, s."""
 
@@ -48,8 +48,8 @@ def connect(port, command, end):
 
 
 def watch(connection, wanted, end):
-    """The first message on each of the wanted topics, decoded with the schema that the server sent."""
-    channels, found = {}, {}
+    """The first message on each of the wanted topics, decoded with the schema that the server sent, and the times it told."""
+    channels, found, times = {}, {}, []
     while wanted - found.keys():
         assert time.monotonic() < end, f"nothing came on {wanted - found.keys()}"
         received = connection.recv(timeout=max(0.1, end - time.monotonic()))
@@ -60,12 +60,14 @@ def watch(connection, wanted, end):
                     channels[channel["id"]] = channel
                     pair = {"id": channel["id"], "channelId": channel["id"]}
                     connection.send(json.dumps({"op": "subscribe", "subscriptions": [pair]}))
+        elif received[0] == TIME:
+            times.append(*struct.unpack("<Q", received[1:]))
         elif received[0] == MESSAGE:
             subscription, stamp = struct.unpack_from("<IQ", received, 1)
             channel = channels[subscription]
             if channel["topic"] not in found:  # a client slower than the run falls ever further behind
                 found[channel["topic"]] = stamp, decoded(channel, received[13:])
-    return found
+    return found, times
 
 
 def decoded(channel, data):
@@ -81,13 +83,15 @@ def test_a_client_receives_decodable_messages_and_the_run_loses_nothing(tmp_path
     end = time.monotonic() + DEADLINE
     try:
         with connect(port, command, end) as connection:
-            found = watch(connection, {"/odom", "/controller/state", "/markers", "/ship/path"}, end)
+            wanted = {"/odom", "/controller/state", "/diagnostics", "/markers", "/ship/path"}
+            found, times = watch(connection, wanted, end)
         command.popen.send_signal(signal.SIGINT)
         assert command.wait(DEADLINE) == 128 + signal.SIGINT, command.text
     finally:
         command.kill()
     stamp, odometry = found["/odom"]
     assert stamp == odometry.header.stamp.sec * 10**9 + odometry.header.stamp.nanosec  # simulated time
+    assert times == sorted(times)
     assert len(found["/markers"][1].markers[0].points) % 3 == 0
 
     bag = open_bag(next((tmp_path / "runs").iterdir()) / "bag")
