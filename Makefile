@@ -24,9 +24,10 @@ verdict: setup  ## the same, into docs: claims.md, results.json and the pictures
 	@cp build/reproduce/claims.md build/reproduce/results.json docs/
 	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
 
-# Builds and pure tests share the cores; those with nodes have them for themselves, because they measure time.
+# Builds and pure tests share the cores, file by file, since a file's fixtures are made once a process; those with nodes have
+# the cores for themselves, because they measure time.
 test: setup  ## run all tests
-	@$(BIN)/python -m pytest --numprocesses 2 test/processes/test_install.py test/maths test/files
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile test/processes/test_install.py test/maths test/files
 	@$(BIN)/python -m pytest --ignore test/processes/test_install.py test/nodes test/processes
 
 golden: setup  ## run every scenario, show what changed since its golden run, record it
