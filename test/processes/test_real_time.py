@@ -32,9 +32,9 @@ def finish(command, deadline):
     return read_recording(folder / "bag", SHIP), json.loads((folder / "run.json").read_text())
 
 
-def test_a_real_time_run_keeps_its_rate(start):
-    """The best of three: what else the machine does can only make it late."""
-    for _ in range(3):
+def test_a_real_time_run_keeps_its_rate_and_follows_the_lockstep_run(start):
+    """The best of five: what else the machine does can only make it late."""
+    for _ in range(5):
         command = begin(start, 8)
         recording, summary = finish(command, 40.0)
         if in_time := summary["missed_periods"] <= 8 and summary["real_time_factor"] == pytest.approx(1.0, abs=0.02):
@@ -48,16 +48,12 @@ def test_a_real_time_run_keeps_its_rate(start):
     intervals = np.diff(run.control["time"])
     assert np.median(intervals) == pytest.approx(0.01, rel=0.01)
     assert "/clock" not in recording.messages
+    offline = simulate(load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 8.0}))
+    distance, expected = (position_error(r.state, r.reference)[-1] for r in (run, offline))
+    assert distance == pytest.approx(expected, rel=0.02)
     folder = folder_of(command)
     assert (folder / "figures" / "jitter.png").read_bytes().startswith(b"\x89PNG")
     assert 'id="jitter"' in (folder / "report.html").read_text(encoding="utf-8")
-
-
-def test_a_real_time_run_follows_the_lockstep_run(start):
-    recording, _ = finish(begin(start, 10), 40.0)
-    offline = simulate(load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 10.0}))
-    distance, expected = (position_error(r.state, r.reference)[-1] for r in (recording.run, offline))
-    assert distance == pytest.approx(expected, rel=0.1)
 
 
 def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start):
