@@ -78,14 +78,14 @@ def test_in_real_time_the_laws_clock_is_simulated_time_where_there_is_one(bench,
 
 
 def test_in_real_time_silence_makes_the_wrench_zero_after_a_fraction_of_a_second(bench, sea):
-    bench.start(ControllerNode, lockstep=False, input_timeout=0.2)
+    bench.start(ControllerNode, lockstep=False, input_timeout=0.5)
     bench.until(lambda: sea.wrench() and any(sea.wrench()))
     sea.silent, began = True, sea.now()
-    bench.until(lambda: not any(sea.wrench()), deadline=2.0)
+    bench.until(lambda: not any(sea.wrench()), deadline=5.0)
     zero_at = next(m.header.stamp for m in reversed(sea.commands) if any(conv.read_wrench(m)))
-    assert 0.1 < 1e-9 * (conv.nanoseconds(zero_at) - began) < 0.5
+    assert 0.3 < 1e-9 * (conv.nanoseconds(zero_at) - began) < 1.0
     bench.until(lambda: sea.status() and sea.status().level == DiagnosticStatus.ERROR)
-    assert sea.status().message == "no odometry for 0.2 s: the wrench is zero"
+    assert sea.status().message == "no odometry for 0.5 s: the wrench is zero"
     sea.silent = False
     bench.until(lambda: any(sea.wrench()))
 

@@ -194,7 +194,7 @@ def test_in_real_time_steps_come_at_their_rate_without_a_controller(bench):
 
 def test_in_real_time_a_bad_command_is_ignored_and_an_old_one_runs_out(bench):
     helm = Helm(bench, lockstep=False)
-    bench.start(VesselSimNode, lockstep=False, command_timeout=0.25)
+    bench.start(VesselSimNode, lockstep=False, command_timeout=1.0)
     bench.until(lambda: helm.commands.get_subscription_count() and len(helm.applied) > 3)
     helm.command(0, force=1e5)
     bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (1e5, 0.0))
@@ -202,7 +202,7 @@ def test_in_real_time_a_bad_command_is_ignored_and_an_old_one_runs_out(bench):
     helm.command(0, moment=math.inf)
     bench.spin(0.1)
     assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
-    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (0.0, 0.0), deadline=1.0)
+    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (0.0, 0.0), deadline=5.0)
     assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
 
 
