@@ -108,9 +108,9 @@ def test_the_table_and_the_summary_tell_how_it_went(recorded):
 
 
 def test_start_up_takes_less_than_three_seconds(recorded, tmp_path):
-    """On a machine that starts a bare rclpy node in half a second; on a slower one in proportion. The best of three counts."""
+    """Or, on a busy machine, than five bare rclpy nodes take one after the other. The best of three counts."""
     folders = [recorded[1]]
-    while (told := start_up(folders[-1])) >= (limit := 6.0 * max(0.5, bare_node())) and len(folders) < 3:
+    while (told := start_up(folders[-1])) >= (limit := max(3.0, 5.0 * bare_node())) and len(folders) < 3:
         folders.append(run(tmp_path / str(len(folders)))[1])
     assert 0.0 < told < limit
 
