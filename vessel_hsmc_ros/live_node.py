@@ -5,24 +5,19 @@ waited for by one that runs already.
 """
 
 import os
-import struct
 import sys
-from importlib import import_module
 from typing import Any
 
 import foxglove
 from foxglove.websocket import Capability, ServerListener
 
-from vessel_hsmc_ros import qos
+from vessel_hsmc_ros import qos, raw_message
 from vessel_hsmc_ros.exceptions import BagError, RunError
 from vessel_hsmc_ros.message_definitions import definition
 from vessel_hsmc_ros.parameters import LiveParameters
 from vessel_hsmc_ros.timing import NANOSECONDS
 from vessel_hsmc_ros.topics import FOREIGN_TOPICS, TYPES_OF_EVERY_NODE, WATCHED_TOPICS
 from vessel_hsmc_ros.vessel_node import OK, WATCHER_NICENESS, VesselNode, run_node
-
-_STAMP = struct.Struct("<iI")
-_STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
 
 NEW_RUN = 10 * NANOSECONDS
 """A stamp that is further back than this is a new run's; one that is a little older than the last is only late."""
@@ -103,10 +98,9 @@ class LiveNode(VesselNode):
 
     def _offer(self, name: str, kind: str) -> bool:
         """Whether the topic can be offered: its type must be installed."""
-        package, _, message = kind.split("/")
         try:
             schema = foxglove.Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
-            message_type = getattr(import_module(f"{package}.msg"), message)
+            message_type = raw_message.message_class(kind)
         except (BagError, ImportError):
             return False
         channel = foxglove.Channel(name, schema=schema, message_encoding="cdr", context=self._context_of_clients)
@@ -117,7 +111,7 @@ class LiveNode(VesselNode):
         """Read a topic from now on; what nobody wants any more is dropped here."""
         channel, message_type = self._channels[name]
         of_the_run = channel.schema_name() not in TYPES_OF_EVERY_NODE and name not in self._foreign
-        stamped = of_the_run and next(iter(message_type.get_fields_and_field_types().values()), "") in _STAMPED
+        stamped = of_the_run and raw_message.begins_with_stamp(message_type)
         lockstep, wanted = self.parameters.lockstep, self._wishes.topics
 
         def pass_on(data: bytes, info: dict[str, int]) -> None:
@@ -127,8 +121,7 @@ class LiveNode(VesselNode):
             if not lockstep:
                 stamp = info["received_timestamp"]
             elif stamped:
-                sec, nanosec = _STAMP.unpack_from(data, 4)
-                stamp = sec * NANOSECONDS + nanosec
+                stamp = raw_message.stamp(data)
             channel.log(bytes(data), log_time=stamp)
             # Viewers take a time that goes back for a jump, and clear what they show.
             self.stamp = stamp if stamp < self.stamp - NEW_RUN else max(stamp, self.stamp)

@@ -1,17 +1,15 @@
 """The recorder node: every message of its topics as it came over the wire, into an MCAP bag."""
 
 import os
-import struct
 import sys
 import time
 from contextlib import suppress
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
-from vessel_hsmc_ros import qos
+from vessel_hsmc_ros import qos, raw_message
 from vessel_hsmc_ros.bag import PARAMETERS, SCENARIO, BagWriter, Splitting, Topic, qos_entry
 from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.message_definitions import definition
@@ -27,9 +25,6 @@ FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
 
 DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
 """When told to stop, go on until nothing new was there so many times, but no longer than this, s."""
-
-_STAMP = struct.Struct("<iI")
-_STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
 
 
 class RecorderNode(VesselNode):
@@ -85,10 +80,9 @@ class RecorderNode(VesselNode):
         if len(kinds) > 1:
             self.get_logger().warning(f"{name} has publishers of {', '.join(kinds)}: it is not recorded")
             return
-        package, _, message = kinds[0].split("/")
         try:
             topic = Topic(name, kinds[0], definition(kinds[0]), str(publishers[0].topic_type_hash), _offered(publishers))
-            kind = getattr(import_module(f"{package}.msg"), message)
+            kind = raw_message.message_class(kinds[0])
         except (BagError, ImportError) as error:
             self.get_logger().warning(f"{name} is not recorded: {error}")
             return
@@ -103,7 +97,7 @@ class RecorderNode(VesselNode):
     def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
         """The callback of a topic; where it has one publisher, its numbering must have no gap."""
         p, of_a_vessel = self.parameters, topic.kind not in TYPES_OF_EVERY_NODE and topic.name not in self._foreign
-        stamped = of_a_vessel and next(iter(kind.get_fields_and_field_types().values()), "") in _STAMPED
+        stamped = of_a_vessel and raw_message.begins_with_stamp(kind)
         numbered = of_a_vessel and alone
         expected = 1 if p.lockstep or p.recorded else 0
         lockstep, sim_time, writer = p.lockstep, self._sim_time, self._writer
@@ -117,8 +111,7 @@ class RecorderNode(VesselNode):
                 expected = number + 1
             if lockstep:
                 if stamped:
-                    sec, nanosec = _STAMP.unpack_from(data, 4)
-                    self.stamp = sec * NANOSECONDS + nanosec
+                    self.stamp = raw_message.stamp(data)
                 received = sent = self.stamp
             else:
                 received = self.now() if sim_time else info["received_timestamp"]

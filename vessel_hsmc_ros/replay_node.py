@@ -4,7 +4,6 @@ import itertools
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 from rclpy.executors import SingleThreadedExecutor
@@ -16,6 +15,7 @@ from std_srvs.srv import SetBool
 from vessel_hsmc_ros import conversions, qos
 from vessel_hsmc_ros.exceptions import BagError
 from vessel_hsmc_ros.open_bag import Bag, RawMessage
+from vessel_hsmc_ros.raw_message import message_class
 from vessel_hsmc_ros.series import Series
 from vessel_hsmc_ros.timing import NANOSECONDS, seconds
 
@@ -113,9 +113,8 @@ class ReplayNode(Node):
 
     def _publisher(self, series: Series) -> Publisher | None:
         """A publisher of a topic's type and quality; None with a warning where the type is not installed."""
-        package, _, name = series.type.split("/")
         try:
-            kind = getattr(import_module(f"{package}.msg"), name)
+            kind = message_class(series.type)
         except (ImportError, AttributeError):
             self.get_logger().warning(f"{series.name} is not published: {series.type} is not installed")
             return None
