@@ -27,8 +27,8 @@ verdict: setup  ## the same, into docs: claims.md, results.json and the pictures
 # Builds and pure tests share the cores, file by file, since a file's fixtures are made once a process; those with nodes have
 # the cores for themselves, because they measure time.
 test: setup  ## run all tests
-	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile test/processes/test_install.py test/maths test/files
-	@$(BIN)/python -m pytest --ignore test/processes/test_install.py test/nodes test/processes
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --ignore test/nodes --ignore test/processes
+	@$(BIN)/python -m pytest test/nodes test/processes
 
 golden: setup  ## run every scenario, show what changed since its golden run, record it
 	@$(BIN)/python test/golden/refresh.py

@@ -1,6 +1,7 @@
 """Installs the nodes, the command and the data files, for colcon and for pip alike."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -24,7 +25,7 @@ def data_files() -> list[tuple[str, list[str]]]:
 
 setup(
     name=PACKAGE,
-    version="0.1.0",
+    version=ElementTree.parse("package.xml").findtext("version"),  # noqa: S314 - our own file
     description="Hierarchical sliding-mode control of underactuated ships over ROS 2",
     license="Apache-2.0",
     maintainer="vessel_hsmc_ros maintainers",
@@ -45,12 +46,12 @@ setup(
     entry_points={
         "console_scripts": [
             "vessel_sim_node = vessel_sim_node.node:main",
-            "reference_ship_node = vessel_hsmc_ros.reference_ship_node:main",
-            "controller_node = vessel_hsmc_ros.controller_node:main",
-            "recorder_node = vessel_hsmc_ros.recorder_node:main",
-            "marker_node = vessel_hsmc_ros.marker_node:main",
-            "live_node = vessel_hsmc_ros.live_node:main",
-            "vessel-hsmc = vessel_hsmc_ros.cli:main",
+            "reference_ship_node = vessel_hsmc_ros.nodes.reference_ship:main",
+            "controller_node = vessel_hsmc_ros.nodes.controller:main",
+            "recorder_node = vessel_hsmc_ros.nodes.recorder:main",
+            "marker_node = vessel_hsmc_ros.nodes.markers:main",
+            "live_node = vessel_hsmc_ros.nodes.live:main",
+            "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ]
     },
 )

@@ -16,8 +16,8 @@ from mcap.writer import CompressionType, Writer
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.bag import BagWriter, Topic
-from vessel_hsmc_ros.open_bag import Bag, RawMessage, open_bag
+from vessel_hsmc_ros.bags.reader import Bag, RawMessage, open_bag
+from vessel_hsmc_ros.bags.writer import BagWriter, Topic
 
 PERIOD = 10_000_000
 MILLION = 1_000_000
@@ -36,7 +36,7 @@ def main() -> None:
 
 def recorded(folder: Path) -> Bag:
     """A recorded run of case 2, 60 s."""
-    command = [sys.executable, "-m", "vessel_hsmc_ros.cli", "run", "case2_tracking", "--output", str(folder / "recorded")]
+    command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", str(folder / "recorded")]
     command += ["--set", "vessel_sim.duration=60"]
     if not (folder / "recorded").exists():
         subprocess.run(command, check=True, timeout=120.0, capture_output=True)

@@ -17,11 +17,11 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.compare import Outcome, Task, compare
+from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.metrics import rms
-from vessel_hsmc_ros.suite import Row, load_suite
+from vessel_hsmc_ros.runs.comparison import Outcome, Task, compare
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 RATES = (10.0, 50.0, 100.0)
 LAWS = ("hierarchical", "guided")

@@ -23,9 +23,9 @@ from rich.console import Console
 from rich.table import Table
 from rosbags.highlevel import AnyReader
 
-from vessel_hsmc_ros.bag_repair import is_complete, repair
-from vessel_hsmc_ros.open_bag import open_bag
-from vessel_hsmc_ros.verification import verify
+from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.repair import is_complete, repair
+from vessel_hsmc_ros.runs.verification import verify
 
 PERIOD = 10_000_000
 console = Console()
@@ -78,7 +78,7 @@ def kill(folder: Path, moment: float) -> tuple[list[str], bool]:
 
 def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
     """Run case 2, hear its odometry from outside until a moment, kill all; when each stamp was heard, the kill's time last."""
-    command = [sys.executable, "-m", "vessel_hsmc_ros.cli", "run", "case2_tracking", "--output", str(folder / "runs")]
+    command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", str(folder / "runs")]
     with (folder / "output.txt").open("wb") as output:
         run = subprocess.Popen(command, stdout=output, stderr=output)
     node = rclpy.create_node("witness")

@@ -123,7 +123,7 @@ def echo() -> None:
 def lockstep_step() -> float:
     """Seconds of one step of case 2, from the plant's own account of its run."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "vessel_hsmc_ros.cli", "run", "case2_tracking", "--output", folder]
+        command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", folder]
         command += ["--set", f"vessel_sim.duration={DURATION}"]
         subprocess.run(command, check=True, timeout=LIMIT, capture_output=True)
         (summary,) = Path(folder).glob("*/run.json")

@@ -18,12 +18,12 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
+from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import KnownVessel
-from vessel_hsmc_ros.observer import Observer
-from vessel_hsmc_ros.observer_parameters import ObserverParameters
-from vessel_hsmc_ros.run_data import Run
-from vessel_hsmc_ros.suite import Row, Verdict, judge, load_suite
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.scenario.suite import Row, Verdict, judge, load_suite
 
 UPDATES = 5000
 GENTLE = ("position_gain", "heading_surface_slope", "sway_share")

@@ -16,17 +16,17 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-TESTS = Path(__file__).resolve().parents[1] / "test" / "files"
+TESTS = Path(__file__).resolve().parents[1] / "test" / "support"
 sys.path.insert(0, str(TESTS))
 
 import bag_making  # noqa: E402
 import browser  # noqa: E402
 
-from vessel_hsmc_ros.bag import SCENARIO, BagWriter  # noqa: E402
-from vessel_hsmc_ros.cdr import MessageType  # noqa: E402
-from vessel_hsmc_ros.message_definitions import definition  # noqa: E402
-from vessel_hsmc_ros.open_bag import open_bag  # noqa: E402
-from vessel_hsmc_ros.scenario import dump_scenario, load_scenario  # noqa: E402
+from vessel_hsmc_ros.bags.cdr_columns import MessageType  # noqa: E402
+from vessel_hsmc_ros.bags.reader import open_bag  # noqa: E402
+from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter  # noqa: E402
+from vessel_hsmc_ros.messages.definitions import definition  # noqa: E402
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario  # noqa: E402
 
 LIMITS = {"time": 90.0, "memory": 1e9, "size": 20e6}
 BLOCK = 5000

@@ -10,10 +10,10 @@ same for the second quarter, not below 1 cm, so that settling counts too. Noise 
 import math
 from concurrent.futures import ProcessPoolExecutor
 
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.exceptions import VesselHsmcError
+from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import LosPidParameters
-from vessel_hsmc_ros.metrics import position_error, rms
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 TEXTBOOK = {
     "lookahead_time": 6.0,

@@ -22,9 +22,9 @@ from rich.table import Table
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
-from vessel_hsmc_ros.processes import NodeGroup
-from vessel_hsmc_ros.scenario import dump_scenario, for_nodes, load_scenario
-from vessel_hsmc_ros.status_listener import StatusListener
+from vessel_hsmc_ros.nodes.status_listener import StatusListener
+from vessel_hsmc_ros.runs.processes import NodeGroup
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
 
 DURATION = 100.0
 PORT = 8765

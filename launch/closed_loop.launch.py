@@ -11,11 +11,11 @@ from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
+from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.processes import PROFILES
-from vessel_hsmc_ros.run_folder import make_run_folder
-from vessel_hsmc_ros.scenario import for_nodes, load_scenario, scenario_names
-from vessel_hsmc_ros.share import share_directory
+from vessel_hsmc_ros.runs.processes import PROFILES
+from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario, scenario_names
 
 EXECUTABLES = {
     "recorder": "recorder_node",

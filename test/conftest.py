@@ -1,4 +1,4 @@
-"""Each pytest process has a ROS domain of its own, and nodes that find each other fast."""
+"""Each pytest process has a ROS domain of its own, nodes find each other fast, and each test bears the mark of its kind."""
 
 import os
 from pathlib import Path
@@ -22,3 +22,21 @@ def ros_domain():
     with domain_id() as domain:
         os.environ["ROS_DOMAIN_ID"] = str(domain)
         yield domain
+
+
+KINDS = {
+    "core": "pure",
+    "laws": "pure",
+    "control": "pure",
+    "plant": "pure",
+    "reference": "pure",
+    "nodes": "nodes",
+    "processes": "processes",
+}
+"""The mark of the tests in each folder; what is not named here works on files."""
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        folder = item.path.relative_to(ROOT / "test").parts[0]
+        item.add_marker(KINDS.get(folder, "files"))

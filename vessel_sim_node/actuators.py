@@ -11,7 +11,7 @@
 import math
 from dataclasses import dataclass
 
-from vessel_hsmc_ros.schema import parameter
+from vessel_hsmc_ros.core.schema import parameter
 
 
 def lag(what: str) -> float:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vessel_hsmc_ros.schema import parameter
+from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.plant import Vessel
 
 Wrench = tuple[float, float, float]

@@ -9,11 +9,12 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
-from vessel_hsmc_ros import conversions, qos
-from vessel_hsmc_ros.exceptions import SimulationError
-from vessel_hsmc_ros.parameters import SimParameters
-from vessel_hsmc_ros.timing import RateGrid, seconds
-from vessel_hsmc_ros.vessel_node import OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.scenario.parameters import SimParameters
 from vessel_sim_node.simulator import Simulator, check_command
 
 NO_WRENCH = (0.0, 0.0)

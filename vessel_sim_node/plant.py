@@ -34,8 +34,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.schema import parameter
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.schema import parameter
-from vessel_hsmc_ros.timing import RateGrid
+from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.core.timing import RateGrid
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vessel_hsmc_ros.exceptions import SimulationError
-from vessel_hsmc_ros.schema import group, parameter
-from vessel_hsmc_ros.timing import seconds
+from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters, Actuators
 from vessel_sim_node.disturbance import (
     CurrentParameters,

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.schema import parameter
+from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.disturbance import Wrench
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 
-from vessel_hsmc_ros.open_bag import open_bag
+from vessel_hsmc_ros.bags.reader import open_bag
 
 
 def main(path: str) -> None:

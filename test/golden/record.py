@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.metrics import evaluate, heading_error, position_error, rms
+from vessel_hsmc_ros.core.metrics import evaluate, heading_error, position_error, rms
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 FOLDER = Path(__file__).parent
 TIMES = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, *range(20, 401, 20))

@@ -8,7 +8,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from golden.record import FOLDER, changed_figures, deviations, load, record_of, save
 
-from vessel_hsmc_ros.scenario import scenario_names
+from vessel_hsmc_ros.scenario.scenario import scenario_names
 
 
 def changes(old, new):

@@ -8,7 +8,7 @@ from driving import Plant
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
-from vessel_hsmc_ros import qos
+from vessel_hsmc_ros.nodes import qos
 
 DEADLINE = 10.0
 
@@ -78,9 +78,3 @@ def bench():
 @pytest.fixture
 def plant(bench):
     return Plant(bench)
-
-
-def pytest_collection_modifyitems(items):
-    for item in items:
-        if "/nodes/" in str(item.path):
-            item.add_marker(pytest.mark.ros)

@@ -9,9 +9,9 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import qos
-from vessel_hsmc_ros.controller_node import ControllerNode
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.controller import ControllerNode
 
 
 class Sea(Plant):

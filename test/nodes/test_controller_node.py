@@ -9,16 +9,16 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import Trigger
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.controller_node import ControllerNode
-from vessel_hsmc_ros.exceptions import ControlError, ParameterError
-from vessel_hsmc_ros.kinematics import as_published
+from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.core.kinematics import as_published
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
 from vessel_hsmc_ros.laws.terms import diagnosed
-from vessel_hsmc_ros.observer import Observer
-from vessel_hsmc_ros.observer_parameters import ObserverParameters
-from vessel_hsmc_ros.parameters import ControllerParameters
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
 
 def test_each_odometry_is_answered_with_its_stamp_once_the_reference_is_there(bench, plant):

@@ -5,8 +5,8 @@ import pytest
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
-from vessel_hsmc_ros import qos
-from vessel_hsmc_ros.executor import SERVICE_PERIOD, DirectExecutor
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
 
 
 @pytest.mark.parametrize("poll_period", [0.0, 0.01])

@@ -10,9 +10,9 @@ from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import qos
-from vessel_hsmc_ros.reference_ship_node import ReferenceShipNode
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 
 RATE_HZ, STEP = 20.0, 50_000_000
 START = [0.0, 0.0, math.radians(170.0)]

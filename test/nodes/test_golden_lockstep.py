@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from golden.record import deviations, load, rows
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.controller_node import ControllerNode
-from vessel_hsmc_ros.reference_ship_node import ReferenceShipNode
-from vessel_hsmc_ros.scenario import scenario_names
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_sim_node.node import VesselSimNode
 
 CHANGES = {"vessel_sim.duration": 1.0}

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 import rclpy
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import qos, schema
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.controller_node import ControllerNode
-from vessel_hsmc_ros.reference_ship_node import ReferenceShipNode
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_sim_node.node import VesselSimNode
 
 NODES = {"vessel_sim": VesselSimNode, "reference_ship": ReferenceShipNode, "controller": ControllerNode}

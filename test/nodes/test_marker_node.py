@@ -7,9 +7,9 @@ from nav_msgs.msg import Odometry, Path
 from vessel_hsmc_msgs.msg import ReferenceState
 from visualization_msgs.msg import Marker, MarkerArray
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import qos
-from vessel_hsmc_ros.marker_node import SPACING, MarkerNode
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.markers import SPACING, MarkerNode
 
 STEP = 10_000_000
 

@@ -7,11 +7,11 @@ from rosbags.highlevel import AnyReader
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import qos, recorder_node
-from vessel_hsmc_ros.exceptions import BagError, ParameterError
-from vessel_hsmc_ros.open_bag import open_bag
-from vessel_hsmc_ros.recorder_node import RecorderNode
+from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.core.exceptions import BagError, ParameterError
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos, recorder
+from vessel_hsmc_ros.nodes.recorder import RecorderNode
 
 
 def wrench(k):
@@ -199,7 +199,7 @@ def test_a_type_that_is_not_installed_is_left_out_with_a_warning(bench, tmp_path
     def missing(kind):
         raise BagError(f"message type {kind} is not installed")
 
-    monkeypatch.setattr(recorder_node, "definition", missing)
+    monkeypatch.setattr(recorder, "definition", missing)
     bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path)
     bench.until(told)

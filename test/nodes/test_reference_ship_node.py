@@ -5,11 +5,11 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import qos
-from vessel_hsmc_ros.kinematics import as_published
-from vessel_hsmc_ros.reference_ship import ReferenceShip, VirtualShipParameters
-from vessel_hsmc_ros.reference_ship_node import ReferenceShipNode
+from vessel_hsmc_ros.core.kinematics import as_published
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
+from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 
 STEP = 10_000_000
 

@@ -9,11 +9,12 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros import conversions, qos
-from vessel_hsmc_ros.bag import BagWriter
-from vessel_hsmc_ros.exceptions import BagError
-from vessel_hsmc_ros.open_bag import open_bag
-from vessel_hsmc_ros.replay_node import Playing, ReplayNode
+from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.writer import BagWriter
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.replay import Playing, ReplayNode
 
 STEPS = 30
 KINDS = {"/odom": Odometry, "/cmd_wrench": WrenchStamped, "/controller/state": ControlState, "/clock": Clock}

@@ -9,9 +9,9 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
-from vessel_hsmc_ros import conversions as conv
-from vessel_hsmc_ros import qos
-from vessel_hsmc_ros.exceptions import ParameterError, SimulationError
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
 from vessel_sim_node.node import VesselSimNode
 from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 

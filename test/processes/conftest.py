@@ -20,9 +20,3 @@ def start(tmp_path):
     for command in commands:
         if command.popen.poll() is None:
             command.kill()
-
-
-def pytest_collection_modifyitems(items):
-    for item in items:
-        if "/processes/" in str(item.path):
-            item.add_marker(pytest.mark.processes)

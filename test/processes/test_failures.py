@@ -15,8 +15,9 @@ from mcap_ros2.reader import read_ros2_messages
 from nav_msgs.msg import Odometry
 from rosbags.highlevel import AnyReader
 
-from vessel_hsmc_ros import conversions, qos
-from vessel_hsmc_ros.processes import MODULES
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.runs.processes import MODULES
 
 WELL_UNDER_WAY = 1_500_000
 """Bytes of a bag that holds more than the 500 steps that are asked for below; a step takes some 1250."""

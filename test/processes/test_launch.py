@@ -20,8 +20,8 @@ from launch_testing.asserts import assertExitCodes  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 from rosbags.highlevel import AnyReader  # noqa: E402
 
-from vessel_hsmc_ros import qos  # noqa: E402
-from vessel_hsmc_ros.share import share_directory  # noqa: E402
+from vessel_hsmc_ros.core.install_paths import share_directory  # noqa: E402
+from vessel_hsmc_ros.nodes import qos  # noqa: E402
 
 OUTPUT = Path(tempfile.mkdtemp(prefix="launched_"))
 SCENARIO = OUTPUT / "ten_seconds.yaml"

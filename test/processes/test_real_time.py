@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from harness import run_folder
 
-from vessel_hsmc_ros.bag_reading import read_recording
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.metrics import position_error
+from vessel_hsmc_ros.bags.bag_reading import read_recording
+from vessel_hsmc_ros.core.metrics import position_error
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_sim_node.plant import VesselParameters
 
 SHIP = VesselParameters().coefficients()

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from harness import BIN
 
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.open_bag import open_bag
-from vessel_hsmc_ros.run_data import Run
+from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 DURATION = 8.0
 

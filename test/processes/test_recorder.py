@@ -13,9 +13,10 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from readers import READERS
 
-from vessel_hsmc_ros import conversions, qos
-from vessel_hsmc_ros.bag_repair import is_complete, repair
-from vessel_hsmc_ros.open_bag import open_bag
+from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.repair import is_complete, repair
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
 
 PERIOD = 10_000_000
 
@@ -97,7 +98,7 @@ def test_a_killed_recorder_leaves_all_but_the_last_second_to_any_reader(start, w
     command = start("vessel-hsmc", "run", "case2_tracking")
     witness.until(command, int(moment * 1e9))
     nodes = children(command.popen.pid)
-    assert any("vessel_hsmc_ros.recorder_node" in command_line(pid) for pid in nodes)
+    assert any("vessel_hsmc_ros.nodes.recorder" in command_line(pid) for pid in nodes)
     killed_at = time.monotonic()
     for pid in (command.popen.pid, *nodes):
         os.kill(pid, signal.SIGKILL)

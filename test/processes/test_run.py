@@ -15,13 +15,13 @@ from harness import BIN
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.highlevel import AnyReader
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.bag import SCENARIO
-from vessel_hsmc_ros.bag_reading import read_recording
-from vessel_hsmc_ros.closed_loop import load_scenario, simulate
-from vessel_hsmc_ros.open_bag import open_bag
-from vessel_hsmc_ros.parameters import NODES
-from vessel_hsmc_ros.run_data import Run
+from vessel_hsmc_ros.bags.bag_reading import read_recording
+from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.writer import SCENARIO
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_sim_node.plant import VesselParameters
 
 DURATION = 20.0

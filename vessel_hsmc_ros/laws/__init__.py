@@ -3,8 +3,8 @@
 import dataclasses
 from typing import Any, NamedTuple
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.exceptions import ParameterError
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws.course import CourseController, CourseLawParameters
 from vessel_hsmc_ros.laws.guided import GuidedController
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters

@@ -22,16 +22,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.kinematics import wrap
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.network import NetworkParameters, activations, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
 from vessel_hsmc_ros.laws.terms import Terms
-from vessel_hsmc_ros.network import NetworkParameters, activations, output
-from vessel_hsmc_ros.schema import group, parameter
 
 Array = NDArray[np.float64]
 

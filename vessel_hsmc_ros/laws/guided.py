@@ -25,15 +25,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.kinematics import TURN, tracking_error, transform
+from vessel_hsmc_ros.core.kinematics import TURN, tracking_error, transform
 from vessel_hsmc_ros.laws import guidance
 from vessel_hsmc_ros.laws.guidance import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.network import activations
 from vessel_hsmc_ros.laws.predictor import Motion, correct, predict
 from vessel_hsmc_ros.laws.terms import Terms
-from vessel_hsmc_ros.network import activations
 
 Array = NDArray[np.float64]
 

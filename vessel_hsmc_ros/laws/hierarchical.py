@@ -28,15 +28,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.exceptions import ControlError
-from vessel_hsmc_ros.kinematics import tracking_error, transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.kinematics import tracking_error, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.network import activations, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import switch
 from vessel_hsmc_ros.laws.terms import Terms
-from vessel_hsmc_ros.network import activations, output
 
 Array = NDArray[np.float64]
 

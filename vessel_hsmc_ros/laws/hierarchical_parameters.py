@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.network import NetworkParameters
 from vessel_hsmc_ros.laws.switching import SWITCHING
-from vessel_hsmc_ros.network import NetworkParameters
-from vessel_hsmc_ros.schema import group, parameter
 
 
 def gain(default: float, description: str, unit: str, symbol: str) -> float:

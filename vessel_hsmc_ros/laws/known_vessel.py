@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vessel_hsmc_ros.schema import parameter
+from vessel_hsmc_ros.core.schema import parameter
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.kinematics import tracking_error, transform, wrap
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.kinematics import tracking_error, transform, wrap
+from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
-from vessel_hsmc_ros.schema import parameter
 
 Array = NDArray[np.float64]
 

@@ -22,14 +22,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.exceptions import ControlError
-from vessel_hsmc_ros.kinematics import tracking_error, transform, wrap
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.kinematics import tracking_error, transform, wrap
+from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.nmpc_model import Model, ModelParameters, compile_horizon
 from vessel_hsmc_ros.laws.terms import Terms
-from vessel_hsmc_ros.schema import group, parameter
 
 Array = NDArray[np.float64]
 

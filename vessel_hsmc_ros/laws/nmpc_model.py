@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.exceptions import ParameterError
-from vessel_hsmc_ros.schema import parameter
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
 

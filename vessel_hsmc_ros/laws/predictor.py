@@ -16,7 +16,7 @@ heading have one pole each.
 import math
 from typing import NamedTuple
 
-from vessel_hsmc_ros.kinematics import TURN
+from vessel_hsmc_ros.core.kinematics import TURN
 
 
 class Motion(NamedTuple):

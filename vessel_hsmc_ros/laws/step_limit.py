@@ -17,7 +17,7 @@ The ship's own damping d moves the limit by a share of (d·T)²/12, a millionth 
 
 from typing import Any
 
-from vessel_hsmc_ros.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import ParameterError
 
 LIMIT = 2.0
 

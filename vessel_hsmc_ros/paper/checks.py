@@ -1,5 +1,6 @@
 """How a claim is judged: numbers of runs against thresholds, all of which must be met."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -72,4 +73,4 @@ class Claim:
 
 def figure(value: float) -> str:
     """A number with three significant digits, for people; `never` for one that does not exist."""
-    return "never" if value != value else f"{value:.3g}"
+    return "never" if math.isnan(value) else f"{value:.3g}"

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.run_data import Run
+from vessel_hsmc_ros.core.run_data import Run
 
 mpl.use("Agg")
 

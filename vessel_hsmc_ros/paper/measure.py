@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros import schema
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.metrics import heading_error, position_error, rms
+from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import HierarchicalParameters
-from vessel_hsmc_ros.metrics import heading_error, position_error, rms
-from vessel_hsmc_ros.network import activations
+from vessel_hsmc_ros.laws.network import activations
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
 from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error
-from vessel_hsmc_ros.run_data import Run
 from vessel_sim_node.plant import Vessel
 
 Array = NDArray[np.float64]

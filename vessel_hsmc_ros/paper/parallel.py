@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
 from typing import Any
 
-from vessel_hsmc_ros.exceptions import RunError
+from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.paper.case_run import Outcome, run_offline, scenario_of
 from vessel_hsmc_ros.paper.cases import Case
-from vessel_hsmc_ros.paper.running import Outcome, run_offline, scenario_of
 
 POLL = 0.2
 """How often progress is told, s."""

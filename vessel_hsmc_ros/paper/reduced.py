@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.kinematics import tracking_error, transform, transform_rate
+from vessel_hsmc_ros.core.kinematics import tracking_error, transform, transform_rate
 from vessel_sim_node.plant import Vessel, unforced_acceleration
 
 Array = NDArray[np.float64]

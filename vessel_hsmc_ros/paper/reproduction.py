@@ -7,16 +7,16 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vessel_hsmc_ros import runs
-from vessel_hsmc_ros.exceptions import RunError
+from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.paper.case_run import Outcome, nodes_folder, run_by_nodes
 from vessel_hsmc_ros.paper.cases import CASES, Case
 from vessel_hsmc_ros.paper.checks import Results
 from vessel_hsmc_ros.paper.claims_proof import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.numbers import Numbers
 from vessel_hsmc_ros.paper.parallel import durations, run_all
-from vessel_hsmc_ros.paper.running import Outcome, nodes_folder, run_by_nodes
 from vessel_hsmc_ros.paper.tables import claims_page
+from vessel_hsmc_ros.runs import scenario_run
 
 Watch = Callable[[float], None]
 
@@ -40,7 +40,7 @@ def run_cases(cases: Sequence[Case], nodes: Path | None, watch: Watch) -> dict[s
     for case, duration in zip(by_nodes, durations(by_nodes), strict=True):
         begun = done
         assert nodes is not None  # noqa: S101 - no case is run by nodes without
-        with runs.place_for_nodes(""):
+        with scenario_run.place_for_nodes(""):
             outcomes[case.name] = run_by_nodes(case, nodes_folder(nodes, case), lambda time, begun=begun: watch(begun + time))  # type: ignore[misc]
         done += duration
     return {case.name: outcomes[case.name] for case in cases}
@@ -52,7 +52,7 @@ def write(outcomes: Mapping[str, Outcome], folder: Path, cases: Sequence[Case] =
     Raises:
         RunError: the folder cannot be written.
     """
-    from vessel_hsmc_ros.paper.paper_figures import draw_all  # matplotlib is slow to load
+    from vessel_hsmc_ros.paper.figures import draw_all  # matplotlib is slow to load
 
     results = {name: outcome.numbers for name, outcome in outcomes.items()}
     try:

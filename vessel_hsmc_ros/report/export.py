@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.exceptions import ReportError
-from vessel_hsmc_ros.metrics import heading_error, position_error
-from vessel_hsmc_ros.report.series import Signals
+from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.metrics import heading_error, position_error
+from vessel_hsmc_ros.report.signals import Signals
 
 Array = NDArray[np.float64]
 Table = dict[str, Array]

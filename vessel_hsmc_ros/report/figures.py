@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.exceptions import ReportError
+from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report.jitter import histogram
 from vessel_hsmc_ros.report.overlay import REFERENCE, SHIP, Overlay, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from vessel_hsmc_ros.hull import Hull
+from vessel_hsmc_ros.core.hull import Hull
 from vessel_hsmc_ros.report import export, page
-from vessel_hsmc_ros.report.bags import of_bag
+from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.report.tables import ORIGIN, Record
-from vessel_hsmc_ros.run_folder import RunFolder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
 
 @dataclass(frozen=True)

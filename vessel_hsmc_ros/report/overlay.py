@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, Line, Panel, panels
-from vessel_hsmc_ros.report.series import Signal
+from vessel_hsmc_ros.report.signals import Signal
 from vessel_hsmc_ros.report.tables import Record
 
 SHIP, REFERENCE = "ship", "reference"

@@ -10,8 +10,8 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from vessel_hsmc_ros.exceptions import ReportError
-from vessel_hsmc_ros.hull import Hull
+from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.hull import Hull
 from vessel_hsmc_ros.report import jitter
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Track, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.metrics import heading_error, position_error
-from vessel_hsmc_ros.report.series import Signal, Signals
+from vessel_hsmc_ros.core.metrics import heading_error, position_error
+from vessel_hsmc_ros.report.signals import Signal, Signals
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.report.panels import Line
-from vessel_hsmc_ros.report.series import Signal
+from vessel_hsmc_ros.report.signals import Signal
 from vessel_hsmc_ros.report.thinning import Buckets, buckets, thin, thin_time
 
 Array = NDArray[np.float64]

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from vessel_hsmc_ros import schema
-from vessel_hsmc_ros.metrics import Metrics
-from vessel_hsmc_ros.parameters import NODES
-from vessel_hsmc_ros.report.series import Signals
-from vessel_hsmc_ros.scenario import Scenario
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.report.signals import Signals
+from vessel_hsmc_ros.scenario.parameters import NODES
+from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Row = tuple[str, str]
 

@@ -1,0 +1,103 @@
+"""A bag's file is whole after every system call, and after every page of one that was cut short by SIGKILL."""
+
+import os
+
+import pytest
+from bag_making import made_run, write_run
+from mcap.reader import NonSeekingReader, make_reader
+
+from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer
+from vessel_hsmc_ros.bags.crash_safe_file import PAGE
+from vessel_hsmc_ros.bags.mcap_scan import MAGIC, scan
+from vessel_hsmc_ros.bags.repair import repair
+from vessel_hsmc_ros.bags.writer import BagWriter
+
+STEPS = 150
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """What is done to files, in order: bytes and where, or a size."""
+    made = []
+
+    class Watched:
+        """The operating system, as the module under test sees it."""
+
+        def __getattr__(self, name):
+            return getattr(os, name)
+
+        def pwrite(self, fd, data, offset):
+            made.append((bytes(data), offset))
+            return os.pwrite(fd, data, offset)
+
+        def ftruncate(self, fd, size):
+            made.append((None, size))
+            os.ftruncate(fd, size)
+
+    monkeypatch.setattr(crash_safe_file, "os", Watched())
+    return made
+
+
+def states(calls):
+    """The file's content after every page of every call."""
+    content = bytearray()
+    for data, offset in calls:
+        if data is None:
+            del content[offset:]
+            yield content
+            continue
+        position = 0
+        while position < len(data):
+            size = min(len(data) - position, PAGE - (offset + position) % PAGE)
+            content.extend(bytes(max(0, offset + position + size - len(content))))
+            content[offset + position : offset + position + size] = data[position : position + size]
+            position += size
+            yield content
+
+
+def by_stream(path):
+    with path.open("rb") as stream:
+        return sum(1 for _ in NonSeekingReader(stream, validate_crcs=True).iter_messages(log_time_order=False))
+
+
+def by_index(path):
+    with path.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        assert reader.get_summary().chunk_indexes
+        return sum(1 for _ in reader.iter_messages())
+
+
+@pytest.mark.parametrize("compression", ["none", "zstd"])
+def test_at_every_moment_it_is_whole_and_never_has_less_than_before(tmp_path, calls, monkeypatch, compression):
+    monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", 64 * 1024)
+    writer = BagWriter(tmp_path / "bag", compression)
+    writer.attach("scenario.yaml", "a text\n" * 1000)
+    write_run(None, STEPS, writer=writer)
+    path = tmp_path / "left.mcap"
+    found, a_chunk = [], 250
+    for number, content in enumerate(states(calls)):
+        if not content.endswith(MAGIC):
+            assert number < 3  # the file has only been begun
+            continue
+        path.write_bytes(content)
+        contents = scan(path)
+        found.append(contents.counts.total())
+        if number % 5 == 0:  # each takes its time
+            assert by_stream(path) == found[-1]
+            if found[-1] > a_chunk:
+                assert found[-1] - a_chunk <= by_index(path) <= found[-1]
+    assert len(found) > 200
+    assert found == sorted(found)
+    assert found[-1] == len(made_run(STEPS))
+    assert path.read_bytes() == (tmp_path / "bag" / "bag_0.mcap").read_bytes()
+
+
+def test_what_was_held_in_reserve_is_gone_after_closing_and_after_recovery(tmp_path):
+    for name, close in (("closed", True), ("left", False)):
+        writer = BagWriter(tmp_path / name)
+        write_run(None, STEPS, writer=writer, close=close)
+    sizes = {name: (tmp_path / name / f"{name}_0.mcap").stat().st_size for name in ("closed", "left")}
+    assert sizes["left"] > sizes["closed"] + 100_000
+    repair(tmp_path / "left")
+    recovered = (tmp_path / "left" / "left_0.mcap").stat().st_size
+    assert abs(recovered - sizes["closed"]) < 10_000

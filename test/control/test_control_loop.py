@@ -1,0 +1,98 @@
+import math
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.laws import KnownVessel, make_controller
+
+STATE, REFERENCE, NONE = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6), np.zeros(3)
+
+
+@pytest.fixture
+def loop():
+    return ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0))
+
+
+def step(loop, milliseconds):
+    return loop.step(milliseconds * 1_000_000, STATE, REFERENCE, NONE)
+
+
+def test_a_period_is_served_once(loop):
+    assert loop.due(0)
+    step(loop, 0)
+    assert not loop.due(9_999_999)
+    assert loop.due(10_000_000)
+
+
+def test_missed_periods_are_counted(loop):
+    for milliseconds in (0, 10, 25, 61):
+        step(loop, milliseconds)
+    assert loop.missed_periods == 3  # those that began at 30, 40 and 50 ms
+
+
+def test_disabled_means_no_wrench_and_nothing_learnt(loop):
+    step(loop, 0)
+    assert any(loop.wrench)
+    loop.enabled = False
+    step(loop, 10)
+    assert loop.wrench == (0.0, 0.0)
+    loop.enabled = True
+    assert not step(loop, 20).yaw_weights.any()
+    assert step(loop, 30).yaw_weights.any()
+
+
+def test_reset_starts_over(loop):
+    step(loop, 500)
+    step(loop, 900)
+    loop.reset()
+    assert loop.missed_periods == 0
+    assert loop.due(900_000_000)
+    assert loop.wrench == (0.0, 0.0)
+
+
+def test_what_follows_from_the_terms_is_added_for_every_law(loop):
+    first, second, late = step(loop, 0), step(loop, 10), step(loop, 40)
+    for terms in (first, second, late):
+        assert terms.lyapunov == pytest.approx(0.5 * (terms.yaw_surface**2 + terms.surge_surface**2))
+        assert terms.yaw_weight_norm == pytest.approx(np.linalg.norm(terms.yaw_weights))
+    assert first.lyapunov_rate == 0.0
+    assert second.lyapunov_rate == pytest.approx((second.lyapunov - first.lyapunov) / 0.01)
+    assert late.lyapunov_rate == pytest.approx((late.lyapunov - second.lyapunov) / 0.03)
+    assert math.isnan(first.commanded_heading)
+
+
+def test_an_observer_stands_between_measurement_and_law():
+    observer = observed()
+    law = make_controller("hierarchical", 0.01)
+    loop = ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed())
+    wrench = (0.0, 0.0)
+    for milliseconds in (0, 10, 20):
+        measured = STATE + 1e-3 * milliseconds
+        step = loop.step(milliseconds * 1_000_000, measured, REFERENCE, NONE)
+        estimate = observer.update(milliseconds * 1_000_000, measured, wrench)
+        expected, terms = law.update(1e-3 * milliseconds, estimate, REFERENCE, NONE)
+        wrench = float(expected[0]), float(expected[1])
+        np.testing.assert_array_equal(loop.estimate, estimate)
+        assert loop.wrench == wrench
+        assert step.yaw_surface == terms.yaw_surface
+    loop.forget()
+    assert loop.estimate is None
+    loop.step(30_000_000, measured, REFERENCE, NONE)
+    np.testing.assert_allclose(loop.estimate, [*measured[:3], 0.0, 0.0, 0.0])
+
+
+def test_the_observer_goes_by_the_time_of_the_measurement():
+    early, late = (ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed()) for _ in range(2))
+    for milliseconds in (0, 10, 20):
+        moved = STATE + 1e-3 * milliseconds
+        early.step(milliseconds * 1_000_000, moved, REFERENCE, NONE)
+        late.step((milliseconds + 4) * 1_000_000, moved, REFERENCE, NONE, milliseconds * 1_000_000)
+    np.testing.assert_array_equal(early.estimate, late.estimate)
+
+
+def observed():
+    return Observer(ObserverParameters(), KnownVessel())

@@ -1,0 +1,175 @@
+"""The guided law: what holds for any input, and what it does in the closed loop; `make benchmark-guided` runs the whole table."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
+from vessel_hsmc_ros.laws import GuidedParameters, make_controller
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.scenario.suite import judge, load_suite
+from vessel_sim_node.integrate import rk4
+from vessel_sim_node.plant import VesselParameters
+
+ROWS = {row.name: row for row in load_suite("guided")}
+SHIP = VesselParameters().coefficients()
+LIMITS = np.array([2e5, 3e6])
+T = 0.02
+STILL = np.zeros(3)
+
+anything = st.floats(allow_nan=False, allow_infinity=False)
+wide = st.one_of(anything, st.floats(-1e6, 1e6), st.floats(-10.0, 10.0), st.just(0.0))
+wide_inputs = st.lists(wide, min_size=15, max_size=15).map(np.array)
+moderate = st.tuples(
+    *[st.floats(-20.0, 20.0)] * 2, st.floats(-math.pi, math.pi), *[st.floats(-2.0, 2.0)] * 2, st.floats(-0.2, 0.2)
+)
+courses = st.lists(st.tuples(moderate, moderate), min_size=2, max_size=6)
+
+
+def controller(period=T, **parameters):
+    return make_controller("guided", period, **parameters)
+
+
+def answers(law, course, acceleration=STILL):
+    return np.array([law.update(0.0, np.array(state), np.array(reference), acceleration)[0] for state, reference in course])
+
+
+@given(st.lists(wide_inputs, min_size=1, max_size=4), st.sampled_from([0.001, 0.02, 0.1, 1.0]))
+@settings(max_examples=300)
+def test_any_finite_input_gives_a_finite_wrench_within_the_limits(inputs, period):
+    law = controller(period)
+    for values in inputs:
+        wrench, terms = law.update(0.0, values[:6], values[6:12], values[12:])
+        assert np.isfinite(wrench).all()
+        assert (np.abs(wrench) <= LIMITS).all()
+        assert -math.pi <= terms.commanded_heading <= math.pi
+        told = (terms.yaw_surface, terms.surge_surface, terms.surge_estimate, terms.sway_estimate, terms.yaw_estimate)
+        assert np.isfinite(told).all()
+        assert np.isfinite(law.weights).all()
+
+
+def test_the_largest_numbers_there_are_pass():
+    law = controller()
+    for sign in (1.0, -1.0):
+        wrench, _ = law.update(0.0, np.full(6, sign * sys.float_info.max), np.full(6, -sign * sys.float_info.max), STILL)
+        assert np.isfinite(wrench).all()
+
+
+@given(courses, st.floats(-10.0, 10.0))
+def test_the_earth_may_be_turned_under_the_ship(course, angle):
+    """No heading is special, 180° neither: turning everything leaves the wrench."""
+
+    def turned(s):
+        c, n = math.cos(angle), math.sin(angle)
+        return (c * s[0] - n * s[1], n * s[0] + c * s[1], math.remainder(s[2] + angle, 2 * math.pi), *s[3:])
+
+    straight = answers(controller(), course)
+    other = answers(controller(), [(turned(state), turned(reference)) for state, reference in course])
+    np.testing.assert_allclose(straight, other, atol=1e-6 * LIMITS.max())
+
+
+def test_nothing_jumps_where_the_heading_does():
+    def wrench(psi):
+        law = controller(slew_time=0.0)
+        return law.update(0.0, np.array([0.0, 0.0, psi, 1.0, 0.1, 0.0]), np.array([-2.0, 0.5, psi, 1.0, 0.1, 0.0]), STILL)[0]
+
+    np.testing.assert_allclose(wrench(math.pi - 1e-9), wrench(-math.pi + 1e-9), rtol=1e-6, atol=1.0)
+
+
+@given(courses)
+def test_port_and_starboard_are_alike(course):
+    mirror = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+    one_neuron = {"network.layout": "listed", "network.listed_centers": [0.5, 0.0, 0.0]}
+    straight = answers(controller(**one_neuron), course)
+    other = answers(controller(**one_neuron), [(np.array(a) * mirror, np.array(b) * mirror) for a, b in course])
+    np.testing.assert_allclose(straight * [1.0, -1.0], other, atol=1e-6 * LIMITS.max())
+
+
+@given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-math.pi, math.pi))
+def test_near_zero_speed_a_small_change_makes_a_small_difference(u, v, psi):
+    """Around rest and around the reference's place, where w, u and v all vanish."""
+
+    def wrench(nudge):
+        law = controller(slew_time=0.0)
+        return law.update(0.0, np.array([0.0, nudge, psi, u, v, 0.0]), np.zeros(6), STILL)[0]
+
+    assert (np.abs(wrench(1e-7) - wrench(0.0)) < 1e-3 * LIMITS).all()
+
+
+def test_new_gains_keep_what_was_learnt_and_reset_forgets_it():
+    law, course = controller(), [((3.0, 1.0, 0.2, 1.0, 0.1, 0.05), (0.0, 0.0, 0.0, 0.5, 0.0, 0.0))] * 20
+    first = answers(law, course)
+    weights, memory = law.weights.copy(), law.memory
+    law.retune(GuidedParameters(position_gain=0.1))
+    np.testing.assert_array_equal(law.weights, weights)
+    assert law.memory is memory
+    assert weights.any()
+    law.retune(GuidedParameters())
+    law.reset()
+    assert not law.weights.any()
+    np.testing.assert_array_equal(answers(law, course), first)
+
+
+def moored(law, seconds):
+    """A ship that does not move, its reference far off: both actuators go to their limits and nothing happens."""
+    far = np.array([3000.0, 3000.0, 0.0, 0.0, 0.0, 0.0])
+    return [law.update(0.0, np.zeros(6), far, STILL) for _ in range(round(seconds / T))]
+
+
+def distances(law, seconds=60.0):
+    """Distance to a resting point 5 m ahead of a ship that starts at rest, on the true plant."""
+    state, there, far = np.zeros(6), np.array([5.0, 0.0, 0.0, 0.0, 0.0, 0.0]), []
+    for _ in range(round(seconds / T)):
+        wrench, _ = law.update(0.0, state, there, STILL)
+        state = rk4(state, wrench, STILL, SHIP, T)
+        far.append(math.hypot(state[0] - 5.0, state[1]))
+    return np.array(far)
+
+
+def test_a_minute_at_the_limits_teaches_the_networks_nothing():
+    law = controller()
+    moored(law, 6.0)
+    surge, _, yaw = law.weights
+    held = moored(law, 54.0)
+    assert all(terms.surge_saturated and terms.yaw_saturated for _, terms in held)
+    np.testing.assert_allclose(np.abs([wrench for wrench, _ in held]), np.tile(LIMITS, (len(held), 1)))
+    np.testing.assert_array_equal(law.weights[0], surge)
+    np.testing.assert_array_equal(law.weights[2], yaw)
+    recovered, fresh = distances(law), distances(controller())
+    arrivals = [T * np.flatnonzero(way > 0.1)[-1] for way in (recovered, fresh)]
+    assert recovered.max() < 1.01 * fresh.max()
+    assert arrivals[0] < arrivals[1] + 2.0
+
+
+@pytest.fixture(scope="module")
+def circle():
+    row = ROWS["circle"]
+    return row, simulate(load_scenario(row.scenario, row.changes))
+
+
+def test_the_circle_is_held_to_a_centimetre_within_the_limits(circle):
+    row, run = circle
+    verdict = judge(row, run)
+    assert verdict.hit, verdict
+    assert (np.abs(run.wrench) <= LIMITS).all()
+    assert position_error(run.state, run.reference)[run.time >= 100.0].max() < 0.2
+
+
+def test_the_wrench_does_not_chatter(circle):
+    _, run = circle
+    for column in (0, 1):
+        assert reversals_per_second(run.time, run.wrench[:, column], 100.0) < 0.2
+
+
+def test_a_force_beyond_the_thrust_blows_the_ship_away_and_it_comes_back():
+    """A minute of 300 kN against the bow saturates the thrust for good; afterwards the ship returns as any other would."""
+    law, state, there = controller(), np.zeros(6), np.zeros(6)
+    for k in range(round(300.0 / T)):
+        push = (-3e5 / SHIP.m11, 0.0, 0.0) if k * T < 60.0 else (0.0, 0.0, 0.0)
+        wrench, _ = law.update(0.0, state, there, STILL)
+        state = rk4(state, wrench, push, SHIP, T)
+    assert math.hypot(state[0], state[1]) < 0.3

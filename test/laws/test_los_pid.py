@@ -1,0 +1,94 @@
+"""Line-of-sight guidance and PID: what it does in every state, and that it is a fair baseline."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.laws import LosPidParameters, make_controller
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+
+NONE = np.zeros(3)
+AHEAD = np.array([0.0, 0.0, 0.0, 2.0, 0.0, 0.0])
+
+wide = st.floats(-1e3, 1e3)
+states = st.tuples(wide, wide, st.floats(-math.pi, math.pi), st.floats(-5, 5), st.floats(-5, 5), st.floats(-1, 1)).map(np.array)
+
+
+def law(**gains):
+    return make_controller("los_pid", 0.1, **gains)
+
+
+def run_of(seconds, **changes):
+    rates = {f"{node}.rate_hz": 10.0 for node in ("vessel_sim", "reference_ship", "controller")}
+    limits = {"vessel_sim.actuators.surge_force_limit": 2e5, "vessel_sim.actuators.yaw_moment_limit": 3e6}
+    changes = {name.replace("__", "."): value for name, value in changes.items()}
+    wanted = {"controller.law": "los_pid", "vessel_sim.duration": seconds, **rates, **limits, **changes}
+    return simulate(load_scenario("case2_tracking", wanted))
+
+
+@given(states, states)
+@settings(max_examples=200)
+def test_the_wrench_is_finite_and_within_the_limits_in_every_state(state, reference):
+    made = law()
+    for _ in range(3):
+        wrench, terms = made.update(0.0, state, reference, np.array([9.0, 9.0, 9.0]))
+        assert abs(wrench[0]) <= 2e5
+        assert abs(wrench[1]) <= 3e6
+        assert -math.pi < terms.commanded_heading <= math.pi
+
+
+@pytest.mark.parametrize(
+    ("changes", "at_most"),
+    [({}, 0.05), ({"reference_ship__yaw_moment": 0.0}, 0.05), ({"vessel_sim__initial_pose": (55.0, 15.0, 3.0)}, 0.1)],
+)
+def test_it_follows_a_ship_through_the_papers_disturbance(changes, at_most):
+    run = run_of(200.0, **changes)
+    assert rms(position_error(run.state, run.reference)[-500:]) < at_most
+
+
+def test_it_goes_to_a_resting_point_from_either_end():
+    for heading in (0.0, math.pi):
+        resting = {"reference_ship__surge_force": 0.0, "reference_ship__yaw_moment": 0.0}
+        run = run_of(120.0, vessel_sim__initial_pose=(-30.0, 20.0, heading), **resting)
+        assert position_error(run.state, run.reference)[-100:].max() < 2.0
+
+
+@pytest.mark.parametrize("side", [-5.0, 5.0])
+@pytest.mark.parametrize("speed", [-2.0, 2.0])
+def test_it_steers_to_the_line_in_the_direction_of_travel(side, speed):
+    state, reference = np.array([0.0, side, 0.0, speed, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, speed, 0.0, 0.0])
+    made = law()
+    for _ in range(30):
+        _, terms = made.update(0.0, state, reference, NONE)
+    assert np.sign(terms.commanded_heading) == -np.sign(side * speed)
+
+
+def test_a_half_turn_is_taken_the_short_way():
+    state, reference = AHEAD.copy(), AHEAD.copy()
+    state[2], reference[2] = math.radians(-170.0), math.radians(170.0)
+    wrench, _ = law().update(0.0, state, reference, NONE)
+    assert wrench[1] < 0.0
+
+
+def test_integrals_stop_while_their_actuator_is_at_its_limit():
+    made = law(surge_force_limit=1.0, yaw_moment_limit=1.0)
+    for _ in range(600):
+        _, terms = made.update(0.0, np.array([-50.0, 5.0, 0.0, 0.0, 0.0, 0.0]), AHEAD, NONE)
+        assert terms.surge_saturated
+        assert terms.yaw_saturated
+    assert made.memory.surge_integral == made.memory.yaw_integral == 0.0
+
+
+def test_gains_change_while_the_integrals_stay():
+    made = law()
+    made.update(0.0, np.array([0.5, 0.1, 0.01, 1.9, 0.0, 0.0]), AHEAD, NONE)
+    kept = made.memory
+    assert kept.surge_integral != 0.0
+    made.retune(LosPidParameters(yaw_bandwidth=0.2))
+    assert made.memory == kept
+    made.reset()
+    assert made.memory == type(kept)()

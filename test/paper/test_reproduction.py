@@ -1,0 +1,92 @@
+"""`reproduce` from its cases to its files, on runs of two seconds."""
+
+import dataclasses
+import json
+import math
+
+import pytest
+
+from vessel_hsmc_ros.core.exceptions import RunError, SimulationError
+from vessel_hsmc_ros.paper import reproduction
+from vessel_hsmc_ros.paper.cases import CASES
+from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+
+DURATION = 2.0
+SHORT = [dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": DURATION}) for case in CASES]
+FIGURES = [
+    *("figure_01_course", "figure_02_course_disturbed", "figure_03_track", "figure_04_velocities", "figure_05_yaw"),
+    *("figure_06_wrench", "figure_07_stabilisation", "figure_08_stabilisation_velocities", "figure_09_stabilisation_yaw"),
+    *("figure_10_stabilisation_wrench", "why_1_errors", "why_2_reduced_dynamics", "why_3_surfaces", "why_4_networks"),
+]
+
+
+@pytest.fixture(scope="module")
+def told():
+    return []
+
+
+@pytest.fixture(scope="module")
+def outcomes(told):
+    return reproduction.run_cases(SHORT, None, told.append)
+
+
+@pytest.fixture(scope="module")
+def folder(outcomes, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reproduction")
+    reproduction.write(outcomes, folder, SHORT)
+    return folder
+
+
+def test_every_case_was_run_and_progress_was_told(outcomes, told):
+    assert list(outcomes) == [case.name for case in CASES]
+    assert told[-1] == pytest.approx(DURATION * len(CASES))
+    assert told == sorted(told)
+
+
+def test_figures_1_to_10_and_why_are_drawn(folder):
+    assert sorted(path.stem for path in (folder / "figures").iterdir()) == FIGURES
+    for path in (folder / "figures").iterdir():
+        data = path.read_bytes()
+        assert data.startswith(b"\x89PNG")
+        assert int.from_bytes(data[16:20], "big") > 800, "as wide as a column at 200 dpi"
+
+
+def test_results_come_back_as_they_were_written(folder, outcomes):
+    document = json.loads((folder / "results.json").read_text())
+    assert len(document["claims"]) == len(CLAIMS)
+    assert "NaN" not in (folder / "results.json").read_text()
+    numbers = reproduction.load(folder / "results.json")
+    for name, outcome in outcomes.items():
+        assert dataclasses.asdict(numbers[name]) == pytest.approx(dataclasses.asdict(outcome.numbers), rel=0.0, nan_ok=True)
+
+
+def test_a_second_time_gives_the_same_bytes(folder):
+    some = [case for case in SHORT if case.name in ("course", "circle", "circle_exact", "circle_50_hz")]
+    again = reproduction.run_cases(some, None, lambda _: None)
+    cases = json.loads((folder / "results.json").read_text())["cases"]
+    for name, outcome in again.items():
+        measured = {key: value for key, value in dataclasses.asdict(outcome.numbers).items() if not math.isnan(value)}
+        assert json.dumps(measured) == json.dumps(cases[name]["numbers"])
+
+
+def test_a_case_that_ends_early_tells_when_and_one_that_should_not_have_is_an_error():
+    (case,) = [case for case in CASES if case.name == "circle_50_hz"]
+    shorter = dataclasses.replace(case, rate_hz=45.0, changes={"vessel_sim.duration": 8.0})
+    numbers = reproduction.run_cases([shorter], None, lambda _: None)["circle_50_hz"].numbers
+    assert 0.0 < numbers.ended_at < 8.0
+    assert numbers.duration == pytest.approx(numbers.ended_at - min(1.0, 0.1 * numbers.ended_at), abs=0.03)
+    with pytest.raises(SimulationError, match="no longer finite"):
+        reproduction.run_cases([dataclasses.replace(shorter, ends=False)], None, lambda _: None)
+
+
+def test_an_error_of_one_case_ends_all_of_them_soon():
+    broken = dataclasses.replace(CASES[0], scenario="case2_tracking", rate_hz=45.0, changes={"vessel_sim.duration": 20.0})
+    long = dataclasses.replace(CASES[4], changes={"vessel_sim.duration": 100_000.0})
+    with pytest.raises(SimulationError):
+        reproduction.run_cases([broken, long], None, lambda _: None)
+
+
+def test_results_that_cannot_be_read_are_told_in_a_line(tmp_path):
+    (tmp_path / "results.json").write_text('{"cases": {"circle": {"numbers": {"nonsense": 1.0}}}}')
+    with pytest.raises(RunError, match=r"results .*results.json cannot be read: .*nonsense"):
+        reproduction.load(tmp_path / "results.json")

@@ -1,0 +1,156 @@
+"""Goals to follow: a feasible, continuous motion to wherever, and along a stream of poses."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.reference.motion_filter import T_A, MotionLimits
+
+PERIOD = 0.1
+LIMITS = MotionLimits()
+AT_ORIGIN = ReferenceShipParameters(mode="goal", initial_pose=(0.0, 0.0, 0.0))
+
+
+def reference_of(goals=(), pose=(0.0, 0.0, 0.0), period=PERIOD):
+    p = replace(AT_ORIGIN, initial_pose=pose)
+    if goals:
+        poses = tuple(number for _, *goal in goals for number in goal)
+        p = replace(p, goal=replace(p.goal, poses=poses, times=tuple(goal[0] for goal in goals)))
+    return make_reference(p, period)
+
+
+def motion_of(reference, seconds, period=PERIOD, feed=None):
+    """States (n, 6) and accelerations (n, 3)."""
+    states, accelerations = [], []
+    for k in range(round(seconds / period)):
+        if feed is not None:
+            feed(k, reference)
+        states.append(reference.state.copy())
+        accelerations.append(reference.acceleration())
+        reference.advance()
+    return np.array(states), np.array(accelerations)
+
+
+def assert_feasible(states, accelerations, period=PERIOD):
+    """Every derivative is that of what it belongs to, the limits hold, and the acceleration does not jump."""
+    psi, u, v, r = states.T[2:]
+    velocity = np.column_stack((u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi), r))
+    moved = np.diff(states[:, :3], axis=0) / period
+    np.testing.assert_allclose(moved, 0.5 * (velocity[1:] + velocity[:-1]), atol=5e-3 * period / 0.1)
+    np.testing.assert_allclose(np.diff(states[:, 3:], axis=0) / period, 0.5 * (accelerations[1:] + accelerations[:-1]), atol=0.02)
+    assert np.abs(u).max() <= 1.05 * LIMITS.speed
+    assert np.abs(r).max() <= 1.05 * LIMITS.yaw_rate
+    assert np.abs(accelerations[:, 0]).max() <= LIMITS.acceleration
+    assert np.abs(accelerations[:, 2]).max() <= LIMITS.yaw_acceleration
+    jumps = np.abs(np.diff(accelerations, axis=0)).max(axis=0)
+    assert jumps[0] <= 2.0 * LIMITS.acceleration * period / T_A
+    assert jumps[2] <= 2.0 * LIMITS.yaw_acceleration * period / T_A
+    assert jumps[1] <= 0.3 * period
+
+
+places = st.floats(-60.0, 60.0)
+
+
+@given(places, places, st.floats(-math.pi, math.pi))
+@settings(max_examples=6)
+def test_every_goal_is_reached_by_a_feasible_motion(x, y, psi):
+    reference = reference_of([(0.5, x, y, psi)])
+    states, accelerations = motion_of(reference, 330.0)
+    assert_feasible(states, accelerations)
+    assert math.dist(states[-1, :2], (x, y)) < 0.06
+    assert abs(wrap(states[-1, 2] - psi)) < 0.02
+    assert np.abs(states[-1, 3:]).max() < 0.01
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_the_heading_goes_on_through_half_a_turn(turn):
+    start = turn * math.radians(170.0)
+    reference = reference_of([(0.5, 0.0, 0.0, -start)], pose=(0.0, 0.0, start))
+    states, accelerations = motion_of(reference, 60.0)
+    assert_feasible(states, accelerations)
+    assert states[-1, 2] == pytest.approx(turn * math.radians(190.0), abs=0.01)  # 20 degrees, not 340
+    assert np.abs(np.diff(states[:, 2])).max() < 1.05 * LIMITS.yaw_rate * PERIOD
+
+
+def test_a_new_goal_on_the_way_changes_the_motion_without_a_jump():
+    goals = [(0.0, 50.0, 0.0, 0.0), (20.0, 0.0, 30.0, 3.0), (40.0, -20.0, -20.0, -3.0)]
+    states, accelerations = motion_of(reference_of(goals), 200.0)
+    assert_feasible(states, accelerations)
+    assert math.dist(states[-1, :2], (-20.0, -20.0)) < 0.06
+
+
+def test_a_near_goal_behind_is_gone_to_astern_and_a_far_one_is_not():
+    near, _ = motion_of(reference_of([(0.0, -5.0, 0.0, 0.0)]), 60.0)
+    far, _ = motion_of(reference_of([(0.0, -50.0, 0.0, 0.0)]), 60.0)
+    assert np.abs(near[:, 2]).max() < 0.1
+    assert near[:, 3].min() < -0.3
+    assert far[:, 3].min() > -0.05
+    assert far[-1, 3] > 1.0
+
+
+def test_without_a_goal_it_keeps_its_place_and_reset_goes_back():
+    reference = reference_of(pose=(3.0, 4.0, 1.0))
+    states, _ = motion_of(reference, 10.0)
+    np.testing.assert_array_equal(states, np.tile([3.0, 4.0, 1.0, 0.0, 0.0, 0.0], (100, 1)))
+    reference.set_goal(20.0, 4.0, 1.0)
+    motion_of(reference, 10.0)
+    reference.reset()
+    again, _ = motion_of(reference, 10.0)
+    np.testing.assert_array_equal(states, again)
+
+
+def test_goals_below_zero_seconds_never_come():
+    states, _ = motion_of(reference_of([(-1.0, 9.0, 9.0, 1.0), (-1.0, 5.0, 5.0, 0.0)]), 5.0)
+    assert not states.any()
+
+
+def circle(k, reference, w=0.05, radius=25.0, every=2):
+    """A pose on a circle, five times a second."""
+    if k % every == 0:
+        angle = w * k * PERIOD
+        reference.set_goal(radius * math.sin(angle), radius * (1.0 - math.cos(angle)), wrap(angle))
+
+
+def test_a_stream_of_poses_is_followed_closely_and_its_end_is_a_goal():
+    reference = reference_of()
+    states, accelerations = motion_of(reference, 200.0, feed=circle)
+    assert_feasible(states, accelerations)
+    angle = 0.05 * PERIOD * np.arange(len(states))
+    lag = np.hypot(states[:, 0] - 25.0 * np.sin(angle), states[:, 1] - 25.0 * (1.0 - np.cos(angle)))
+    assert lag[500:].max() < 0.6
+    after, accelerations = motion_of(reference, 200.0)
+    assert_feasible(after, accelerations)
+    last = 0.05 * PERIOD * 1998
+    assert math.dist(after[-1, :2], (25.0 * math.sin(last), 25.0 * (1.0 - math.cos(last)))) < 0.06
+
+
+def test_the_same_goal_again_and_again_is_one_goal():
+    once, often = reference_of(), reference_of()
+    first, _ = motion_of(once, 100.0, feed=lambda k, r: r.set_goal(30.0, 10.0, 1.0) if k == 0 else None)
+    second, _ = motion_of(often, 100.0, feed=lambda _, r: r.set_goal(30.0, 10.0, 1.0))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_two_goals_far_apart_are_no_stream():
+    reference = reference_of([(0.0, 30.0, 0.0, 0.0), (1.0, -60.0, 20.0, 0.0)])
+    motion_of(reference, 1.2)
+    assert reference.target().speed == 0.0
+
+
+@pytest.mark.parametrize(
+    ("goals", "word"),
+    [
+        ({"poses": (1.0, 2.0)}, "goal.poses with 2 numbers is not allowed: it takes x, y, heading for each of the 1 goal.times"),
+        ({"poses": (0.0,) * 6, "times": (2.0, 2.0)}, r"goal.times = \[2.0, 2.0\] is not allowed: it takes increasing times"),
+    ],
+)
+def test_goals_that_make_no_sense_are_named(goals, word):
+    with pytest.raises(ParameterError, match=word):
+        make_reference(replace(AT_ORIGIN, goal=replace(AT_ORIGIN.goal, **goals)), PERIOD)

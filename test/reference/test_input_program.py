@@ -1,0 +1,70 @@
+import math
+
+import pytest
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.reference.input_program import InputProgram, RampParameters, SineParameters, StepsParameters
+from vessel_hsmc_ros.runs.offline import load_scenario
+
+NO_SINE, NO_STEPS, NO_RAMP = SineParameters(), StepsParameters(), RampParameters()
+
+
+def test_left_at_its_defaults_it_is_the_constant():
+    program = InputProgram(7.0, NO_SINE, NO_STEPS, NO_RAMP)
+    for time in (0.0, 1.0, 1e6):
+        assert program.value(time) == 7.0
+        assert program.rates(time) == (0.0, 0.0)
+
+
+def test_a_sine_with_its_phase():
+    program = InputProgram(0.0, SineParameters(1e6, 0.05, math.pi / 2), NO_STEPS, NO_RAMP)
+    assert program.value(0.0) == pytest.approx(1e6)
+    assert program.value(math.pi / 0.05) == pytest.approx(-1e6)
+
+
+def test_a_step_holds_from_its_instant_on_whatever_the_rounding():
+    program = InputProgram(0.0, NO_SINE, StepsParameters((0.01, 0.29), (5.0, 2.0)), NO_RAMP)
+    assert [program.value(k * 0.01) for k in (0, 1, 28, 29, 1000)] == [0.0, 5.0, 5.0, 2.0, 2.0]
+    assert all(InputProgram(0.0, NO_SINE, StepsParameters((k / 100,), (1.0,)), NO_RAMP).value(k * 0.01) for k in range(1000))
+
+
+def test_a_ramp_joins_its_points_and_holds_the_outer_ones():
+    program = InputProgram(0.0, NO_SINE, NO_STEPS, RampParameters((10.0, 20.0, 40.0), (1.0, 3.0, -1.0)))
+    assert [program.value(t) for t in (0.0, 10.0, 15.0, 20.0, 30.0, 40.0, 99.0)] == pytest.approx([1, 1, 2, 3, 1, -1, -1])
+    assert [program.rates(t)[0] for t in (0.0, 10.0, 15.0, 20.0, 30.0, 40.0)] == pytest.approx([0, 0.2, 0.2, -0.2, -0.2, 0])
+
+
+def test_all_parts_add_up():
+    program = InputProgram(
+        1.0, SineParameters(2.0, 0.5), StepsParameters((0.0, 4.0), (10.0, 20.0)), RampParameters((0.0, 10.0), (0.0, 100.0))
+    )
+    assert program.value(3.0) == pytest.approx(1.0 + 2.0 * math.sin(1.5) + 10.0 + 30.0)
+    assert program.value(5.0) == pytest.approx(1.0 + 2.0 * math.sin(2.5) + 20.0 + 50.0)
+
+
+@pytest.mark.parametrize("time", [0.3, 7.0, 12.5])
+def test_rates_are_the_derivatives(time):
+    program = InputProgram(1.0, SineParameters(0.35, 0.8, 0.2), NO_STEPS, RampParameters((0.0, 10.0, 20.0), (0.0, 2.0, 3.0)))
+    h = 1e-4
+    before, now, after = (program.value(time + k * h) for k in (-1, 0, 1))
+    assert program.rates(time) == pytest.approx(((after - before) / (2 * h), (after - 2 * now + before) / h**2), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        (
+            {"yaw_moment_steps.times": [0.0, 5.0]},
+            r"yaw_moment_steps\.times = \[0\.0, 5\.0\] does not fit .*yaw_moment_steps\.values = \[0\.0\]",
+        ),
+        (
+            {"surge_force_ramp.times": [5.0, 5.0], "surge_force_ramp.values": [0.0, 1.0]},
+            r"surge_force_ramp\.times = \[5\.0, 5\.0\] .* increasing",
+        ),
+        ({"yaw_moment_steps.times": [], "yaw_moment_steps.values": []}, "one at least"),
+        ({"yaw_moment_sine.amplitude": math.inf}, "finite"),
+    ],
+)
+def test_a_programme_that_makes_no_sense_is_refused_with_its_name(changes, told):
+    with pytest.raises(ParameterError, match=told):
+        load_scenario("case2_tracking", {f"reference_ship.{name}": value for name, value in changes.items()})

@@ -1,0 +1,126 @@
+"""`vessel-hsmc compare`: which runs are made, what is measured, what is written."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from rich.console import Console
+
+from vessel_hsmc_ros.cli.compare import print_table
+from vessel_hsmc_ros.cli.main import cli
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.runs import comparison_page
+from vessel_hsmc_ros.runs.comparison import Task, compare, default_laws, prepare, run_task
+from vessel_hsmc_ros.scenario.suite import Row
+
+SHORT = {"vessel_sim.duration": 2.0}
+ROW = Row("circle", changes=SHORT, at_most=100.0)
+
+
+def vessel_hsmc(*arguments):
+    """The command in this process; its errors as they are raised."""
+    return CliRunner().invoke(cli, ["compare", *arguments], catch_exceptions=False, standalone_mode=False)
+
+
+def test_the_default_laws_follow_a_position_and_can_run_here():
+    laws = default_laws()
+    assert {"hierarchical", "los_pid"} <= set(laws) <= set(LAWS)
+    assert not {"course", "pd"} & set(laws)
+
+
+def test_the_rate_asked_for_is_the_laws():
+    assert prepare(Task(ROW, "los_pid", 20.0))[0].controller.rate_hz == 20.0
+    assert prepare(Task(ROW, "los_pid", None))[0].controller.rate_hz == 100.0
+
+
+def test_a_law_that_is_unstable_at_the_rate_runs_at_100_hz_and_the_notes_say_so():
+    outcome = run_task(Task(ROW, "hierarchical", 50.0))
+    assert outcome.rate_hz == 100.0
+    assert comparison_page.notes([outcome]) == ["hierarchical is unstable at the rate asked for and ran at 100 Hz"]
+
+
+def test_a_wrong_change_is_known_before_anything_runs():
+    with pytest.raises(ParameterError, match=r"vessel_sim\.duraton is not a parameter"):
+        compare([Task(Row("r", changes={"vessel_sim.duraton": 1.0}), "los_pid", None)])
+
+
+def test_a_loop_that_blows_up_is_an_outcome():
+    wild = Row("wild", changes={"vessel_sim.duration": 50.0, "controller.hierarchical.sway_weight": 30.0}, at_most=1.0)
+    outcome = run_task(Task(wild, "hierarchical", None))
+    assert "no longer finite" in outcome.failure
+    assert comparison_page.figure(outcome) == "stopped miss"
+    assert len(comparison_page.cells(outcome)) == len(comparison_page.COLUMNS)
+
+
+def test_processes_give_the_same_numbers_in_the_order_of_the_tasks():
+    tasks = [Task(Row("long", changes={"vessel_sim.duration": 4.0}), "los_pid", 50.0), Task(ROW, "los_pid", 50.0)]
+    told = []
+    apart, here = compare(tasks, 2, told.append), compare(tasks, 1)
+    assert [o.row.name for o in apart] == ["long", "circle"]
+    assert [o.figures for o in apart] == [o.figures for o in here]
+    assert len(told) == 2
+    np.testing.assert_array_equal(apart[0].lines, here[0].lines)
+
+
+def test_the_folder_has_tables_numbers_and_a_figure_for_each_case(tmp_path):
+    arguments = [
+        "case2_tracking",
+        "case2_straight",
+        "--laws",
+        "hierarchical,los_pid",
+        "--set",
+        "vessel_sim.duration=1",
+        "--jobs",
+        "1",
+    ]
+    done = vessel_hsmc(*arguments, "--output", str(tmp_path))
+    assert "case2_straight" in done.output
+    folder = next(tmp_path.iterdir())
+    assert {path.name for path in (folder / "figures").iterdir()} == {"case2_tracking.png", "case2_straight.png"}
+    runs = json.loads((folder / "compare.json").read_text())["runs"]
+    assert [(r["case"], r["law"]) for r in runs][:2] == [("case2_tracking", "hierarchical"), ("case2_tracking", "los_pid")]
+    assert all(r["position_rms"] > 0.0 and r["verdict"] is None for r in runs)
+    page = (folder / "compare.md").read_text()
+    assert page.count("![") == 2
+    assert "| case | over | limit | hierarchical | los_pid |" in page
+
+
+def test_a_suite_is_judged_row_by_row(tmp_path):
+    suite = tmp_path / "mine.yaml"
+    suite.write_text(
+        "set: {vessel_sim.duration: 1.0}\nrows:\n"
+        "  - {name: easy, at_most: 100}\n  - {name: hard, at_most: 0.001, largest: 1}\n"
+        "  - {name: free}\n  - {name: too, at_most: 50}\n"
+    )
+    done = vessel_hsmc("--suite", str(suite), "--laws", "los_pid", "--jobs", "1", "--output", str(tmp_path / "runs"))
+    folder = next((tmp_path / "runs").iterdir())
+    runs = json.loads((folder / "compare.json").read_text())["runs"]
+    assert [r["verdict"] for r in runs] == ["hit", "miss", None, "hit"]
+    assert "0.001 m, largest 1 m" in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "word"),
+    [
+        (["case9"], ScenarioError, "scenario case9 is unknown"),
+        (["case2_tracking", "--laws", "lqr"], ParameterError, "--laws lqr is not allowed: it takes any of hierarchical"),
+        (["--suite", "quick"], ScenarioError, "suite quick is unknown"),
+    ],
+)
+def test_what_is_wrong_is_named(arguments, error, word):
+    with pytest.raises(error, match=word):
+        vessel_hsmc(*arguments)
+
+
+def test_in_a_narrow_terminal_words_give_way_and_numbers_stay_whole():
+    out = Console(width=80, file=io.StringIO(), color_system=None)
+    numbers = ["0.00075 m hit", "0.0097 m miss", "6.6e-05 m hit", "2 m miss"]
+    print_table(
+        out, "", ["case", "over", "limit", *"abcd"], [["damping half as much again", "last quarter", "0.02 m", *numbers]], 3
+    )
+    shown = out.file.getvalue()
+    assert all(number in shown for number in numbers)
+    assert "…" not in shown

@@ -1,0 +1,18 @@
+from pathlib import Path
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.scenario.parameter_page import parameter_page
+from vessel_hsmc_ros.scenario.parameters import NODES
+
+
+def test_the_page_in_the_docs_is_the_declarations():
+    page = Path(__file__).parents[2] / "docs" / "parameters.md"
+    assert page.read_text(encoding="utf-8") == parameter_page(), "run `make docs`"
+
+
+def test_every_parameter_says_what_it_is_and_what_it_takes():
+    for cls in NODES.values():
+        for name, entry in schema.entries(cls).items():
+            assert entry.description.endswith("."), name
+            assert entry.type is bool or not isinstance(entry.default, float) or None not in (entry.low, entry.high), name
+            assert schema.check(entry, entry.default, "node") == entry.default, name

@@ -1,0 +1,105 @@
+import pytest
+import yaml
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.scenario.parameters import NODES
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, read_yaml, scenario_names
+
+
+def test_every_scenario_of_the_package_loads():
+    assert "case2_tracking" in scenario_names()
+    for name in scenario_names():
+        assert load_scenario(name).name == name
+
+
+def test_case_2_is_the_papers():
+    s = load_scenario("case2_tracking")
+    assert (s.reference_ship.surge_force, s.reference_ship.yaw_moment) == (1e5, 1e6)
+    assert s.vessel_sim.initial_pose == pytest.approx((5.0, 1.0, 0.785398163))
+    assert s.reference_ship.initial_pose == (15.0, 15.0, 0.0)
+    law = s.controller.hierarchical
+    assert (law.sway_surface_slope, law.heading_surface_slope, law.surge_surface_slope) == (0.3, 0.3, 0.3)
+    assert (law.sway_weight, law.heading_weight) == (0.001, 100.0)
+    assert (law.yaw_reaching_gain, law.surge_reaching_gain) == (100.0, 100.0)
+    assert (law.yaw_switching_gain, law.surge_switching_gain) == (0.001, 0.001)
+    assert (law.network.center, law.network.width) == (0.5, 5.0)
+
+
+def test_changes_are_applied_over_the_file():
+    assert (
+        load_scenario("case2_tracking", {"controller.hierarchical.sway_weight": 0.1}).controller.hierarchical.sway_weight == 0.1
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "told"),
+    [
+        ({"controller.rate_hz": 50.0}, ParameterError, "unstable at controller.rate_hz = 50 Hz"),
+        ({"controller.rate_hz": 0.0}, ParameterError, r"controller\.rate_hz = 0\.0 .* from 1 to 1000 Hz"),
+        ({"pilot.rate_hz": 1.0}, ParameterError, r"pilot\.rate_hz is not a parameter: .* vessel_sim, reference_ship"),
+        ({"vessel_sim.rate_hz": 150.0}, ScenarioError, r"controller\.rate_hz = 100 Hz does not fit vessel_sim\.rate_hz = 150 Hz"),
+        ({"reference_ship.rate_hz": 50.0}, ScenarioError, r"does not fit reference_ship\.rate_hz = 50 Hz"),
+    ],
+)
+def test_bad_changes_are_refused(changes, error, told):
+    with pytest.raises(error, match=told):
+        load_scenario("case2_tracking", changes)
+
+
+def test_in_real_time_the_rates_need_not_fit():
+    load_scenario("case2_tracking", {"vessel_sim.rate_hz": 150.0, "controller.lockstep": False})
+
+
+def test_an_unknown_scenario_is_answered_with_those_there_are():
+    with pytest.raises(ScenarioError, match=r"case9 is unknown: it takes one of .*case2_tracking"):
+        load_scenario("case9")
+    with pytest.raises(ScenarioError, match=r"nowhere\.yaml does not exist"):
+        load_scenario("nowhere.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("{", "cannot be read"),
+        ("3", "not a ROS parameters file"),
+        ("vessel_sim: {rate_hz: 3}", "section vessel_sim has no ros__parameters"),
+        ("pilot: {ros__parameters: {rate_hz: 3}}", "section pilot names no node"),
+    ],
+)
+def test_a_file_that_is_none_is_refused(tmp_path, text, told):
+    path = tmp_path / "s.yaml"
+    path.write_text(text)
+    with pytest.raises(ScenarioError, match=told):
+        load_scenario(path)
+
+
+def test_sections_with_and_without_namespace_and_wildcards(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "/**: {ros__parameters: {recorded: true, use_sim_time: false}}\n"
+        "controller: {ros__parameters: {hierarchical: {sway_weight: 2e-3}}}\n"
+        "/alpha/vessel_sim: {ros__parameters: {duration: 7}}\n"
+    )
+    s = load_scenario(path)
+    assert all(getattr(s, node).recorded for node in NODES)
+    assert s.controller.hierarchical.sway_weight == 0.002
+    assert s.vessel_sim.duration == 7.0
+
+
+def test_the_resolved_file_says_everything_and_reads_back_the_same(tmp_path):
+    s = load_scenario("case2_tracking", {"vessel_sim.substeps": 2})
+    path = tmp_path / "case2_tracking.yaml"
+    path.write_text(dump_scenario(s))
+    assert load_scenario(path) == s
+    document = yaml.safe_load(path.read_text())
+    for node, cls in NODES.items():
+        tree = document[f"/**/{node}"]["ros__parameters"]
+        for name in schema.entries(cls):
+            branch = tree
+            for part in name.split("."):
+                branch = branch[part]
+
+
+def test_numbers_as_ros_reads_them():
+    assert read_yaml("[1e5, 1.0e+5, -2E-3, 1, 0x]") == [1e5, 1e5, -0.002, 1, "0x"]

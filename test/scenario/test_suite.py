@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.suite import Row, judge, load_suite, suite_names
+
+
+def run_with(distance):
+    """A run of 101 samples, 100 s, whose position error is the given one."""
+    time = np.linspace(0.0, 100.0, 101)
+    state = np.zeros((101, 6))
+    state[:, 0] = [distance(t) for t in time]
+    wrench, accelerations = np.zeros((101, 2)), np.zeros((101, 3))
+    return Run(time, state, state, np.zeros((101, 6)), wrench, accelerations, accelerations)
+
+
+def suite(tmp_path, text):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    return load_suite(path)
+
+
+def test_every_suite_of_the_package_names_scenarios_and_parameters_that_exist():
+    for name in suite_names():
+        rows = load_suite(name)
+        assert len({row.name for row in rows}) == len(rows)
+        for row in rows:
+            load_scenario(row.scenario, row.changes)
+
+
+def test_a_row_has_its_own_changes_over_the_shared_ones(tmp_path):
+    text = "set: {a.b: 1, c.d: 2}\nrows:\n  - {name: one, set: {a.b: 3}, over: last_half, at_most: 1e-2, largest: 1}\n"
+    (row,) = suite(tmp_path, text)
+    assert row == Row("one", "case2_tracking", {"a.b": 3, "c.d": 2}, "last_half", at_most=0.01, largest=1.0)
+
+
+def test_the_window_is_the_end_of_the_run():
+    run = run_with(lambda t: 8.0 if t < 50.0 else 4.0 if t < 75.0 else 2.0)
+    assert judge(Row("q"), run) == (2.0, 2.0, 1.0, True)
+    figures = judge(Row("h", over="last_half"), run)
+    assert figures.rms == pytest.approx(np.sqrt((25 * 16.0 + 26 * 4.0) / 51))
+    assert figures.largest == 4.0
+
+
+@pytest.mark.parametrize(
+    ("limits", "hit"),
+    [
+        ({"at_most": 2.0}, True),
+        ({"at_most": 1.99}, False),
+        ({"at_most": 2.0, "largest": 1.9}, False),
+        ({"excursion": 1.5}, True),
+        ({"excursion": 1.4}, False),
+    ],
+)
+def test_a_row_is_hit_when_every_limit_holds(limits, hit):
+    run = run_with(lambda t: 4.0 if t < 10.0 else 6.0 if t < 50.0 else 2.0)
+    assert judge(Row("r", **limits), run).hit is hit
+
+
+def test_what_is_not_finite_is_a_miss():
+    assert not judge(Row("r", at_most=1.0), run_with(lambda t: np.nan * t)).hit
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("rows: 3", "is not a suite"),
+        ("rows: []\nrow: []", "is not a suite"),
+        ("rows: [", "cannot be read"),
+        ("rows: [{set: {}}]", "takes a name"),
+        ("rows: [{name: a, atmost: 1}]", "takes a name and any of scenario, set, over"),
+        ("rows: [{name: a, over: last}]", "over = last of row a is not allowed: it takes one of last_quarter, last_half"),
+        ("rows: [{name: a, at_most: -1}]", "at_most = -1 of row a is not allowed: it takes a number above 0"),
+        ("rows: [{name: a, largest: true}]", "largest = True of row a"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, text, word):
+    with pytest.raises(ScenarioError, match=word):
+        suite(tmp_path, text)
+
+
+def test_an_unknown_suite_is_named():
+    with pytest.raises(ScenarioError, match="suite quick is unknown: it takes one of guided"):
+        load_suite("quick")

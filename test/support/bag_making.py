@@ -1,0 +1,92 @@
+"""Bags made by hand: messages of every type that a run has, with random numbers, without ROS."""
+
+from functools import cache
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from vessel_hsmc_ros.bags.writer import BagWriter, Topic, qos_entry
+from vessel_hsmc_ros.messages.definitions import definition
+from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS
+
+NAMES = "odom odom/truth dynamics/truth cmd_wrench applied_wrench disturbance reference reference/pose controller/state /clock"
+TYPES = {name: RECORDED_TOPICS[name] for name in NAMES.split()}
+STATUS = "diagnostic_msgs/msg/DiagnosticArray"
+PERIOD = 10_000_000
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+for _kind in TYPES.values():
+    STORE.register({k: v for k, v in get_types_from_msg(definition(_kind), _kind).items() if k not in STORE.types})
+
+
+@cache
+def _described(kind):
+    return definition(kind), STORE.hash_rihs01(kind)
+
+
+def topic(name, kind):
+    return Topic(name, kind, *_described(kind), [qos_entry(True, False)])
+
+
+def message(kind, stamp, rng, **given):
+    """A message with random numbers in all places, 27 in each list, stamped."""
+    fields = {}
+    for name, (node, detail) in STORE.fielddefs[kind][1]:
+        if name in given:
+            fields[name] = given[name]
+        elif detail == "builtin_interfaces/msg/Time":
+            fields[name] = STORE.types[detail](sec=stamp // 10**9, nanosec=stamp % 10**9)
+        elif node == Nodetype.NAME:
+            fields[name] = message(detail, stamp, rng)
+        elif node == Nodetype.BASE:
+            fields[name] = _value(detail[0], rng)
+        else:
+            fields[name] = rng.normal(size=detail[1] or 27)
+    return STORE.types[kind](**fields)
+
+
+def _value(kind, rng):
+    if kind == "string":
+        return "odom"
+    return bool(rng.integers(2)) if kind == "bool" else int(rng.integers(9)) if "int" in kind else float(rng.normal())
+
+
+def status(stamp, rng, text):
+    level = STORE.types["diagnostic_msgs/msg/DiagnosticStatus"](level=0, name="n", message=text, hardware_id="", values=[])
+    return message(STATUS, stamp, rng, status=[level])
+
+
+def serialized(made, kind):
+    return bytes(STORE.serialize_cdr(made, kind))
+
+
+@cache
+def made_run(count):
+    """Stamps, topics without their namespaces, types and bytes of a run of `count` steps."""
+    rng = np.random.default_rng(count)
+    made = []
+    for k in range(count):
+        stamp = k * PERIOD
+        made += [(stamp, name, kind, serialized(message(kind, stamp, rng), kind)) for name, kind in TYPES.items()]
+        if k % 100 == 0:
+            made.append((stamp, "/diagnostics", STATUS, serialized(status(stamp, rng, "x" * (k // 100)), STATUS)))
+    return made
+
+
+def write_run(directory, count, compression="zstd", namespace="/", close=True, writer=None):
+    """A bag of `count` steps with every topic of a run; the sent bytes by topic."""
+    writer = writer or BagWriter(directory, compression)
+    topics = {}
+    sent = {}
+    for name, kind in (*TYPES.items(), ("/diagnostics", STATUS)):
+        topics[name] = topic(name if name.startswith("/") else namespace + name, kind)
+        sent[topics[name].name] = []
+        writer.add_topic(topics[name])
+    for stamp, name, _, data in made_run(count):
+        sent[topics[name].name].append(data)
+        writer.write(topics[name], data, stamp, stamp)
+    writer.flush()
+    if close:
+        writer.close()
+    return sent

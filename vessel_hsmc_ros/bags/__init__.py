@@ -1,0 +1,1 @@
+"""MCAP bags: written, scanned, repaired, read by columns."""

@@ -1,0 +1,129 @@
+"""A run from the columns of its topics; the twin of `conversions` for whole topics, and the other place that knows fields.
+
+Whatever is computed here has the bits that the nodes computed from single messages.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.bags.topic_columns import Series
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.kinematics import extrapolate
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_sim_node.plant import Vessel
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+NEEDED = ("odom", "reference", "applied_wrench", "disturbance")
+TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate")
+
+
+def states(series: Series) -> Array:
+    """x, y, psi, u, v, r of odometry or reference messages, (n, 6)."""
+    pose, twist = ("pose.pose", "twist.twist") if "pose.pose.position.x" in series else ("pose", "twist")
+    x, y, z, w = (series[f"{pose}.orientation.{axis}"] for axis in "xyzw")
+    sines, cosines = 2.0 * (w * z + x * y), w * w + x * x - y * y - z * z
+    heading = np.array([*map(math.atan2, sines.tolist(), cosines.tolist())])  # numpy's may differ in the last bit
+    columns = [series[f"{pose}.position.x"], series[f"{pose}.position.y"], heading]
+    columns += [series[f"{twist}.{name}"] for name in ("linear.x", "linear.y", "angular.z")]
+    return np.column_stack(columns)
+
+
+def accelerations(series: Series, group: str) -> Array:
+    """Surge, sway and yaw acceleration of messages with such a group, (n, 3)."""
+    return series.stack(*(f"{group}.{name}" for name in ("linear.x", "linear.y", "angular.z")))
+
+
+def wrenches(series: Series) -> Array:
+    """Surge force, sway force and yaw moment of wrench messages, (n, 3)."""
+    return series.stack("wrench.force.x", "wrench.force.y", "wrench.torque.z")
+
+
+def control(series: Series, start: int, lists: bool, estimates: Series | None) -> dict[str, Array]:
+    """What the law computed, by field names, with or without lists, `time` since a start in nanoseconds, and `estimate`."""
+    names = [name for name in series.fields if not name.startswith("header.") and (lists or name not in series.wide)]
+    columns = {"time": seconds_of(series.stamp - start), **{name: series[name] for name in names}}
+    if estimates is not None:
+        columns["estimate"] = at_stamps(series.stamp, estimates, states(estimates), np.nan)
+    return columns
+
+
+def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> Run:
+    """Rows at the stamps of the odometry that have a disturbance and an applied wrench.
+
+    Args:
+        topics: Of TOPICS, those that the bag has.
+        vessel: The plant's coefficients, which turn disturbing forces into accelerations.
+        weights: Whether to take the networks' weights too.
+
+    Raises:
+        BagError: no odometry has them.
+    """
+    odometry = topics["odom"]
+    order = np.argsort(odometry.stamp, kind="stable")
+    stamps = odometry.stamp[order]
+    wrench, has_wrench = matched(stamps, topics["applied_wrench"])
+    push, has_push = matched(stamps, topics["disturbance"])
+    rows = np.flatnonzero(has_wrench & has_push)
+    if not len(rows):
+        raise BagError("no odometry message has an applied wrench and a disturbance of its stamp")
+    stamps, start = stamps[rows], int(stamps[rows[0]])
+    measured = states(odometry)[order][rows]
+    truth, unforced = topics.get("odom/truth"), topics.get("dynamics/truth")
+    return Run(
+        seconds_of(stamps - start),
+        measured if truth is None else at_stamps(stamps, truth, states(truth), measured),
+        measured,
+        references_at(stamps, topics["reference"]),
+        wrenches(topics["applied_wrench"])[wrench[rows]][:, [0, 2]],
+        wrenches(topics["disturbance"])[push[rows]] / (vessel.m11, vessel.m22, vessel.m33),
+        np.full((len(rows), 3), math.nan)
+        if unforced is None
+        else at_stamps(stamps, unforced, accelerations(unforced, "accel"), np.nan),
+        control(topics["controller/state"], start, weights, topics.get("controller/estimate"))
+        if "controller/state" in topics
+        else {},
+    )
+
+
+def at_stamps(stamps: Stamps, series: Series, values: Array, otherwise: Any) -> Array:
+    """The values of the messages of each stamp, (n, k), and others where there is no such message."""
+    index, found = matched(stamps, series)
+    return np.where(found[:, None], values[index], otherwise)
+
+
+def matched(stamps: Stamps, series: Series) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """The last message of each stamp, and whether there is one; (n,) each."""
+    order = np.argsort(series.stamp, kind="stable")
+    times = series.stamp[order]
+    index = np.searchsorted(times, stamps, side="right") - 1
+    return order[np.maximum(index, 0)], (index >= 0) & (times[np.maximum(index, 0)] == stamps)
+
+
+def inputs_at(stamps: Stamps, reference: Series) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Whether there is a reference of each stamp, its state (n, 6) and its acceleration (n, 3)."""
+    index, found = matched(stamps, reference)
+    return found, states(reference)[index], accelerations(reference, "acceleration")[index]
+
+
+def references_at(stamps: Stamps, series: Series) -> Array:
+    """The latest reference not after each stamp, or the first, carried to that stamp; (n, 6)."""
+    order = np.argsort(series.stamp, kind="stable")
+    times, reference, acceleration = series.stamp[order], states(series)[order], accelerations(series, "acceleration")[order]
+    latest = np.maximum(np.searchsorted(times, stamps, side="right") - 1, 0)
+    rows: Array = reference[latest]
+    for row in np.flatnonzero(times[latest] != stamps):
+        at = latest[row]
+        rows[row] = extrapolate(reference[at], acceleration[at], seconds(int(stamps[row] - times[at])))
+    return rows
+
+
+def seconds_of(nanoseconds: Any) -> Array:
+    """Nanoseconds as seconds, with the bits of `timing.seconds`."""
+    return np.asarray(nanoseconds, np.float64) * 1e-9

@@ -1,0 +1,1 @@
+"""The command vessel-hsmc, one verb a file."""

@@ -1,0 +1,1 @@
+"""What everything stands on: exceptions, declarations, kinematics, time, metrics."""

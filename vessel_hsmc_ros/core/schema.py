@@ -1,0 +1,202 @@
+"""Declaring parameters once: frozen dataclasses whose fields carry unit, range and description.
+
+From one declaration come the ROS parameters (type, descriptor, limits), the YAML a scenario may contain,
+`--set node.name=value` on the command line, the reference table in the docs and the symbols of the equations.
+A dataclass nested in another is a group: its fields are named `group.field`.
+"""
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any, TypeVar, cast, get_type_hints
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+
+T = TypeVar("T")
+Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One declared parameter, with everything a user needs to set it."""
+
+    name: str
+    type: Any
+    default: Value
+    description: str
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+    length: int | None
+    symbol: str
+    tunable: bool
+
+    @property
+    def allowed(self) -> str:
+        """The allowed values in words, for error messages, descriptors and the docs."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        number = "number" if self.high == math.inf else "finite number"
+        kinds = {bool: "true or false", int: "a whole number", float: f"a {number}", str: "a text"}
+        many = "a list of texts" if self.type == tuple[str, ...] else f"a list of {self.length or ''} {number}s"
+        unit = f" {self.unit}" if self.unit else ""
+        span = f" from {self.low:g} to {self.high:g}{unit}" if self.low is not None and self.high is not None else ""
+        return " ".join(kinds.get(self.type, many).split()) + span
+
+
+def parameter(
+    default: T,
+    description: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+    length: int | None = None,
+    symbol: str = "",
+    tunable: bool = False,
+) -> T:
+    """Declare one parameter as a dataclass field.
+
+    Args:
+        default: Value when nothing else is said; its type is the parameter's type.
+        description: One sentence, as `ros2 param describe` shows it.
+        unit: Any unit; empty for dimensionless numbers, flags and texts.
+        low, high: Inclusive limits, of every element for a list.
+        choices: The allowed texts.
+        length: The number of elements of a list.
+        symbol: The symbol of the paper that this word stands for.
+        tunable: Whether it may change while the node runs.
+    """
+    info = {
+        "description": description,
+        "unit": unit,
+        "low": low,
+        "high": high,
+        "choices": choices,
+        "length": length,
+        "symbol": symbol,
+        "tunable": tunable,
+    }
+    declared: T = dataclasses.field(default=default, metadata=info)
+    return declared
+
+
+def group(cls: type[T]) -> T:
+    """Declare a group of parameters: a nested dataclass with its own declarations."""
+    declared: T = dataclasses.field(default_factory=cls, metadata={"group": cls})
+    return declared
+
+
+def entries(cls: type, prefix: str = "") -> dict[str, Entry]:
+    """All parameters a dataclass declares, by their dotted names, in the order of declaration."""
+    found: dict[str, Entry] = {}
+    hints = get_type_hints(cls)
+    for field in dataclasses.fields(cast("Any", cls)):
+        name = prefix + field.name
+        if "group" in field.metadata:
+            found.update(entries(field.metadata["group"], name + "."))
+        else:
+            found[name] = Entry(name, hints[field.name], cast("Value", field.default), **field.metadata)
+    return found
+
+
+def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
+    """Make an instance from dotted names and raw values, checking every one of them.
+
+    Args:
+        cls: The dataclass that declares the parameters.
+        values: Raw values, as a YAML or ROS parameter reader gives them; what is left out keeps its default.
+        owner: Where the values belong, a node's name, for error messages.
+
+    Raises:
+        ParameterError: a name is unknown, a value has the wrong type or lies outside its range.
+    """
+    known = entries(cls)
+    for name in values:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(known)
+            raise ParameterError(f"{owner}.{name} is not a parameter: {hint}")
+    checked = {name: check(known[name], value, owner) for name, value in values.items()}
+    return _assemble(cls, checked, "")
+
+
+def _assemble(cls: type[T], values: Mapping[str, Value], prefix: str) -> T:
+    arguments: dict[str, Any] = {}
+    for field in dataclasses.fields(cast("Any", cls)):
+        name = prefix + field.name
+        if "group" in field.metadata:
+            arguments[field.name] = _assemble(field.metadata["group"], values, name + ".")
+        elif name in values:
+            arguments[field.name] = values[name]
+    return cls(**arguments)
+
+
+def check(entry: Entry, value: object, owner: str) -> Value:
+    """The value in the declared type, or a ParameterError that names it and what is allowed."""
+    try:
+        converted = _convert(entry.type, value)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{owner}.{entry.name} = {value!r} is not allowed: it takes {entry.allowed}") from None
+    numbers = converted if isinstance(converted, tuple) else (converted,)
+    outside = any(_outside(entry, number) for number in numbers)
+    wrong_length = entry.length is not None and len(numbers) != entry.length
+    if outside or wrong_length or (entry.choices and converted not in entry.choices):
+        raise ParameterError(f"{owner}.{entry.name} = {_shown(converted)} is not allowed: it takes {entry.allowed}")
+    return converted
+
+
+def _outside(entry: Entry, number: object) -> bool:
+    if isinstance(number, bool | str) or not isinstance(number, int | float):
+        return False
+    if math.isnan(number) or (math.isinf(number) and entry.high != math.inf):
+        return True
+    return (entry.low is not None and number < entry.low) or (entry.high is not None and number > entry.high)
+
+
+def _shown(value: Value) -> str:
+    return str(list(value)) if isinstance(value, tuple) else f"{value}"
+
+
+def _convert(kind: Any, value: object) -> Value:
+    """Strict conversion: whole numbers pass for floats, NumPy's for Python's, and nothing else for something it is not."""
+    if kind in (tuple[float, ...], tuple[str, ...]):
+        element = float if kind == tuple[float, ...] else str
+        if isinstance(value, str) or not hasattr(value, "__iter__"):
+            raise TypeError
+        return cast("Value", tuple(_convert(element, item) for item in cast("Any", value)))
+    if kind is float and isinstance(value, Real) and not isinstance(value, bool):
+        return float(value)
+    if kind is int and isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
+    if type(value) is not kind:
+        raise TypeError
+    return cast("Value", value)
+
+
+def flatten(instance: object) -> dict[str, Value]:
+    """Dotted names and values of an instance, in the order of declaration."""
+    return dict(_flatten(instance, ""))
+
+
+def _flatten(instance: object, prefix: str) -> Iterator[tuple[str, Value]]:
+    for field in dataclasses.fields(cast("Any", instance)):
+        value = getattr(instance, field.name)
+        if "group" in field.metadata:
+            yield from _flatten(value, prefix + field.name + ".")
+        else:
+            yield prefix + field.name, value
+
+
+def symbols(instance: object) -> dict[str, Any]:
+    """The values by the symbols of the equations, for every field (of one level) that has a symbol."""
+    return {
+        field.metadata["symbol"]: getattr(instance, field.name)
+        for field in dataclasses.fields(cast("Any", instance))
+        if field.metadata.get("symbol")
+    }

@@ -1,0 +1,1 @@
+"""ROS messages and topics to plain values and back."""

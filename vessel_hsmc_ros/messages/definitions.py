@@ -1,0 +1,52 @@
+"""The full text of a message type, as bags carry it: the .msg file and, once each, those of the types it uses."""
+
+import re
+from functools import cache
+
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.install_paths import prefixes
+
+SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
+
+_FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
+
+
+def definition(kind: str) -> str:
+    """The text of a type such as `nav_msgs/msg/Odometry` with all it depends on, depth first.
+
+    Raises:
+        BagError: a type is not installed.
+    """
+    package, _, name = kind.split("/")
+    seen = [f"{package}/{name}"]
+    parts = [_text(package, name)]
+    _collect(package, parts[0], seen, parts)
+    return parts[0] + "".join(f"{SEPARATOR}{used}\n{text}" for used, text in zip(seen[1:], parts[1:], strict=True))
+
+
+def _collect(package: str, text: str, seen: list[str], parts: list[str]) -> None:
+    for used in _used_types(package, text):
+        if used not in seen:
+            seen.append(used)
+            inner_package, name = used.split("/")
+            inner = _text(inner_package, name)
+            parts.append(inner)
+            _collect(inner_package, inner, seen, parts)
+
+
+def _used_types(package: str, text: str) -> list[str]:
+    found = []
+    for line in text.splitlines():
+        match = _FIELD.match(line.split("#", 1)[0])
+        if match and not match[1].islower():  # only the names of primitive types have no capital
+            found.append(match[1] if "/" in match[1] else f"{package}/{match[1]}")
+    return found
+
+
+@cache
+def _text(package: str, name: str) -> str:
+    for prefix in prefixes():
+        path = prefix / "share" / package / "msg" / f"{name}.msg"
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    raise BagError(f"message type {package}/msg/{name} is not installed: its .msg file is missing")

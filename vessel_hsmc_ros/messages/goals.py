@@ -1,0 +1,58 @@
+"""Goals and paths from the messages of others, checked: the part of `conversions` that trusts nothing."""
+
+import math
+from typing import Any
+
+from vessel_hsmc_ros.core.exceptions import GoalError
+from vessel_hsmc_ros.core.kinematics import heading_from_quaternion
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.messages.conversions import WORLD, nanoseconds
+
+SHORTEST_QUATERNION = 1e-6
+"""Squared length below which a quaternion says nothing."""
+
+
+def read_goal(message: Any) -> tuple[float, float, float, float | None]:
+    """The goal x, y, heading of a stamped pose, and its stamp, s; None when it has none.
+
+    Raises:
+        GoalError: a number is not finite, the orientation is none, or the frame is another.
+    """
+    _require_world(message.header.frame_id, "goal")
+    position, q = message.pose.position, message.pose.orientation
+    numbers = {"x": position.x, "y": position.y, **{f"orientation.{name}": getattr(q, name) for name in "xyzw"}}
+    _require_finite(numbers, "goal")
+    if q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < SHORTEST_QUATERNION:
+        raise GoalError("goal with an orientation of length 0 is not allowed: it takes a quaternion of length 1")
+    stamp = nanoseconds(message.header.stamp)
+    return position.x, position.y, heading_from_quaternion(q.x, q.y, q.z, q.w), seconds(stamp) if stamp else None
+
+
+def read_path(message: Any) -> list[tuple[float, float]]:
+    """The waypoints of a path; orientations are disregarded.
+
+    Raises:
+        GoalError: there is no pose, a number is not finite, or a frame is another.
+    """
+    _require_world(message.header.frame_id, "path")
+    if not message.poses:
+        raise GoalError("path of 0 poses is not allowed: it takes at least one")
+    points = []
+    for number, stamped in enumerate(message.poses):
+        if stamped.header.frame_id:
+            _require_world(stamped.header.frame_id, f"pose {number} of the path")
+        position = stamped.pose.position
+        _require_finite({"x": position.x, "y": position.y}, f"pose {number} of the path")
+        points.append((position.x, position.y))
+    return points
+
+
+def _require_world(frame: str, what: str) -> None:
+    if frame != WORLD:
+        raise GoalError(f"{what} in frame '{frame}' is not allowed: it takes frame {WORLD}")
+
+
+def _require_finite(numbers: dict[str, float], what: str) -> None:
+    wrong = ", ".join(f"{name} = {value}" for name, value in numbers.items() if not math.isfinite(value))
+    if wrong:
+        raise GoalError(f"{what} with {wrong} is not allowed: all of it must be finite numbers")

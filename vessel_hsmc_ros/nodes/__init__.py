@@ -1,0 +1,1 @@
+"""The ROS nodes and what they share."""

@@ -1,0 +1,241 @@
+"""The controller node: the law at its fixed rate on ROS time."""
+
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from std_srvs.srv import SetBool, Trigger
+from vessel_hsmc_msgs.msg import ControlState, ReferenceState
+
+from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ControlLoop
+from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.kinematics import extrapolate
+from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
+from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.scenario.parameters import ControllerParameters
+from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
+
+if TYPE_CHECKING:
+    from rclpy.timer import Timer
+
+Array = NDArray[np.float64]
+
+TROUBLE_SHOWN = 1.5
+"""Time that a trouble stays in the diagnostics after it was last met, s."""
+
+
+class ControllerNode(VesselNode):
+    """Answers odometry with a wrench.
+
+    Lockstep: every odometry message is answered by a command of the same stamp, new when a period of the law begins and held
+    otherwise. Real time: a timer on the node's clock runs the law on the latest odometry; the reference is carried to the
+    odometry's time; when either is overdue the wrench is zero.
+    """
+
+    NAME = "controller"
+    PARAMETERS = ControllerParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz), make_observer(p))
+        self._start = 0
+        self._phase: Timer | None = None
+        self._odometry: tuple[int, Array] | None = None
+        self._odometry_at = self._reference_at = 0
+        self._references: dict[int, tuple[Array, Array]] = {}
+        self._updates = 0
+        self._compute_time = self._compute_time_max = 0.0
+        self._trouble = ""
+        self._trouble_at = self._refused_at = -TROUBLE_SHOWN
+        self._create_topics(p.lockstep)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(SetBool, "~/enable", self._on_enable)
+
+    def _create_topics(self, lockstep: bool) -> None:
+        profile = qos.data(lockstep)
+        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, partner="odom")
+        self._state_out = self.advertise(ControlState, "~/state", profile)
+        if self._loop.observer:
+            self._estimate_out = self.advertise(Odometry, "~/estimate", profile)
+            self._estimate = conversions.new_odometry()
+        self._command, self._state = conversions.new_wrench(), conversions.new_control_state()
+        self.listen(Odometry, "odom", self._on_odometry, profile)
+        self.listen(ReferenceState, "reference", self._on_reference, profile)
+
+    def on_connected(self) -> None:
+        """Answer what has come already."""
+        if self.parameters.lockstep:
+            self._answer()
+
+    # -- input --------------------------------------------------------------------------------------------------------
+
+    def _on_odometry(self, message: Odometry) -> None:
+        state = conversions.read_odometry(message)
+        if wrong := conversions.not_finite(state):
+            self._refuse(f"odometry with {wrong} is not allowed: all of it must be finite numbers")
+            return
+        self._odometry = conversions.nanoseconds(message.header.stamp), state
+        self._odometry_at = self.now()
+        if self.parameters.lockstep:
+            self._answer()
+        elif self.connected and self._phase is None:
+            self._lock_phase(self._odometry[0])
+
+    def _on_reference(self, message: ReferenceState) -> None:
+        reference, acceleration = conversions.read_reference(message)
+        if wrong := conversions.not_finite(reference, acceleration):
+            self._refuse(f"reference with {wrong} is not allowed: all of it must be finite numbers")
+            return
+        if not self.parameters.lockstep:
+            self._references.clear()
+        self._references[conversions.nanoseconds(message.header.stamp)] = reference, acceleration
+        self._reference_at = self.now()
+        if self.parameters.lockstep:
+            self._answer()
+
+    def _refuse(self, reason: str) -> None:
+        """In lockstep the run can't go on without this message; in real time the next may be better."""
+        if self.parameters.lockstep:
+            raise ControlError(reason)
+        self._refused_at = time.monotonic()
+        self._report(f"{reason}; ignored")
+
+    def _report(self, trouble: str) -> None:
+        self._trouble, self._trouble_at = trouble, time.monotonic()
+        self.get_logger().error(trouble, throttle_duration_sec=1.0)
+
+    # -- lockstep -----------------------------------------------------------------------------------------------------
+
+    def _answer(self) -> None:
+        """Answer the odometry at hand as soon as what the law needs is there."""
+        if self._odometry is None or not self.connected:
+            return
+        stamp, state = self._odometry
+        terms = None
+        if self._loop.due(stamp):
+            if stamp not in self._references:
+                return
+            reference, acceleration = self._references[stamp]
+            terms = self._update(stamp, state, reference, acceleration)
+            self._references = {t: r for t, r in self._references.items() if t > stamp}
+        self._odometry = None
+        self._publish(stamp, terms)
+
+    # -- real time ----------------------------------------------------------------------------------------------------
+
+    def _lock_phase(self, stamp: int) -> None:
+        """Start the timer so that it fires half a period away from the odometry.
+
+        Fired together with it, the law would take now the new, now the old odometry, and a gain that is stable without delay
+        is not with one of a whole period.
+        """
+        period = self._loop.grid.stamp(1)
+        now = self.now()
+        wait = (stamp + period // 2 - now) % period
+        self._start = now + wait
+        self._phase = self.create_timer(max(wait, 1) * 1e-9, self._start_timer)
+
+    def _start_timer(self) -> None:
+        self.destroy_timer(self._phase)
+        self.create_timer(self._loop.grid.period, self._on_timer)
+
+    def _on_timer(self) -> None:
+        now = self.now()
+        if not self._loop.due(now - self._start) or self._odometry is None or not self._references:
+            return
+        terms = None
+        if missing := self._overdue(now):
+            self._loop.wrench = NO_WRENCH
+            if time.monotonic() - self._refused_at > TROUBLE_SHOWN:  # else that is why, and has been reported
+                self._report(f"no {missing} for {self.parameters.input_timeout:g} s: the wrench is zero")
+        else:
+            terms = self._update_in_real_time(now - self._start, *self._odometry)
+        self._publish(now, terms)
+
+    def _overdue(self, now: int) -> str | None:
+        oldest = now - round(self.parameters.input_timeout * NANOSECONDS)
+        return "odometry" if self._odometry_at < oldest else "reference" if self._reference_at < oldest else None
+
+    def _update_in_real_time(self, elapsed: int, stamp: int, state: Array) -> Terms | None:
+        """The law on the latest odometry and the reference carried to its time; no wrench where the law has no value."""
+        ((reference_stamp, (reference, acceleration)),) = self._references.items()
+        reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
+        try:
+            return self._update(elapsed, state, reference, acceleration, stamp)
+        except ControlError as error:
+            self._loop.wrench = NO_WRENCH
+            self._report(f"{error}; the wrench is zero")
+            return None
+
+    # -- output -------------------------------------------------------------------------------------------------------
+
+    def _update(self, stamp: int, state: Array, reference: Array, acceleration: Array, measured_at: int | None = None) -> Terms:
+        began = time.perf_counter()
+        terms = self._loop.step(stamp, state, reference, acceleration, measured_at)
+        self._compute_time = time.perf_counter() - began
+        self._compute_time_max = max(self._compute_time_max, self._compute_time)
+        self._updates += 1
+        return terms
+
+    def _publish(self, stamp: int, terms: Terms | None) -> None:
+        """The wrench first, the plant waits for it; then, once a period, what led to it."""
+        self.stamp = stamp
+        time_stamp = conversions.time_message(stamp)
+        conversions.write_wrench(self._command, time_stamp, self._loop.wrench)
+        self.send(self._command_out, self._command)
+        if terms is not None:
+            conversions.write_terms(self._state, time_stamp, terms)
+            self._state.compute_time = self._compute_time
+            self._state.missed_periods = self._loop.missed_periods
+            self.send(self._state_out, self._state)
+            if self._loop.estimate is not None:
+                conversions.write_odometry(self._estimate, time_stamp, self._loop.estimate)
+                self.send(self._estimate_out, self._estimate)
+
+    # -- services, parameters, diagnostics ----------------------------------------------------------------------------
+
+    def retune(self, parameters: ControllerParameters) -> None:
+        """Take changed gains; what the networks have learnt stays."""
+        self._loop.law.retune(getattr(parameters, parameters.law))
+
+    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._loop.forget()
+        response.success, response.message = True, "the law has forgotten what it had learnt"
+        return response
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._loop.enabled = request.data
+        response.success, response.message = True, "enabled" if request.data else "disabled: the wrench is zero"
+        return response
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """How the law keeps its rate."""
+        figures = {
+            "law": self.parameters.law,
+            "updates": self._updates,
+            "missed_periods": self._loop.missed_periods,
+            "compute_time": self._compute_time,
+            "compute_time_max": self._compute_time_max,
+        }
+        if not self.connected:
+            return WARN, "waiting for the other nodes", figures
+        if time.monotonic() - self._trouble_at < TROUBLE_SHOWN:
+            return ERROR, self._trouble, figures
+        return OK, "running" if self._loop.enabled else "disabled", figures
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    return run_node(ControllerNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,126 @@
+"""The marker node: ship and reference as shapes, paths and a transform, for RViz, Foxglove and the like.
+
+It only reads the latest odometry and reference a few times a second, best effort, so that it costs a run next to nothing.
+"""
+
+import math
+import os
+import sys
+from typing import Any
+
+from geometry_msgs.msg import Point, PoseStamped, TransformStamped
+from nav_msgs.msg import Odometry, Path
+from std_msgs.msg import ColorRGBA, Header
+from vessel_hsmc_msgs.msg import ReferenceState
+from visualization_msgs.msg import Marker, MarkerArray
+
+from vessel_hsmc_ros.core.hull import triangles
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode, run_node
+from vessel_hsmc_ros.scenario.parameters import MarkerParameters
+
+SPACING = 0.5
+"""Distance between two poses of a path, m."""
+
+COLOURS = {"ship": (0.0, 0.45, 0.70, 0.9), "reference": (0.84, 0.37, 0.0, 0.4)}
+
+
+class MarkerNode(VesselNode):
+    """Publishes `markers`, `ship/path`, `reference/path`, and where tf2_msgs is installed /tf from odom to base_link."""
+
+    NAME = "markers"
+    PARAMETERS = MarkerParameters
+    POLL_PERIOD = 0.05
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._latest: dict[str, Any] = {}
+        self._paths = {name: Path() for name in COLOURS}
+        self._markers = MarkerArray(markers=[self._marker(number, name) for number, name in enumerate(COLOURS)])
+        self._marker_publisher = self.create_publisher(MarkerArray, "markers", qos.STREAM)
+        self._path_publishers = {name: self.create_publisher(Path, f"{name}/path", qos.STREAM) for name in COLOURS}
+        self._transforms = self._transform_publisher()
+        for kind, topic, name in ((Odometry, "odom", "ship"), (ReferenceState, "reference", "reference")):
+            subscription = self.create_subscription(kind, topic, self._keeper(name), qos.LATEST)
+            self.direct_subscriptions.append(subscription)
+        self.create_timer(1.0 / self.parameters.rate_hz, self._publish, clock=self._wall)
+        self.create_timer(1.0 / self.parameters.path_rate_hz, self._publish_paths, clock=self._wall)
+
+    def _transform_publisher(self) -> Any:
+        try:
+            from tf2_msgs.msg import TFMessage
+        except ModuleNotFoundError:
+            self.get_logger().info("tf2_msgs is not installed: no transform is published; the frame odom needs none")
+            return None
+        self._transform_message = TFMessage
+        return self.create_publisher(TFMessage, "/tf", qos.STREAM)
+
+    def _marker(self, number: int, name: str) -> Marker:
+        """The hull as triangles, in the ship's own frame until it has a pose."""
+        marker = Marker(ns=name, id=number, type=Marker.TRIANGLE_LIST, action=Marker.ADD)
+        marker.header.frame_id = conversions.WORLD
+        marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+        marker.color = ColorRGBA(**dict(zip("rgba", COLOURS[name], strict=True)))
+        marker.points = [Point(x=float(x), y=float(y), z=0.0) for x, y in triangles(self.parameters.hull)]
+        return marker
+
+    def _keeper(self, name: str) -> Any:
+        def keep(message: Any) -> None:
+            self._latest[name] = message
+
+        return keep
+
+    def _publish(self) -> None:
+        """Bring markers and paths up to the latest messages, and show the markers."""
+        for marker in self._markers.markers:
+            if marker.ns in self._latest:
+                message = self._latest[marker.ns]
+                pose = message.pose.pose if marker.ns == "ship" else message.pose
+                marker.header.stamp, marker.pose = message.header.stamp, pose
+                self.stamp = conversions.nanoseconds(message.header.stamp)
+                self._extend(marker.ns, marker)
+        known = [marker for marker in self._markers.markers if marker.ns in self._latest]
+        if known:
+            self._marker_publisher.publish(MarkerArray(markers=known))
+        if self._transforms and "ship" in self._latest:
+            self._transforms.publish(self._transform_message(transforms=[self._transform()]))
+
+    def _extend(self, name: str, marker: Marker) -> None:
+        """Add a pose to a path where the ship has moved on."""
+        path, position = self._paths[name], marker.pose.position
+        path.header = marker.header
+        last = path.poses[-1].pose.position if path.poses else None
+        if last is None or math.hypot(position.x - last.x, position.y - last.y) >= SPACING:
+            header = Header(stamp=marker.header.stamp, frame_id=marker.header.frame_id)  # the marker's own will have other stamps
+            path.poses.append(PoseStamped(header=header, pose=marker.pose))
+            del path.poses[: -self.parameters.path_poses]
+
+    def _publish_paths(self) -> None:
+        """A path is the longest message of all, and costs the most: only for those who want it."""
+        for name, publisher in self._path_publishers.items():
+            if self._paths[name].poses and publisher.get_subscription_count():
+                publisher.publish(self._paths[name])
+
+    def _transform(self) -> TransformStamped:
+        message = self._latest["ship"]
+        transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
+        position = message.pose.pose.position
+        translation = transform.transform.translation
+        translation.x, translation.y, translation.z = position.x, position.y, position.z
+        transform.transform.rotation = message.pose.pose.orientation
+        return transform
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """How long the paths are."""
+        return OK, "publishing", {f"{name}_path": len(path.poses) for name, path in self._paths.items()}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    os.nice(WATCHER_NICENESS)
+    return run_node(MarkerNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

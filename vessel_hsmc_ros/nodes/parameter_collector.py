@@ -1,0 +1,84 @@
+"""The parameters of all nodes, asked for once, as each node appears."""
+
+import array
+from typing import TYPE_CHECKING, Any
+
+import yaml
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.task import Future
+
+from vessel_hsmc_ros.scenario.scenario import tree
+
+if TYPE_CHECKING:
+    from rclpy.client import Client
+
+
+class ParameterCollector:
+    """Asks every node that has parameter services for its parameters.
+
+    Args:
+        node: Whose clients ask; its own parameters are taken as they are.
+
+    Attributes:
+        parameters: By full node name, then by parameter.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        name = node.get_fully_qualified_name()
+        self.parameters: dict[str, dict[str, Any]] = {
+            name: {parameter.name: _plain(parameter.value) for parameter in node.get_parameters_by_prefix("").values()}
+        }
+        self._asked = {name}
+        self._clients: dict[str, list[Client]] = {}
+        self._told = 0
+
+    def ask(self) -> None:
+        """Ask the nodes that are new; to be called again and again."""
+        there = {f"{ns.rstrip('/')}/{name}": name for name, ns in self._node.get_node_names_and_namespaces()}
+        for name in [name for name in self._clients if name in self.parameters or name not in there]:
+            for client in self._clients.pop(name):
+                self._node.destroy_client(client)
+        for full, name in there.items():
+            if full not in self._asked and not name.startswith("_"):
+                self._ask(full)
+
+    def news(self) -> str | None:
+        """All that is known as a ROS parameters file, if that is more than the last time and nobody is being asked."""
+        if len(self.parameters) == self._told or self._clients:
+            return None
+        self._told = len(self.parameters)
+        document = {name: {"ros__parameters": tree(self.parameters[name])} for name in sorted(self.parameters)}
+        text: str = yaml.safe_dump(document, sort_keys=False)
+        return text
+
+    def _ask(self, name: str) -> None:
+        lister = self._node.create_client(ListParameters, f"{name}/list_parameters")
+        getter = self._node.create_client(GetParameters, f"{name}/get_parameters")
+        if not (lister.service_is_ready() and getter.service_is_ready()):  # not yet, or it has none
+            self._node.destroy_client(lister)
+            self._node.destroy_client(getter)
+            return
+        self._asked.add(name)
+        self._clients[name] = [lister, getter]
+
+        def on_names(future: Future) -> None:
+            names = list(future.result().result.names)
+            getter.call_async(GetParameters.Request(names=names)).add_done_callback(lambda answer: on_values(names, answer))
+
+        def on_values(names: list[str], future: Future) -> None:
+            values = [_plain(parameter_value_to_python(value)) for value in future.result().values]
+            self.parameters[name] = {key: value for key, value in zip(names, values, strict=True) if value is not None}
+
+        lister.call_async(ListParameters.Request()).add_done_callback(on_names)
+
+
+def _plain(value: Any) -> Any:
+    """A parameter's value in Python's own types."""
+    if isinstance(value, bytes):
+        return list(value)
+    if isinstance(value, array.array | list | tuple):
+        return [_plain(item) for item in value]
+    return value

@@ -1,0 +1,225 @@
+"""The recorder node: every message of its topics as it came over the wire, into an MCAP bag."""
+
+import os
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+
+from vessel_hsmc_ros.bags.writer import PARAMETERS, SCENARIO, BagWriter, Splitting, Topic, qos_entry
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.messages import raw
+from vessel_hsmc_ros.messages.definitions import definition
+from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
+from vessel_hsmc_ros.nodes.topic_choice import TopicChoice
+from vessel_hsmc_ros.scenario.parameters import RecorderParameters
+
+FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
+"""Time between two hand-overs of what was recorded to the operating system, and between two of metadata.yaml, s."""
+
+DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
+"""When told to stop, go on until nothing new was there so many times, but no longer than this, s."""
+
+
+class RecorderNode(VesselNode):
+    """Subscribes to each topic when its first publisher appears, takes the raw messages in batches, writes them.
+
+    The log time of a message is, in lockstep, its own stamp; with `use_sim_time` the simulated time of its receipt; else the
+    time of its receipt.
+    """
+
+    NAME = "recorder"
+    PARAMETERS = RecorderParameters
+    POLL_PERIOD = 0.05
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        self._choice = TopicChoice([self.resolve_topic_name(t) for t in p.topics], p.all_topics, p.regex, p.exclude)
+        scenario = _scenario(p.scenario_file)
+        notes = {"mode": "lockstep" if p.lockstep else "real time", "scenario": p.scenario}
+        self._writer = BagWriter(Path(p.directory), p.compression, Splitting(p.split_size, p.split_duration), notes)
+        if scenario:
+            self._writer.attach(SCENARIO, scenario)
+        self._sim_time = not p.lockstep and self.get_parameter("use_sim_time").value
+        self._foreign = {self.resolve_topic_name(topic) for topic in FOREIGN_TOPICS}
+        self._dropped = 0
+        self._collector = ParameterCollector(self)
+        self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
+        self.create_timer(FLUSH_PERIOD, self._flush, clock=self._wall)
+        self.create_timer(METADATA_PERIOD, self._tell, clock=self._wall)
+
+    # -- topics -------------------------------------------------------------------------------------------------------
+
+    def _discover(self) -> None:
+        if self._sim_time and not self.now():
+            return  # there is no time yet
+        present = self._choice.missing
+        if self._choice.open_ended:
+            present = [name for name, _ in self.get_topic_names_and_types()]
+        for name in self._choice.new(present):
+            if ends := self.get_publishers_info_by_topic(name) or self._readers_of_foreign(name):
+                self._choice.take(name)
+                self._subscribe(name, ends)
+        if not (self._choice.missing or self._choice.open_ended):
+            self.destroy_timer(self._discovery)
+
+    def _readers_of_foreign(self, name: str) -> list[Any]:
+        """Who reads a topic from outside: its publisher may come, send one message and go before it could be discovered."""
+        return self.get_subscriptions_info_by_topic(name) if name in self._foreign else []
+
+    def _subscribe(self, name: str, publishers: list[Any]) -> None:
+        """Subscribe as reliably as all publishers of the topic allow."""
+        kinds = sorted({info.topic_type for info in publishers})
+        if len(kinds) > 1:
+            self.get_logger().warning(f"{name} has publishers of {', '.join(kinds)}: it is not recorded")
+            return
+        try:
+            topic = Topic(name, kinds[0], definition(kinds[0]), str(publishers[0].topic_type_hash), _offered(publishers))
+            kind = raw.message_class(kinds[0])
+        except (BagError, ImportError) as error:
+            self.get_logger().warning(f"{name} is not recorded: {error}")
+            return
+        profile = qos.recorded([info.qos_profile for info in publishers])
+        if len({(i.qos_profile.reliability, i.qos_profile.durability) for i in publishers}) > 1:
+            told = f"{name} is offered in different qualities: recorded as {_words(profile)}, which all of them offer"
+            self.get_logger().warning(told)
+        self._writer.add_topic(topic)
+        callback = self._recorder_of(topic, kind, alone=len(publishers) == 1)
+        self.direct_subscriptions.append(self.create_subscription(kind, name, callback, profile, raw=True))
+
+    def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
+        """The callback of a topic; where it has one publisher, its numbering must have no gap."""
+        p, of_a_vessel = self.parameters, topic.kind not in TYPES_OF_EVERY_NODE and topic.name not in self._foreign
+        stamped = of_a_vessel and raw.begins_with_stamp(kind)
+        numbered = of_a_vessel and alone
+        expected = 1 if p.lockstep or p.recorded else 0
+        lockstep, sim_time, writer = p.lockstep, self._sim_time, self._writer
+
+        def record(data: bytes, info: dict[str, int]) -> None:
+            nonlocal expected
+            if numbered:
+                number = info["publication_sequence_number"]
+                if number > expected > 0:
+                    self._dropped += number - expected
+                expected = number + 1
+            if lockstep:
+                if stamped:
+                    self.stamp = raw.stamp(data)
+                received = sent = self.stamp
+            else:
+                received = self.now() if sim_time else info["received_timestamp"]
+                sent = info["source_timestamp"]
+            writer.write(topic, data, received, sent)
+
+        return record
+
+    # -- now and then -------------------------------------------------------------------------------------------------
+
+    def on_own_process(self) -> None:
+        """As batch work it has its share of the cores, but a message that comes in for it interrupts nobody."""
+        with suppress(OSError):  # a container may forbid it
+            for thread in Path("/proc/self/task").iterdir():
+                os.sched_setscheduler(int(thread.name), os.SCHED_BATCH, os.sched_param(0))
+
+    def _flush(self) -> None:
+        self._collector.ask()
+        if (news := self._collector.news()) is not None:
+            self._writer.attach(PARAMETERS, news)
+        self._writer.flush()
+
+    def _tell(self) -> None:
+        """Bring metadata.yaml up to date, for whoever finds the bag of a recorder that was killed."""
+        self._note()
+        self._writer.flush_metadata()
+
+    def _note(self) -> None:
+        self._writer.notes["messages_dropped"] = str(self._dropped)
+
+    # -- the end ------------------------------------------------------------------------------------------------------
+
+    def spin(self, running: Any) -> None:
+        """Record until told to stop, then until nothing more comes, and last of all how it went."""
+        super().spin(running)
+        self._drain()
+        self.publish_diagnostics()
+        self._drain()
+
+    def _drain(self) -> None:
+        """Counted in looks and not in time: a process that got no core for a while must look all the same."""
+        end = time.monotonic() + DRAIN_LIMIT
+        count, looks = -1, 0
+
+        def running() -> bool:
+            nonlocal count, looks
+            looks = looks + 1 if self._writer.message_count == count else 0
+            count = self._writer.message_count
+            return looks < DRAIN_LOOKS and time.monotonic() < end
+
+        super().spin(running)
+
+    def close(self) -> None:
+        """Complete the bag."""
+        self._note()
+        self._writer.close()
+        count, name = self._writer.message_count, self._writer.directory
+        self.get_logger().info(f"recorded {count} messages, {self._dropped} dropped, into {name}")
+        super().close()
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """What has been recorded, and what was lost."""
+        optional = {self.resolve_topic_name(topic) for topic in OPTIONAL_TOPICS}
+        missing = [topic for topic in self._choice.missing if topic not in optional]
+        figures = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
+        if self._dropped:
+            return WARN, f"{self._dropped} messages were lost", figures
+        return OK, "waiting for topics" if missing else "recording", figures
+
+
+def _scenario(path: str) -> str:
+    """The text of a parameters file; empty for none.
+
+    Raises:
+        BagError: it cannot be read.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8") if path else ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise BagError(f"recorder.scenario_file = {path} cannot be read: {error}") from None
+
+
+def _offered(publishers: list[Any]) -> list[dict[str, Any]]:
+    """What discovery tells of the publishers' profiles, as rosbag2 writes it."""
+    entries = []
+    for offered in (info.qos_profile for info in publishers):
+        times = {name: getattr(offered, name).nanoseconds for name in ("deadline", "lifespan", "liveliness_lease_duration")}
+        spans = {name: divmod(span, NANOSECONDS) for name, span in times.items() if 0 < span < 2**62}
+        manual = offered.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
+        entries.append(qos_entry(*_qualities(offered), liveliness="manual_by_topic" if manual else "automatic", **spans))
+    return entries
+
+
+def _qualities(profile: QoSProfile) -> tuple[bool, bool]:
+    latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+    return profile.reliability is ReliabilityPolicy.RELIABLE, latched
+
+
+def _words(profile: QoSProfile) -> str:
+    reliable, latched = _qualities(profile)
+    return f"{'reliable' if reliable else 'best effort'}, {'transient local' if latched else 'volatile'}"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    return run_node(RecorderNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

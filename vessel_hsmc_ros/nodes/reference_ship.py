@@ -1,0 +1,116 @@
+"""The reference-ship node: the desired motion, as a pose and as a full state with its acceleration."""
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+from vessel_hsmc_msgs.msg import ReferenceState
+
+from vessel_hsmc_ros.core.exceptions import GoalError
+from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.goals import read_goal, read_path
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
+
+
+class ReferenceShipNode(VesselNode):
+    """Moves the virtual ship, or whatever else is followed.
+
+    In lockstep it is one period ahead of the plant's clock, so that the controller never waits for it. In real time a timer sets
+    the pace.
+    """
+
+    NAME = "reference_ship"
+    PARAMETERS = ReferenceParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        self._grid = RateGrid(p.rate_hz)
+        self._ship: Any = make_reference(p, self._grid.period)
+        self._refused = ""
+        self._index = 0
+        self._start = 0
+        profile = qos.data(p.lockstep)
+        self._reference_out = self.advertise(ReferenceState, "reference", profile, partner="cmd_wrench")
+        self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
+        self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
+        if p.lockstep:
+            self.listen(Clock, "/clock", self._on_clock, qos.CLOCK)
+        if p.mode == "goal":
+            self.create_subscription(PoseStamped, "goal_pose", self._on_goal, qos.STREAM)
+        elif p.mode == "path":
+            self.create_subscription(Path, "path", self._on_path, qos.STREAM)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+
+    def on_connected(self) -> None:
+        """Publish the first state; in real time, start the timer."""
+        if not self.parameters.lockstep:
+            self._start = self.now()
+            self.create_timer(self._grid.period, self._on_timer)
+        self._publish()
+
+    def _on_clock(self, message: Clock) -> None:
+        if self.connected:
+            self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)
+
+    def _on_timer(self) -> None:
+        self._advance_to(self._grid.index(self.now() - self._start))
+
+    def _advance_to(self, index: int) -> None:
+        while self._index < index:
+            self._ship.advance()
+            self._index += 1
+            self._publish()
+
+    def _publish(self) -> None:
+        self.stamp = self._start + self._grid.stamp(self._index)
+        stamp = conversions.time_message(self.stamp)
+        conversions.write_reference(self._reference, stamp, self._ship.state, self._ship.acceleration())
+        self.send(self._reference_out, self._reference)
+        conversions.write_pose_stamped(self._pose, stamp, self._ship.state)
+        self.send(self._pose_out, self._pose)
+
+    def _on_goal(self, message: PoseStamped) -> None:
+        self._take(lambda: self._ship.set_goal(*read_goal(message)))
+
+    def _on_path(self, message: Path) -> None:
+        self._take(lambda: self._ship.set_path(read_path(message)))
+
+    def _take(self, work: Callable[[], None]) -> None:
+        """Take a goal or a path; one that cannot be followed is refused, and what was followed goes on."""
+        try:
+            work()
+        except GoalError as error:
+            self._refused = f"{error}; ignored"
+            self.get_logger().error(self._refused)
+        else:
+            self._refused = ""
+
+    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._ship.reset()
+        response.success, response.message = True, "the virtual ship is back at its start; time goes on"
+        return response
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """How far the virtual ship has come."""
+        figures = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
+        if not self.connected:
+            return WARN, "waiting for the other nodes", {}
+        return (WARN, self._refused, figures) if self._refused else (OK, "running", figures)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is told to stop."""
+    return run_node(ReferenceShipNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

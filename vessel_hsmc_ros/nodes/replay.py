@@ -1,0 +1,127 @@
+"""A bag published again over ROS: the recorded bytes at the recorded pace or another, with the clock of that time."""
+
+import itertools
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool
+
+from vessel_hsmc_ros.bags.reader import Bag, RawMessage
+from vessel_hsmc_ros.bags.topic_columns import Series
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.raw import message_class
+from vessel_hsmc_ros.nodes import qos
+
+CLOCK_PERIOD = NANOSECONDS // 100
+"""Between two ticks of a clock that the bag itself does not have, ns of recorded time."""
+
+LATE = 0.001
+"""Wall time that a message may be early, s; waiting for less is not worth it."""
+
+
+@dataclass(frozen=True)
+class Playing:
+    """How to play.
+
+    Attributes:
+        rate: Recorded seconds in a second.
+        loop: Whether to begin again at the end.
+        paused: Whether to wait at the start until told to go on.
+        topics: Those to publish; all if empty.
+    """
+
+    rate: float = 1.0
+    loop: bool = False
+    paused: bool = False
+    topics: Sequence[str] = ()
+
+
+class ReplayNode(Node):
+    """Publishes a bag's messages; the service `~/pause` stops it and lets it go on.
+
+    Raises:
+        BagError: the bag has nothing to publish.
+    """
+
+    def __init__(self, bag: Bag, playing: Playing, **options: Any) -> None:
+        super().__init__("replay", **options)
+        self.published = 0
+        self.position = 0.0
+        self.paused = playing.paused
+        self._bag, self._playing = bag, playing
+        chosen = [bag[name] for name in playing.topics] or list(bag.topics.values())
+        self._outputs = {s.name: found for s in chosen if s.count and (found := self._publisher(s))}
+        if not self._outputs:
+            raise BagError(f"bag {bag.path} has no message that could be published")
+        self._ticker = None if "/clock" in self._outputs else self.create_publisher(Clock, "/clock", qos.CLOCK)
+        self.create_service(SetBool, "~/pause", self._on_pause)
+        self._began, self._from = 0.0, 0
+
+    def play(self, running: Callable[[], bool]) -> None:
+        """Publish everything, once or again and again, until `running` says no."""
+        with SingleThreadedExecutor(context=self.context) as executor:
+            executor.add_node(self)
+            while running():
+                self._play_once(executor, running)
+                if not self._playing.loop:
+                    return
+
+    def _play_once(self, executor: SingleThreadedExecutor, running: Callable[[], bool]) -> None:
+        """From the first message to the last: each when its time has come, the clock before it."""
+        tick = None
+        for message in self._messages():
+            if tick is None:
+                tick = message.log_time
+                self._set_off(tick)
+            while self._ticker and tick <= message.log_time:
+                self._wait(tick, executor, running)
+                self._ticker.publish(Clock(clock=conversions.time_message(tick)))
+                tick += CLOCK_PERIOD
+            self._wait(message.log_time, executor, running)
+            if not running():
+                return
+            self._outputs[message.topic].publish(message.data)
+            self.published += 1
+            self.position = seconds(message.log_time - self._bag.start_time)
+
+    def _messages(self) -> Iterator[RawMessage]:
+        return self._bag.ordered_messages(*self._outputs)
+
+    def _set_off(self, log_time: int) -> None:
+        """From here on, time counts from this log time."""
+        self._began, self._from = time.monotonic(), log_time
+
+    def _wait(self, log_time: int, executor: SingleThreadedExecutor, running: Callable[[], bool]) -> None:
+        """Until a recorded time has come, serving the pause service; a pause moves all that follows."""
+        for turn in itertools.count():
+            while self.paused and running():
+                executor.spin_once(timeout_sec=0.05)
+                self._set_off(log_time)
+            rest = self._began + seconds(log_time - self._from) / self._playing.rate - time.monotonic()
+            if rest < LATE or not running():
+                if turn == 0 and self.published % 100 == 0:
+                    executor.spin_once(timeout_sec=0.0)
+                return
+            executor.spin_once(timeout_sec=min(rest, 0.05))
+
+    def _publisher(self, series: Series) -> Publisher | None:
+        """A publisher of a topic's type and quality; None with a warning where the type is not installed."""
+        try:
+            kind = message_class(series.type)
+        except (ImportError, AttributeError):
+            self.get_logger().warning(f"{series.name} is not published: {series.type} is not installed")
+            return None
+        return self.create_publisher(kind, series.name, qos.replayed(series.qos))
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self.paused = request.data
+        response.success, response.message = True, "paused" if self.paused else "playing"
+        return response

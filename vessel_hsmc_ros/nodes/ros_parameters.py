@@ -1,0 +1,42 @@
+"""From the declarations in the code to parameters of a ROS node."""
+
+import math
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+
+from vessel_hsmc_ros.core import schema
+
+
+def declare(node: Node, cls: type) -> Any:
+    """Declare a dataclass's parameters on a node and return the instance that the node was started with.
+
+    Raises:
+        ParameterError: the node was given a parameter that is unknown, or a value that is not allowed.
+    """
+    given = {
+        name: value.value
+        for name, value in node._parameter_overrides.items()
+        if not node.has_parameter(name) and not name.startswith("qos_overrides.")
+    }
+    instance: Any = schema.build(cls, given, node.get_name())
+    values = schema.flatten(instance)
+    for name, entry in schema.entries(cls).items():
+        value = values[name]
+        node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
+    return instance
+
+
+def descriptor(entry: schema.Entry) -> ParameterDescriptor:
+    """What `ros2 param describe` shows of a declared parameter."""
+    described = ParameterDescriptor(
+        description=entry.description + (f" [{entry.unit}]" if entry.unit else ""),
+        additional_constraints=f"It takes {entry.allowed}.",
+        read_only=not entry.tunable,
+    )
+    if entry.type is float and entry.low is not None and entry.high is not None:
+        described.floating_point_range = [FloatingPointRange(from_value=entry.low, to_value=entry.high)]
+    if entry.type is int and entry.low is not None and entry.high is not None:
+        described.integer_range = [IntegerRange(from_value=math.ceil(entry.low), to_value=math.floor(entry.high), step=1)]
+    return described

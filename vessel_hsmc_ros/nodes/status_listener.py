@@ -1,0 +1,51 @@
+"""What the nodes of a run say of themselves on /diagnostics: how far they are, and that they are alive."""
+
+import time
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+
+
+class StatusListener:
+    """A listener with a ROS context of its own.
+
+    Args:
+        namespace: The nodes' namespace, without slashes at its ends.
+
+    Attributes:
+        status: The latest figures of each node.
+        heard_at: When each was last heard of, on the monotonic clock, s.
+    """
+
+    def __init__(self, namespace: str = "") -> None:
+        self._prefix = f"{namespace}/" if namespace else ""
+        self.status: dict[str, dict[str, str]] = {}
+        self.heard_at: dict[str, float] = {}
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self._node = rclpy.create_node("run_monitor", context=self._context, start_parameter_services=False)
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, qos.DIAGNOSTICS)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+
+    def __enter__(self) -> "StatusListener":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def listen(self, seconds: float) -> None:
+        """Take what comes within a time."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def _on_status(self, message: DiagnosticArray) -> None:
+        latest = conversions.read_status(message, self._prefix)
+        self.status.update(latest)
+        self.heard_at.update(dict.fromkeys(latest, time.monotonic()))

@@ -1,0 +1,1 @@
+"""What the vessel follows: the virtual ship, a course, goals, paths."""

@@ -1,0 +1,86 @@
+"""The virtual ship that generates the desired trajectory, equation (8).
+
+It has the dynamics (6) without disturbance and is driven by its own inputs tau_1d, tau_2d, so whatever it does a ship of
+the same kind can do. Its states and inputs carry the suffix d in the paper. The inputs are programmes over time, which the
+paper does not give; each is held over a period.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.reference.input_program import RampParameters, SineParameters, StepsParameters, program_of
+from vessel_sim_node.integrate import rk4
+from vessel_sim_node.plant import VesselParameters, derivative
+
+Array = NDArray[np.float64]
+
+CALM = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class VirtualShipParameters:
+    """Where the virtual ship starts, what it is and what drives it."""
+
+    initial_pose: tuple[float, ...] = parameter(
+        (15.0, 15.0, 0.0), "Position x, y [m] and heading at the start.", low=-1e6, high=1e6, length=3
+    )
+    initial_velocity: tuple[float, ...] = parameter(
+        (0.0, 0.0, 0.0), "Surge, sway and yaw velocity at the start.", low=-1e3, high=1e3, length=3
+    )
+    surge_force: float = parameter(
+        1e5, "Constant part of the surge force on the virtual ship.", unit="N", low=-1e9, high=1e9, symbol="tau_1d"
+    )
+    surge_force_sine: SineParameters = group(SineParameters)
+    surge_force_steps: StepsParameters = group(StepsParameters)
+    surge_force_ramp: RampParameters = group(RampParameters)
+    yaw_moment: float = parameter(
+        1e6, "Constant part of the yaw moment on the virtual ship.", unit="N·m", low=-1e12, high=1e12, symbol="tau_2d"
+    )
+    yaw_moment_sine: SineParameters = group(SineParameters)
+    yaw_moment_steps: StepsParameters = group(StepsParameters)
+    yaw_moment_ramp: RampParameters = group(RampParameters)
+    vessel: VesselParameters = group(VesselParameters)
+
+
+class ReferenceShip:
+    """The virtual ship (8), moved in steps of 1/rate.
+
+    Args:
+        parameters: The virtual ship's parameters.
+        period: Time between two published states, s.
+
+    Raises:
+        ParameterError: the times of an input's programme do not fit its values.
+    """
+
+    def __init__(self, parameters: VirtualShipParameters, period: float) -> None:
+        self._parameters = parameters
+        self._period = period
+        self._vessel = parameters.vessel.coefficients()
+        self._surge_force, self._yaw_moment = (
+            program_of(parameters, name, "reference_ship") for name in ("surge_force", "yaw_moment")
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Put the virtual ship back to its start; its inputs begin anew."""
+        self.state: Array = np.array(self._parameters.initial_pose + self._parameters.initial_velocity)
+        self._steps = 0
+        self._read_inputs()
+
+    def acceleration(self) -> Array:
+        """du_d, dv_d, dr_d of (8) at the present state, shape (3,): m/s², m/s², rad/s²."""
+        return derivative(self.state, self._wrench, CALM, self._vessel)[3:]
+
+    def advance(self) -> None:
+        """Move on by one period, under the inputs of its beginning."""
+        self.state = rk4(self.state, self._wrench, CALM, self._vessel, self._period)
+        self._steps += 1
+        self._read_inputs()
+
+    def _read_inputs(self) -> None:
+        time = self._steps * self._period
+        self._wrench = self._surge_force.value(time), self._yaw_moment.value(time)

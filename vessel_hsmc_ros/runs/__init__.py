@@ -1,0 +1,1 @@
+"""One run: offline or by the nodes, verified, run again, compared."""

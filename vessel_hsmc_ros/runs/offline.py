@@ -1,0 +1,113 @@
+"""The closed loop without ROS: the same plant, virtual ship and law, stepped in one process.
+
+What passes between the parts is passed as their messages would carry it, so a lockstep run of the nodes gives the same
+numbers to the last bit.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.kinematics import as_published
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.reference.factory import Reference, make_reference
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law, make_observer
+from vessel_sim_node.disturbance import acceleration
+from vessel_sim_node.simulator import Simulator
+
+__all__ = ["Run", "load_scenario", "simulate"]
+
+Array = NDArray[np.float64]
+
+WIDTHS = (1, 6, 6, 6, 2, 3, 3)
+"""Columns of time, state, measured, reference, wrench, disturbance and unforced acceleration."""
+
+
+@dataclass
+class Desired:
+    """The virtual ship as the controller knows it: its latest published motion."""
+
+    ship: Reference
+    grid: RateGrid
+    index: int = -1
+
+    def at(self, stamp: int) -> tuple[Array, Array]:
+        """State and acceleration at the last instant not after a time in nanoseconds."""
+        while self.index < self.grid.index(stamp):
+            if self.index >= 0:
+                self.ship.advance()
+            self.index += 1
+            self._published = as_published(self.ship.state), self.ship.acceleration()
+        return self._published
+
+
+def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = None, law: Law[Any] | None = None) -> Run:
+    """Run a scenario offline.
+
+    Args:
+        scenario: From `load_scenario`.
+        progress: Called with the samples done and to do, after each.
+        law: Instead of the one the scenario asks for.
+
+    Raises:
+        ScenarioError: the scenario has no end.
+        SimulationError: the motion is no longer finite.
+        ControlError: the law has no value at a state of the run.
+    """
+    sim = scenario.vessel_sim
+    if sim.duration <= 0.0:
+        raise ScenarioError("vessel_sim.duration = 0 s goes on for ever: offline it must be above 0 s")
+    grid = RateGrid(sim.rate_hz)
+    plant = Simulator(sim, grid.period)
+    vessel = sim.vessel.coefficients()
+    reference_grid = RateGrid(scenario.reference_ship.rate_hz)
+    desired = Desired(make_reference(scenario.reference_ship, reference_grid.period), reference_grid)
+    observer = make_observer(scenario.controller)
+    loop = ControlLoop(law or make_law(scenario.controller), RateGrid(scenario.controller.rate_hz), observer)
+
+    samples = sample_count(sim.duration, grid)
+    rows = np.empty((samples, sum(WIDTHS)))
+    terms: list[tuple[float, Terms]] = []
+    estimates: list[Array] = []
+    for k in range(samples):
+        stamp = grid.stamp(k)
+        time = seconds(stamp)
+        push = plant.disturbance(time)
+        state = as_published(plant.state)
+        measured = state if plant.odometry_is_true else as_published(plant.measured(stamp))
+        reference, reference_acceleration = desired.at(stamp)
+        if loop.due(stamp):
+            terms.append((time, loop.step(stamp, measured, reference, reference_acceleration)))
+            if loop.estimate is not None:
+                estimates.append(as_published(loop.estimate))
+        wrench = plant.applied(loop.wrench)
+        unforced = plant.unforced_acceleration()
+        rows[k] = (time, *state, *measured, *reference, *wrench, *acceleration(push, vessel), *unforced)
+        if k + 1 < samples:
+            plant.advance(wrench, push)
+        if progress is not None:
+            progress(k + 1, samples)
+    return _run(rows, terms, estimates)
+
+
+def sample_count(duration: float, grid: RateGrid) -> int:
+    """Odometry messages in a run: one a step, and one for the start."""
+    return round(duration * grid.rate_hz) + 1
+
+
+def _run(rows: Array, terms: Sequence[tuple[float, Terms]], estimates: Sequence[Array]) -> Run:
+    """The run's arrays from its rows, WIDTHS columns each, the law's terms with their times, and the estimates."""
+    control = {"time": np.array([time for time, _ in terms])}
+    for name in Terms._fields:
+        control[name] = np.array([getattr(term, name) for _, term in terms])
+    if estimates:
+        control["estimate"] = np.array(estimates)
+    time, state, measured, reference, wrench, disturbance, unforced = np.split(rows, np.cumsum(WIDTHS)[:-1], axis=1)
+    return Run(time[:, 0], state, measured, reference, wrench, disturbance, unforced, control)

@@ -1,0 +1,1 @@
+"""Scenarios, suites and run folders: what runs, declared and checked."""

@@ -1,0 +1,117 @@
+"""The folder a run leaves behind: parameters, bag, logs, figures, report and how it went."""
+
+import datetime
+import json
+import platform
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """Paths inside a run's folder."""
+
+    path: Path
+
+    @property
+    def bag(self) -> Path:
+        """The recorded bag's folder."""
+        return self.path / "bag"
+
+    @property
+    def parameters(self) -> Path:
+        """Every parameter of every node, as a ROS parameters file."""
+        return self.path / "params.yaml"
+
+    @property
+    def logs(self) -> Path:
+        """What the nodes printed, one file each."""
+        return self.path / "logs"
+
+    @property
+    def figures(self) -> Path:
+        """The pictures."""
+        return self.path / "figures"
+
+    @property
+    def report(self) -> Path:
+        """The page that shows it all."""
+        return self.path / "report.html"
+
+    def write_parameters(self, scenario: Scenario) -> None:
+        """Write the resolved scenario."""
+        self.parameters.write_text(dump_scenario(scenario), encoding="utf-8")
+
+    @property
+    def summary(self) -> Path:
+        """How it went, and where."""
+        return self.path / "run.json"
+
+    def read_summary(self) -> dict[str, Any]:
+        """What run.json says; nothing where there is none that can be read."""
+        try:
+            content = json.loads(self.summary.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return content if isinstance(content, dict) else {}
+
+    def write_summary(self, summary: dict[str, Any]) -> None:
+        """Write run.json."""
+        self.summary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+
+
+def make_run_folder(parent: Path, name: str) -> RunFolder:
+    """Make `<parent>/<time>_<name>`, in UTC, numbered if two runs start within a second.
+
+    Raises:
+        RunError: the folder cannot be made.
+    """
+    now = datetime.datetime.now(tz=datetime.timezone.utc)
+    stem = f"{now:%Y%m%dT%H%M%S}_{re.sub(r'[^A-Za-z0-9_.-]+', '_', name)}"
+    for attempt in range(1000):
+        path = parent / (stem if attempt == 0 else f"{stem}_{attempt + 1}")
+        try:
+            path.mkdir(parents=True)
+        except FileExistsError:
+            if not path.exists():
+                raise RunError(f"run folder {path} cannot be made: {parent} is not a folder") from None
+        except OSError as error:
+            raise RunError(f"run folder {path} cannot be made: {error.strerror}") from None
+        else:
+            return RunFolder(path)
+    raise RunError(f"run folder {parent / stem} cannot be made: a thousand like it exist")
+
+
+def provenance() -> dict[str, Any]:
+    """Which code on which machine."""
+    return {
+        "version": __version__,
+        "git_commit": _git_commit(),
+        "host": platform.node(),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+    }
+
+
+def _git_commit() -> str | None:
+    """The checkout's commit, with a plus when there are changes on top; None outside a checkout."""
+    here = Path(__file__).resolve().parent
+    try:
+        described = subprocess.run(
+            ["git", "describe", "--always", "--abbrev=40", "--dirty=+", "--exclude=*"],  # noqa: S607
+            cwd=here,
+            capture_output=True,
+            text=True,
+            timeout=5.0,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return described.stdout.strip()

@@ -1,0 +1,129 @@
+"""A suite: a list of cases, each with the accuracy it asks for, and the judging of a run against it.
+
+A suite is a YAML file: what is `set` for all of its rows, and the rows.
+
+    set: {vessel_sim.duration: 400.0, controller.rate_hz: 50.0}
+    rows:
+      - {name: straight, set: {reference_ship.yaw_moment: 0.0}, over: last_quarter, at_most: 0.01}
+
+A row may name its `scenario` (else case2_tracking); it takes `at_most`, the rms position error over the end of the run,
+`largest`, the largest one there, and `excursion`, the largest of the whole run as a multiple of the first.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.scenario.scenario import read_yaml
+
+SCENARIO = "case2_tracking"
+
+WINDOWS = {"last_quarter": 0.75, "last_half": 0.5}
+"""The ends of a run that a row may judge, and the part of the run that goes before."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case of a suite.
+
+    Attributes:
+        name: How the tables call it.
+        scenario: The scenario it starts from.
+        changes: What differs, by `node.parameter`.
+        over: The end of the run that counts, one of WINDOWS.
+        at_most: Largest allowed rms position error there, m; None when nothing is asked.
+        largest: Largest allowed position error there, m.
+        excursion: Largest allowed position error of the whole run, as a multiple of the first.
+    """
+
+    name: str
+    scenario: str = SCENARIO
+    changes: Mapping[str, object] = field(default_factory=dict)
+    over: str = "last_quarter"
+    at_most: float | None = None
+    largest: float | None = None
+    excursion: float | None = None
+
+
+class Verdict(NamedTuple):
+    """What a run achieved of its row: rms and largest position error over the row's window, m, largest over the first."""
+
+    rms: float
+    largest: float
+    excursion: float
+    hit: bool
+
+
+def judge(row: Row, run: Run) -> Verdict:
+    """Measure a run as its row asks; without limits every finite run is a hit."""
+    distance = position_error(run.state, run.reference)
+    begin = run.time[0] + WINDOWS[row.over] * (run.time[-1] - run.time[0])
+    late = distance[run.time >= begin]
+    excursion = float(distance.max() / max(distance[0], 1e-9))
+    figures = rms(late), float(late.max()), excursion
+    limits = row.at_most, row.largest, row.excursion
+    hit = all(limit is None or figure <= limit for figure, limit in zip(figures, limits, strict=True))
+    return Verdict(*figures, hit)
+
+
+def load_suite(name: str | Path) -> tuple[Row, ...]:
+    """The rows of a suite.
+
+    Args:
+        name: A suite of the package, `guided`, or the path of a YAML file.
+
+    Raises:
+        ScenarioError: the suite is unknown, cannot be read or is not as above.
+    """
+    path = _find(name)
+    try:
+        document = read_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ScenarioError(f"suite file {path} cannot be read: {' '.join(str(error).split())}") from None
+    if not isinstance(document, dict) or not document.keys() <= {"set", "rows"} or not isinstance(document.get("rows"), list):
+        raise ScenarioError(f"suite file {path} is not a suite: it takes `set` and `rows`")
+    shared = document.get("set") or {}
+    return tuple(_row(entry, shared, path) for entry in document["rows"])
+
+
+def suite_names() -> list[str]:
+    """The suites that come with the package."""
+    return sorted(path.stem for path in (share_directory() / "config" / "suites").glob("*.yaml"))
+
+
+def _find(name: str | Path) -> Path:
+    path = Path(name)
+    if path.suffix in (".yaml", ".yml"):
+        return path
+    if str(name) not in suite_names():
+        raise ScenarioError(f"suite {name} is unknown: it takes one of {', '.join(suite_names())} or the path of a YAML file")
+    return share_directory() / "config" / "suites" / f"{name}.yaml"
+
+
+KEYS = ("name", "scenario", "set", "over", "at_most", "largest", "excursion")
+_LIMITS = ("at_most", "largest", "excursion")
+
+
+def _row(entry: Any, shared: Mapping[str, object], path: Path) -> Row:
+    """One row, its own changes over the shared ones."""
+    if not isinstance(entry, dict) or "name" not in entry or not entry.keys() <= set(KEYS):
+        raise ScenarioError(f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}")
+    name = str(entry["name"])
+    over = entry.get("over", "last_quarter")
+    if over not in WINDOWS:
+        raise ScenarioError(f"{path}: over = {over} of row {name} is not allowed: it takes one of {', '.join(WINDOWS)}")
+    limits: dict[str, float] = {}
+    for key in _LIMITS:
+        if entry.get(key) is not None:
+            if isinstance(entry[key], bool) or not isinstance(entry[key], int | float) or not entry[key] > 0.0:
+                raise ScenarioError(f"{path}: {key} = {entry[key]} of row {name} is not allowed: it takes a number above 0")
+            limits[key] = float(entry[key])
+    changes = {**shared, **(entry.get("set") or {})}
+    return Row(name, str(entry.get("scenario", SCENARIO)), changes, over, **limits)

@@ -1,1 +1,0 @@
-"""Verbs of the command `vessel-hsmc`, one file each."""
