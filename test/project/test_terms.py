@@ -1,0 +1,28 @@
+"""The list of terms finds what it should and nothing else."""
+
+import pytest
+import terms
+
+
+def words(line: str, path: str = "README.md") -> list[str]:
+    return [occurrence.word for occurrence in terms.occurrences(path, line)]
+
+
+@pytest.mark.parametrize("line", ["the law is told the mass", "as_told = 1", "Nobody reads it", "the same bits in every run"])
+def test_private_words_are_found_in_prose_and_in_names(line: str) -> None:
+    assert words(line) != []
+
+
+@pytest.mark.parametrize("line", ["the bold task", "essays", "the pushbutton", "swinger", "bit-identical"])
+def test_parts_of_longer_words_are_not_found(line: str) -> None:
+    assert words(line) == []
+
+
+def test_an_occurrence_names_its_place_and_the_standard_term() -> None:
+    (found,) = terms.occurrences("docs/live.md", "first\nthe weather\n")
+    assert str(found) == "docs/live.md:2: weather -> environmental loads, disturbance; wind, waves and current"
+
+
+def test_exceptions_are_limited_to_their_files() -> None:
+    assert words("# what it asks of the ship", "msg_defs/msg/ControlState.msg") == []
+    assert words("# what it asks of the ship", "docs/live.md") == ["asks"]
