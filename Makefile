@@ -1,4 +1,4 @@
-# Everything runs in a virtual environment in this folder; no ROS install is needed, nothing outside is touched.
+# Everything runs in a virtual environment in this folder: no ROS installation is needed and nothing outside is changed.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -6,62 +6,84 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo reproduce verdict test golden check format benchmark benchmark-bags benchmark-report benchmark-guided benchmark-realistic docs lock clean
+.PHONY: help setup demo reproduce verdict test coverage mutants golden node-readers check format terms \
+	benchmark benchmark-bags benchmark-guided benchmark-realistic benchmark-report docs site lock clean
 
-help:  ## show what can be made
+help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-setup: $(VENV)/.package  ## make the virtual environment, compile the messages, install the package
+setup: $(VENV)/.package  ## create the virtual environment, compile the messages, install the package
 
-demo: setup  ## run the paper's case 2 over real ROS 2 nodes and record it
-	@$(BIN)/vessel-hsmc run case2_tracking
+demo: setup  ## run the paper's case 2 with the paper's law and with the guided law, and compare them in one page
+	@$(BIN)/vessel-hsmc demo
 
-reproduce: setup  ## run every case of the paper, draw its figures, judge its claims
+reproduce: setup  ## run every case of the paper, draw its figures, evaluate its claims
 	@$(BIN)/vessel-hsmc reproduce
 
-verdict: setup  ## the same, into docs: claims.md, results.json and the pictures of verdict.md
+verdict: setup  ## as reproduce, and update docs: claims.md, results.json and the figures of verdict.md
 	@$(BIN)/vessel-hsmc reproduce --output build/reproduce
 	@cp build/reproduce/claims.md build/reproduce/results.json docs/
 	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
 
-# Builds and pure tests share the cores, file by file, since a file's fixtures are made once a process; those with nodes have
-# the cores for themselves, because they measure time.
+# Tests without nodes share the cores, file by file, because fixtures live as long as their file. Tests with nodes run alone:
+# they depend on time.
 test: setup  ## run all tests
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --ignore test/nodes --ignore test/processes
 	@$(BIN)/python -m pytest test/nodes test/processes
 
-golden: setup  ## run every scenario, show what changed since its golden run, record it
+coverage: setup  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
+	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project
+
+mutants: setup  ## apply each known bug of test/mutants to a copy and check that its test fails
+	@$(BIN)/python test/mutants/run.py
+
+golden: setup  ## run every scenario, show the differences from its golden run, record it
 	@$(BIN)/python test/golden/refresh.py
 
-check: setup  ## lint, types, direction of imports
+node-readers:  ## install npm's MCAP reader into build/node, for test/bags
+	@mkdir -p build/node
+	@npm install --silent --no-audit --no-fund --prefix build/node @mcap/core@2.2.2 @mcap/support@1.1.0 \
+		@foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0
+
+check: setup  ## format, lint, types, directions of imports, declared imports, spelling, terms
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+	@$(BIN)/deptry .
+	@$(BIN)/codespell
+	@$(BIN)/python test/project/terms.py
 
 format: setup  ## format the code
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
 
+terms: setup  ## list words that have a standard term instead (test/project/terms.yaml)
+	@$(BIN)/python test/project/terms.py
+
 benchmark: setup  ## measure a lockstep step against bare rclpy round trips
 	@$(BIN)/python benchmarks/loop.py
 
-benchmark-bags: setup  ## measure writing, recording and watching, and kill 20 recorders
+benchmark-bags: setup  ## measure writing, recording and live viewing, and kill 20 recorders
 	@$(BIN)/python benchmarks/bags.py
 	@$(BIN)/python benchmarks/watching.py
 	@$(BIN)/python benchmarks/kills.py
 
-benchmark-guided: setup  ## run the guided law's whole table at 10, 50 and 100 Hz
+benchmark-guided: setup  ## run the suite of the guided law at 10, 50 and 100 Hz
 	@$(BIN)/python benchmarks/guided.py
 
-benchmark-realistic: setup  ## measure what each part of the realistic ship does
+benchmark-realistic: setup  ## measure the effect of each part of the realistic ship
 	@$(BIN)/python benchmarks/realistic.py
 
-benchmark-report: setup  ## measure the report of an hour at 100 Hz against its limits
+benchmark-report: setup  ## measure the report of one hour at 100 Hz against its limits
 	@$(BIN)/python benchmarks/report.py
 
 docs: setup  ## write docs/parameters.md from the declarations
 	@$(BIN)/vessel-hsmc parameters > docs/parameters.md
+
+site: setup  ## build the documentation with the API reference into build/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@echo "Open build/site/index.html"
 
 lock: setup  ## resolve requirements.in into requirements.lock
 	@$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-annotate --no-header \
@@ -78,7 +100,7 @@ $(VENV)/.requirements: requirements.lock
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --requirement requirements.lock
 	@touch $@
 
-# The wheels' prefix is the underlay, as a sourced ROS install would be.
+# The environment's prefix serves as the underlay, like a sourced ROS installation.
 $(VENV)/.messages: $(VENV)/.requirements $(MESSAGE_SOURCES)
 	@echo "Compiling the messages ..."
 	@mkdir -p $(MESSAGES)
@@ -86,7 +108,7 @@ $(VENV)/.messages: $(VENV)/.requirements $(MESSAGE_SOURCES)
 	{ cmake -S msg_defs -B $(MESSAGES) -G Ninja -DCMAKE_PREFIX_PATH=$(CURDIR)/$(VENV) \
 		-DCMAKE_INSTALL_PREFIX=$(CURDIR)/$(VENV) -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python -DBUILD_TESTING=OFF \
 	&& cmake --build $(MESSAGES) && cmake --install $(MESSAGES); } > $(MESSAGES)/log.txt 2>&1 \
-	|| { tail -n 30 $(MESSAGES)/log.txt; echo "The messages did not compile; the whole log is in $(MESSAGES)/log.txt"; exit 1; }
+	|| { tail -n 30 $(MESSAGES)/log.txt; echo "The messages did not compile; the complete log is in $(MESSAGES)/log.txt"; exit 1; }
 	@touch $@
 
 $(VENV)/.package: $(VENV)/.messages setup.py setup.cfg pyproject.toml package.xml

@@ -10,7 +10,7 @@ SHARE = f"share/{PACKAGE}"
 
 
 def data_files() -> list[tuple[str, list[str]]]:
-    """Where what is not Python goes: the resource marker, package.xml, config and launch."""
+    """List the files to install below the prefix: resource marker, package.xml, config and launch."""
     files = [
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (SHARE, ["package.xml"]),
@@ -28,13 +28,24 @@ setup(
     version=ElementTree.parse("package.xml").findtext("version"),  # noqa: S314 - our own file
     description="Hierarchical sliding-mode control of underactuated ships over ROS 2",
     license="Apache-2.0",
-    maintainer="vessel_hsmc_ros maintainers",
-    maintainer_email="maintainers@vessel-hsmc.org",
     python_requires=">=3.10",
     packages=find_packages(exclude=["test", "test.*", "msg_defs*", "benchmarks*"]),
-    package_data={f"{PACKAGE}.report": ["assets/*"]},
+    package_data={PACKAGE: ["py.typed"], "vessel_sim_node": ["py.typed"], f"{PACKAGE}.report": ["assets/*"]},
     data_files=data_files(),
-    install_requires=["click", "jinja2", "matplotlib", "mcap", "numpy", "plotly", "pyyaml", "rich", "rosbags", "setuptools"],
+    install_requires=[
+        "click",
+        "jinja2",
+        "lz4",
+        "matplotlib",
+        "mcap",
+        "numpy",
+        "plotly",
+        "pyyaml",
+        "rich",
+        "rosbags",
+        "setuptools",
+        "zstandard",
+    ],
     extras_require={
         "live": ["foxglove-sdk"],
         "nmpc": ["casadi"],

@@ -1,6 +1,6 @@
-# The message packages that come as Python wheels name include directories of the machine that built them, and CMake refuses
-# an imported target whose include directory does not exist. Taking those names off is right everywhere: a directory that
-# does not exist holds no header. With a ROS install there is nothing to take off.
+# The message packages that come as Python wheels list include directories of the machine that built them. CMake rejects an
+# imported target whose include directory does not exist, so the missing ones are removed here. In a ROS installation all of
+# them exist and nothing is removed.
 get_directory_property(imported_targets IMPORTED_TARGETS)
 foreach(target IN LISTS imported_targets)
   get_target_property(directories ${target} INTERFACE_INCLUDE_DIRECTORIES)
