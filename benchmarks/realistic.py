@@ -1,8 +1,9 @@
-"""What each part of the realistic ship does to the track and to the observer's estimates.
+"""The effect of each part of the realistic ship on the tracking error and on the observer's estimates.
 
-Every row of config/suites/realistic.yaml offline: the position error over the last quarter, how fast the wrench moves, how far
-the estimates are from the truth over the last half; then poses alone in the paper's weather, with the guided law's default gains
-and with gentler ones; then an update of the observer, timed. Ends with exit code 1 when a row is missed.
+Runs every row of config/suites/realistic.yaml offline and prints the position error over the last quarter, the rate of the
+wrench and the errors of the estimates over the last half. Then the same for pose measurements alone under the paper's
+disturbance, with the guided law's default gains and with lower ones, and the time of an update of the observer. The exit code
+is 1 if a row misses its limit.
 
     python benchmarks/realistic.py [--jobs 2]
 """
@@ -42,11 +43,11 @@ POSES = {
 }
 NOISE = {"vessel_sim.sensors.position_noise": 0.1, "vessel_sim.sensors.heading_noise": 0.0017453292519943296}
 
-Figures = tuple[Verdict, np.ndarray, np.ndarray]
+Metrics = tuple[Verdict, np.ndarray, np.ndarray]
 
 
 def main() -> int:
-    """Run all, print the tables."""
+    """Run all rows and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
     arguments = parser.parse_args()
@@ -55,8 +56,8 @@ def main() -> int:
     with Progress(console=console, transient=True) as progress, ProcessPoolExecutor(arguments.jobs) as pool:
         bar = progress.add_task("rows", total=len(rows))
         found = []
-        for figures in pool.map(measure, rows):
-            found.append(figures)
+        for metrics in pool.map(measure, rows):
+            found.append(metrics)
             progress.advance(bar)
     console.print(table(rows, found))
     console.print(f"an update of the observer takes {1e6 * update_time(0.0):.0f} µs, with waves {1e6 * update_time(6.0):.0f} µs")
@@ -64,20 +65,20 @@ def main() -> int:
 
 
 def more_rows() -> list[Row]:
-    """The realistic ship and poses alone, with the guided law's default gains and with those of the realistic scenario."""
+    """Return the rows for the default gains of the guided law and for pose measurements alone."""
     chosen = load_scenario("realistic").controller.guided
     gains = {f"controller.guided.{name}": getattr(chosen, name) for name in GENTLE}
     defaults = {f"controller.guided.{name}": getattr(type(chosen)(), name) for name in GENTLE}
     return [
         Row("the guided law's default gains", "realistic", defaults),
-        Row("paper's weather, noisy poses alone", changes=POSES | NOISE | gains, at_most=0.05),
+        Row("the paper's disturbance, noisy poses only", changes=POSES | NOISE | gains, at_most=0.05),
         Row("the same, default gains", changes=POSES | NOISE),
-        Row("paper's weather, perfect poses alone", changes=POSES | gains),
+        Row("the paper's disturbance, exact poses only", changes=POSES | gains),
     ]
 
 
-def measure(row: Row) -> Figures:
-    """Verdict, rms rates of the wrench [N/s, N·m/s] and rms errors of the estimates, NaN without an observer."""
+def measure(row: Row) -> Metrics:
+    """Return verdict, rms rates of the wrench [N/s, N·m/s] and rms errors of the estimates, NaN without an observer."""
     run = simulate(load_scenario(row.scenario, row.changes))
     late = slice(len(run.time) // 2, None)
     rates = np.std(np.diff(run.wrench[late], axis=0) / np.diff(run.time)[0], axis=0)
@@ -85,7 +86,7 @@ def measure(row: Row) -> Figures:
 
 
 def estimate_errors(run: Run) -> np.ndarray:
-    """Rms errors of x and y together, psi, u, v, r over the last half."""
+    """Return the rms errors of x and y together, psi, u, v, r over the last half."""
     if "estimate" not in run.control:
         return np.full(5, np.nan)
     at = np.searchsorted(run.time, run.control["time"] - 1e-9)
@@ -95,8 +96,8 @@ def estimate_errors(run: Run) -> np.ndarray:
     return np.sqrt(np.array([square[0] + square[1], *square[2:]]))
 
 
-def table(rows: tuple[Row, ...], found: list[Figures]) -> Table:
-    """One row a case."""
+def table(rows: tuple[Row, ...], found: list[Metrics]) -> Table:
+    """Lay out one row per case."""
     made = Table("", "position rms, m", "largest, m", "force kN/s", "moment kN·m/s", "x, y m", "psi °", "u m/s", "v m/s", "r °/s")
     for row, (verdict, rates, errors) in zip(rows, found, strict=True):
         shown = [f"{verdict.rms:.3f}" + ("" if verdict.hit else " MISSED"), f"{verdict.largest:.2f}"]
@@ -108,7 +109,7 @@ def table(rows: tuple[Row, ...], found: list[Figures]) -> Table:
 
 
 def update_time(wave_period: float) -> float:
-    """Seconds of one update, the smallest of five turns."""
+    """Return the time of one update in seconds, the smallest of five rounds."""
     observer = Observer(ObserverParameters(wave_period=wave_period), KnownVessel())
     poses = np.random.default_rng(1).normal(size=(UPDATES, 3), scale=0.1)
     turns = []
