@@ -1,4 +1,4 @@
-"""How fast and how evenly bags are written.
+"""Speed and memory of writing bags.
 
 python benchmarks/bags.py [--rounds 5]
 """
@@ -25,7 +25,7 @@ console = Console()
 
 
 def main() -> None:
-    """Measure both, print a table of each."""
+    """Measure both and print a table of each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=5, help="turns of each writer")
     arguments = parser.parse_args()
@@ -35,7 +35,7 @@ def main() -> None:
 
 
 def recorded(folder: Path) -> Bag:
-    """A recorded run of case 2, 60 s."""
+    """Record case 2 for 60 s, once, and open the bag."""
     command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", str(folder / "recorded")]
     command += ["--set", "vessel_sim.duration=60"]
     if not (folder / "recorded").exists():
@@ -44,7 +44,7 @@ def recorded(folder: Path) -> Bag:
 
 
 def rate(folder: Path, rounds: int) -> None:
-    """Messages a second through our writer and through the bare library, the same messages in turns."""
+    """Measure messages per second of the recorder's writer and of the mcap library's, on the same messages in turns."""
     bag = recorded(folder)
     messages = list(bag.raw_messages())
     table = Table("messages a second", "recorder's writer", "bare mcap writer", "share")
@@ -59,14 +59,14 @@ def rate(folder: Path, rounds: int) -> None:
 
 
 def timed(work: Callable[[], None]) -> float:
-    """Seconds of processor time of some work; other processes do not count."""
+    """Return the processor time of some work in seconds; other processes do not count."""
     began = time.process_time()
     work()
     return time.process_time() - began
 
 
 def write(directory: Path, bag: Bag, messages: list[RawMessage], compression: str) -> None:
-    """By the writer that the recorder uses."""
+    """Write with the recorder's writer."""
     writer = BagWriter(directory, compression)
     topics = {}
     for series in bag.topics.values():
@@ -78,7 +78,7 @@ def write(directory: Path, bag: Bag, messages: list[RawMessage], compression: st
 
 
 def write_bare(path: Path, bag: Bag, messages: list[RawMessage], compression: str) -> None:
-    """By the mcap library alone, with its own settings."""
+    """Write with the mcap library's writer and its default settings."""
     with path.open("wb") as stream:
         writer = Writer(stream, compression=CompressionType[compression.upper()])
         writer.start(profile="ros2")
@@ -92,7 +92,7 @@ def write_bare(path: Path, bag: Bag, messages: list[RawMessage], compression: st
 
 
 def memory(folder: Path) -> None:
-    """Memory of this process while it writes a million messages."""
+    """Measure the memory of this process while it writes a million messages."""
     bag = recorded(folder)
     messages = list(bag.raw_messages())
     writer = BagWriter(folder / "million")
@@ -113,7 +113,7 @@ def memory(folder: Path) -> None:
 
 
 def endless(messages: list[RawMessage]) -> Iterator[RawMessage]:
-    """The same messages again and again, later each time."""
+    """Repeat the messages endlessly, with later times in each round."""
     shift = 0
     while True:
         for message in messages:
@@ -122,7 +122,7 @@ def endless(messages: list[RawMessage]) -> Iterator[RawMessage]:
 
 
 def resident() -> float:
-    """Memory of this process in MB."""
+    """Return the resident memory of this process in MB."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * resource.getpagesize() / 1e6
 

@@ -1,8 +1,8 @@
-"""The guided law against everything it has to reach, and what it costs.
+"""The guided law on its whole suite, and its computation time.
 
-Every row of config/suites/guided.yaml with the law at 10, 50 and 100 Hz and one set of gains; the time of an update beside that
-of the hierarchical law, the two taking turns; and how fast the wrench moves with noisy sensors, beside the same law. Ends with
-exit code 1 when a row is missed or an update takes more than twice the time.
+Runs every row of config/suites/guided.yaml with the law at 10, 50 and 100 Hz and one set of gains. Measures the time of an update
+in turns with the hierarchical law, and the rate of the wrench with noisy sensors for both laws. The exit code is 1 if a row
+misses its limit or an update takes more than twice the time.
 
     python benchmarks/guided.py [--rates 10 50 100] [--jobs 2]
 """
@@ -27,17 +27,17 @@ RATES = (10.0, 50.0, 100.0)
 LAWS = ("hierarchical", "guided")
 ROUNDS, UPDATES = 200, 200
 AT_MOST = 2.0
-"""Update times of the hierarchical law that an update may take."""
+"""Largest permitted update time, as a multiple of the hierarchical law's."""
 
 NOISY = {"vessel_sim.duration": 200.0}
 SETTLED = 100.0
 
 
 def main() -> int:
-    """Run all, print the tables."""
+    """Run everything and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rates", type=float, nargs="+", default=list(RATES), help="rates of the law, Hz")
-    parser.add_argument("--jobs", type=int, default=None, help="processes at a time; one a core unless said otherwise")
+    parser.add_argument("--jobs", type=int, default=None, help="processes at a time (default: one per core)")
     arguments = parser.parse_args()
     console = Console(width=110)
     rows = load_suite("guided")
@@ -52,7 +52,7 @@ def main() -> int:
 
 
 def run_all(rows: tuple[Row, ...], rates: list[float], jobs: int | None, console: Console) -> list[Outcome]:
-    """Every row at every rate, rate by rate."""
+    """Run every row at every rate, rate by rate."""
     tasks = [Task(row, "guided", rate) for rate in rates for row in rows]
     with Progress(console=console, transient=True) as progress:
         bar = progress.add_task("rows", total=len(tasks))
@@ -60,7 +60,7 @@ def run_all(rows: tuple[Row, ...], rates: list[float], jobs: int | None, console
 
 
 def accuracy(rows: tuple[Row, ...], rates: list[float], outcomes: list[Outcome]) -> Table:
-    """The rms position error of each row at each rate; a miss is marked by a star."""
+    """Tabulate the rms position error of each row at each rate; a missed limit is marked by a star."""
     table = Table("row", "at most [m]", *(f"{rate:g} Hz [m]" for rate in rates), "largest [m]", "excursion")
     for i, row in enumerate(rows):
         of_row = outcomes[i :: len(rows)]
@@ -73,7 +73,7 @@ def accuracy(rows: tuple[Row, ...], rates: list[float], outcomes: list[Outcome])
 
 
 def update_times() -> tuple[Table, float]:
-    """Time of one update of each law on the same inputs, taking turns; and guided's as a multiple of hierarchical's."""
+    """Measure one update of each law on the same inputs in turns; return the table and the ratio guided / hierarchical."""
     random = np.random.default_rng(0)
     states, references = random.normal(size=(UPDATES, 6)), random.normal(size=(UPDATES, 6))
     acceleration = np.zeros(3)
@@ -94,7 +94,7 @@ def update_times() -> tuple[Table, float]:
 
 
 def wrench_rates() -> Table:
-    """How fast the applied wrench moves with noisy sensors, rms from 100 s to 200 s; the hierarchical law needs its 100 Hz."""
+    """Tabulate the rms rate of the applied wrench with noisy sensors from 100 s to 200 s; the hierarchical law needs 100 Hz."""
     (row,) = (row for row in load_suite("guided") if row.name == "noise")
     table = Table("law, with noise", "rate [Hz]", "surge force [N/s rms]", "yaw moment [N·m/s rms]")
     for name, rate_hz in (("guided", 50.0), ("guided", 100.0), ("hierarchical", 100.0)):

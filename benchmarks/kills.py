@@ -1,4 +1,4 @@
-"""What is left of a bag whose recorder is killed: runs in lockstep at full speed, SIGKILL for all processes at random moments.
+"""Readability of bags after SIGKILL: lockstep runs at full speed, all processes killed at random moments.
 
 python benchmarks/kills.py [--runs 20]
 """
@@ -32,7 +32,7 @@ console = Console()
 
 
 def main() -> None:
-    """Kill as many runs as asked for, print what came of each."""
+    """Kill the given number of runs and print the result of each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=20, help="runs to kill")
     arguments = parser.parse_args()
@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def kills(folder: Path, count: int) -> None:
-    """Kill -9 everything at random moments; what readers find, before and after the recovery."""
+    """Kill runs at random moments and tabulate the result of every reader before and after the recovery."""
     table = Table("run", "killed at", "readable by", "lost", "lost", "recovered")
     table.add_row("", "simulated", "of 3 readers", "wall", "simulated", "")
     good = 0
@@ -54,11 +54,11 @@ def kills(folder: Path, count: int) -> None:
         print(f"run {turn + 1} of {count}: {good} good", file=sys.stderr)
     rclpy.shutdown()
     console.print(table)
-    console.print(f"{good} of {count} readable by every reader, at most 1 s lost, recovered and verified to the last bit")
+    console.print(f"{good} of {count} readable by every reader, at most 1 s lost, recovered and verified as bit-identical")
 
 
 def kill(folder: Path, moment: float) -> tuple[list[str], bool]:
-    """One run, killed with all its processes when it comes to a moment of simulated time."""
+    """Kill one run with all its processes at a moment of simulated time; return its row, and whether it met the limits."""
     folder.mkdir()
     heard = listen_and_kill(folder, round(moment * 1e9))
     bag = next(folder.glob("runs/*/bag"))
@@ -66,10 +66,10 @@ def kill(folder: Path, moment: float) -> tuple[list[str], bool]:
     before = [readable(reader, bag) for reader in (by_stream, by_index, by_rosbags)]
     had = max((stamp for _, stamp in heard if stamp <= min(before)), default=0)
     lost = killed_at - max(at for at, stamp in heard if stamp <= had)
-    told = repair(bag)
+    repaired = repair(bag)
     after = [readable(reader, bag) for reader in (by_stream, by_index, by_rosbags)]
     opened = open_bag(bag)
-    sound = is_complete(bag) and after == before and opened.count == told.messages
+    sound = is_complete(bag) and after == before and opened.count == repaired.messages
     sound = sound and not len(verify(opened, opened.scenario()).differing)
     readers = sum(stamp >= 0 for stamp in before)
     line = [f"{last / 1e9:.2f} s", str(readers), f"{lost:.2f} s", f"{(last - min(before)) / 1e9:.2f} s", "yes" if sound else "NO"]
@@ -77,7 +77,7 @@ def kill(folder: Path, moment: float) -> tuple[list[str], bool]:
 
 
 def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
-    """Run case 2, hear its odometry from outside until a moment, kill all; when each stamp was heard, the kill's time last."""
+    """Run case 2 and kill it at a moment of its odometry; return (time of receipt, stamp) pairs, the time of the kill last."""
     command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", str(folder / "runs")]
     with (folder / "output.txt").open("wb") as output:
         run = subprocess.Popen(command, stdout=output, stderr=output)
@@ -91,8 +91,8 @@ def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
     end = time.monotonic() + 120.0
     while heard[-1][1] < moment:
         if run.poll() is not None or time.monotonic() > end:
-            told = (folder / "output.txt").read_text(encoding="utf-8")
-            raise RuntimeError(f"the run came to {heard[-1][1] / 1e9:g} s only, exit code {run.poll()}:\n{told}")
+            printed = (folder / "output.txt").read_text(encoding="utf-8")
+            raise RuntimeError(f"the run reached {heard[-1][1] / 1e9:g} s only, exit code {run.poll()}:\n{printed}")
         rclpy.spin_once(node, timeout_sec=0.05)
     children = Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text(encoding="ascii").split()
     for pid in (run.pid, *map(int, children)):
@@ -104,7 +104,7 @@ def listen_and_kill(folder: Path, moment: int) -> list[tuple[float, int]]:
 
 
 def readable(reader: Callable[[Path], Any], bag: Path) -> int:
-    """The last stamp that a reader finds in unbroken odometry, ns; -1 where it finds nothing or fails."""
+    """Return the stamp of the last odometry that a reader finds, in ns; -1 if it finds none or fails."""
     try:
         return (int(reader(bag)) - 1) * PERIOD
     except Exception as error:
@@ -113,14 +113,14 @@ def readable(reader: Callable[[Path], Any], bag: Path) -> int:
 
 
 def by_stream(bag: Path) -> int:
-    """From front to back, without looking at the end."""
+    """Read sequentially, without the index."""
     with (bag / "bag_0.mcap").open("rb") as stream:
         reader = NonSeekingReader(stream, validate_crcs=True)
         return sum(channel.topic == "/odom" for _, channel, _ in reader.iter_messages(log_time_order=False))
 
 
 def by_index(bag: Path) -> int:
-    """By the index at the end."""
+    """Read by the index at the end."""
     with (bag / "bag_0.mcap").open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         summary = reader.get_summary()
@@ -130,7 +130,7 @@ def by_index(bag: Path) -> int:
 
 
 def by_rosbags(bag: Path) -> int:
-    """By PyPI's rosbags, metadata.yaml included."""
+    """Read with PyPI's rosbags, metadata.yaml included."""
     with AnyReader([bag]) as reader:
         connections = [connection for connection in reader.connections if connection.topic == "/odom"]
         return sum(1 for _ in reader.messages(connections))

@@ -1,8 +1,8 @@
-"""What a lockstep step costs, beside bare rclpy round trips of the same two message types.
+"""The time of a lockstep step, relative to plain rclpy round trips of the same two message types.
 
 A step is four processes: plant, reference ship, controller and recorder, everything recorded. A round trip is two: one
 publishes nav_msgs/Odometry, the other answers with geometry_msgs/WrenchStamped, both with rclpy's own executor and default
-quality of service. The two take turns, so that whatever else the machine does falls on both.
+quality of service. The two take turns, so that other load on the machine affects both.
 
     python benchmarks/loop.py [--rounds 5]
 """
@@ -31,7 +31,7 @@ LIMIT = 60.0
 
 
 def main() -> None:
-    """Take turns, print the table."""
+    """Measure both in turns and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=5, help="turns of each")
     parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def round_trip() -> float:
-    """Seconds of one bare round trip."""
+    """Return the time of one plain round trip in seconds."""
     other = subprocess.Popen([sys.executable, __file__, "--echo"])
     try:
         return measure()
@@ -69,7 +69,7 @@ def round_trip() -> float:
 
 
 def measure() -> float:
-    """Publish odometry, wait for the wrench, again and again."""
+    """Publish odometry and wait for the wrench, repeatedly."""
     rclpy.init()
     node = rclpy.create_node("bare_plant")
     publisher = node.create_publisher(Odometry, "bare_odom", 10)
@@ -88,7 +88,7 @@ def measure() -> float:
     def spin(condition: object) -> None:
         while not condition():  # type: ignore[operator]
             if time.monotonic() > end:
-                raise TimeoutError("no round trips: the two processes have not found each other, or lost a message")
+                raise TimeoutError("no round trips: the two processes have not discovered each other, or a message was lost")
             executor.spin_once(timeout_sec=0.5)
 
     spin(lambda: publisher.get_subscription_count() and subscription.get_publisher_count())
@@ -104,7 +104,7 @@ def measure() -> float:
 
 
 def echo() -> None:
-    """The other process: answer every odometry message."""
+    """Run the other process: answer every odometry message."""
     rclpy.init()
     node = rclpy.create_node("bare_controller")
     publisher = node.create_publisher(WrenchStamped, "bare_wrench", 10)
@@ -121,14 +121,14 @@ def echo() -> None:
 
 
 def lockstep_step() -> float:
-    """Seconds of one step of case 2, from the plant's own account of its run."""
+    """Return the time of one step of case 2 in seconds, from the run's summary."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", folder]
         command += ["--set", f"vessel_sim.duration={DURATION}"]
         subprocess.run(command, check=True, timeout=LIMIT, capture_output=True)
         (summary,) = Path(folder).glob("*/run.json")
-        told = json.loads(summary.read_text(encoding="utf-8"))
-    return float(told["loop_time"] / told["steps"])
+        result = json.loads(summary.read_text(encoding="utf-8"))
+    return float(result["loop_time"] / result["steps"])
 
 
 if __name__ == "__main__":

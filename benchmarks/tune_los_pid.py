@@ -1,10 +1,10 @@
-"""How the gains of the baseline `los_pid` were found: a coordinate search from gains as a textbook would choose them.
+"""Tuning of the baseline `los_pid`: a coordinate search from textbook gains.
 
 Cases: circle and straight, each calm, under the paper's disturbance, and under it with noisy sensors, 240 s, the law at 50 Hz,
 limited actuators. Cost: the mean over the cases of log(rms position error of the last quarter), not below 1 mm, plus half of the
-same for the second quarter, not below 1 cm, so that settling counts too. Noise keeps the gains from growing without end.
+same for the second quarter, not below 1 cm, so that settling counts too. Noise bounds the gains.
 
-    .venv/bin/python benchmarks/tune_los_pid.py        # some ten minutes on two cores
+    .venv/bin/python benchmarks/tune_los_pid.py        # about ten minutes on two cores
 """
 
 import math
@@ -43,13 +43,13 @@ NOISY = {
     "vessel_sim.sensors.velocity_noise": 0.01,
     "vessel_sim.sensors.yaw_rate_noise": math.radians(0.1),
 }
-SEAS = ({}, CALM, NOISY)
-REFERENCES = ({}, {"reference_ship.yaw_moment": 0.0})
+SEAS: tuple[dict[str, float], ...] = ({}, CALM, NOISY)
+REFERENCES: tuple[dict[str, float], ...] = ({}, {"reference_ship.yaw_moment": 0.0})
 CASES = tuple(COMMON | reference | sea for reference in REFERENCES for sea in SEAS)
 
 
 def case_cost(job: tuple[dict[str, float], dict[str, float]]) -> float:
-    """The cost of gains on one case."""
+    """Return the cost of a set of gains on one case."""
     gains, case = job
     try:
         run = simulate(load_scenario("case2_tracking", case | {f"controller.los_pid.{name}": g for name, g in gains.items()}))
@@ -61,7 +61,7 @@ def case_cost(job: tuple[dict[str, float], dict[str, float]]) -> float:
 
 
 def main() -> None:
-    """Multiply and divide one gain after the other as long as it helps; then by less."""
+    """Multiply and divide one gain after the other while the cost decreases; then repeat with a smaller factor."""
     with ProcessPoolExecutor() as pool:
 
         def cost(gains: dict[str, float]) -> float:

@@ -1,7 +1,7 @@
-"""What it costs a lockstep run to be recorded, and to be watched.
+"""The cost of recording and of the live view for a lockstep run.
 
-All kinds take turns, and the plant's own account gives the steps of each second. What else the machine does slows a second
-down and never speeds one up: the fastest tenth of the seconds tell a cost best.
+All configurations take turns; the steps of each second come from the plant's diagnostics. Other load on the machine can slow a
+second down but never speed it up, so the fastest tenth of the seconds is the best estimate of a cost.
 
     python benchmarks/watching.py [--rounds 5]
 """
@@ -15,12 +15,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import NodeGroup
@@ -40,7 +42,7 @@ KINDS = {
 
 
 def main() -> None:
-    """Take turns, print the table."""
+    """Run all configurations in turns and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=5, help="turns of each kind")
     parser.add_argument("--client", action="store_true", help=argparse.SUPPRESS)
@@ -63,27 +65,27 @@ def main() -> None:
 
 
 def table(paces: dict[str, list[float]], processor: dict[str, list[float]]) -> Table:
-    """The pace of each kind, and how much more time it takes than the one before any recording."""
+    """Lay out the pace of each configuration, and its additional time relative to the run without recorder."""
     found = Table(f"{DURATION:g} s of case 2", "seconds", "median steps/s", "fastest tenth", "processor time")
     first: tuple[float, ...] = ()
     for kind, pace_of in paces.items():
         median, fast, used = statistics.median(pace_of), statistics.quantiles(pace_of, n=10)[-1], min(processor[kind])
         first = first or (median, fast, used)
         more = [100.0 * (share - 1.0) for share in (first[0] / median, first[1] / fast, used / first[2])]
-        figures = (f"{median:.0f}", f"{fast:.0f}", f"{used:.2f} s")
-        found.add_row(kind, str(len(pace_of)), *(f"{f} ({m:+.0f} %)" for f, m in zip(figures, more, strict=True)))
-    found.caption = "In brackets: how much more time than without recorder. The client takes every topic."
+        values = (f"{median:.0f}", f"{fast:.0f}", f"{used:.2f} s")
+        found.add_row(kind, str(len(pace_of)), *(f"{f} ({m:+.0f} %)" for f, m in zip(values, more, strict=True)))
+    found.caption = "In brackets: additional time relative to no recorder. The client takes every topic."
     return found
 
 
 def processor_time() -> float:
-    """Seconds that all processes which were started here, and have ended, have worked."""
+    """Return the processor time of all child processes that have ended, in seconds."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def pace(folder: Path, kind: str) -> list[float]:
-    """Steps in each second of a run, from the plant's own account."""
+    """Run one configuration and return its steps per second, for each second of the plant's diagnostics."""
     folder.mkdir()
     names = KINDS[kind]
     changes = for_nodes(recorded="recorder" in names, real_time=False) | {
@@ -92,25 +94,25 @@ def pace(folder: Path, kind: str) -> list[float]:
     }
     parameters = folder / "params.yaml"
     parameters.write_text(dump_scenario(load_scenario("case2_tracking", changes)), encoding="utf-8")
-    told: dict[float, float] = {}
+    heard_at: dict[float, float] = {}
     client = subprocess.Popen([sys.executable, __file__, "--client"]) if kind == WATCHED else None
     with NodeGroup(parameters, folder / "logs", names=names) as nodes, StatusListener() as listener:
         while nodes.ended() is None:
             listener.listen(0.1)
             if (simulated := float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))) > 0.0:
-                told.setdefault(simulated, listener.heard_at["vessel_sim"])
+                heard_at.setdefault(simulated, listener.heard_at["vessel_sim"])
     if client is not None and client.wait(10.0):
-        raise RuntimeError("the client did not see the run")
+        raise RuntimeError("the client received fewer than 100 messages")
     if (failed := nodes.failed()) is not None:
         raise RuntimeError(f"{failed.outcome()}, see {folder}/logs")
-    (simulated, heard) = zip(*list(told.items())[:-1], strict=True)  # the last is told when all is over
-    return [100.0 * (b - a) / (t - s) for a, b, s, t in zip(simulated, simulated[1:], heard, heard[1:], strict=False)]
+    points = list(heard_at.items())[:-1]  # the last diagnostics come after the end of the run
+    return [100.0 * (b - a) / (t - s) for (a, s), (b, t) in pairwise(points)]
 
 
 def watch() -> None:
-    """Be the client: subscribe to whatever is offered, throw away what comes; fail when hardly anything did."""
+    """Run the client: subscribe to every channel and discard the messages; the exit code is 1 if there were hardly any."""
     taken = 0
-    protocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"]
+    protocols = [Subprotocol("foxglove.sdk.v1"), Subprotocol("foxglove.websocket.v1")]
     connection = None
     while connection is None:
         try:

@@ -9,7 +9,6 @@ mutant survives or cannot be judged. NAME selects files by stem or entries by id
 
 import argparse
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,9 +21,11 @@ import yaml
 from rich.console import Console
 from rich.table import Table
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDER = Path(__file__).resolve().parent
-NOT_COPIED = shutil.ignore_patterns(".*", "build", "install", "log", "runs", "*.egg-info", "__pycache__", "images")
+sys.path.insert(0, str(FOLDER.parent / "support"))
+
+from source_tree import copy_source  # noqa: E402
+
 TIMEOUT = 300.0
 PASSED, FAILED = 0, 1
 """Exit codes of pytest; any other one, for example of a collection error, is no verdict."""
@@ -107,9 +108,7 @@ def judge_all(mutants: list[Mutant], jobs: int, console: Console) -> list[str]:
     with tempfile.TemporaryDirectory(prefix="mutants_") as folder, ThreadPoolExecutor(jobs) as pool:
         trees: SimpleQueue[Path] = SimpleQueue()
         for number in range(jobs):
-            tree = Path(folder) / str(number)
-            shutil.copytree(ROOT, tree, ignore=NOT_COPIED)
-            trees.put(tree)
+            trees.put(copy_source(Path(folder) / str(number)))
 
         def work(mutant: Mutant) -> str:
             tree = trees.get()

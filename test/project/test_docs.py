@@ -1,4 +1,4 @@
-"""The pages in docs/ name nothing that is not there."""
+"""Links, files, commands, code and tests that the documentation names exist."""
 
 import importlib
 import re
@@ -6,11 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from vessel_hsmc_ros.cli.main import parse_changes
+import vessel_hsmc_ros
+from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted(path for path in ROOT.rglob("*.md") if path.parent in (ROOT, ROOT / "docs", ROOT / "docs" / "decisions"))
+PAGES = sorted(
+    path
+    for path in ROOT.rglob("*.md")
+    if path.parent in (ROOT, ROOT / "docs", ROOT / "docs" / "api", ROOT / "docs" / "decisions")
+)
 PAPER = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
 FOLDERS = ("benchmarks", "config", "docs", "launch", "msg_defs", "test", "vessel_hsmc_ros", "vessel_sim_node")
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
@@ -18,17 +23,17 @@ PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 
 
-def anchor(heading):
-    """The name that a heading gets in the page."""
+def anchor(heading: str) -> str:
+    """Return the anchor of a heading."""
     return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
 
 
-def anchors(page):
+def anchors(page: Path) -> set[str]:
     return {anchor(heading) for heading in re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)}
 
 
 @pages
-def test_links_lead_somewhere(page):
+def test_links_have_a_target(page: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if re.match(r"[a-z]+:", target):
             continue
@@ -39,26 +44,26 @@ def test_links_lead_somewhere(page):
 
 
 @pages
-def test_files_that_are_named_exist(page):
+def test_named_files_exist(page: Path) -> None:
     for name in re.findall(rf"`((?:{'|'.join(FOLDERS)})/[\w./*-]*)`", page.read_text(encoding="utf-8")):
         assert any(ROOT.glob(name.rstrip("/"))), name
 
 
 @pages
-def test_commands_that_are_shown_are_possible(page):
-    """Every `vessel-hsmc run` or `simulate` of a scenario of ours, with its changes."""
+def test_commands_with_a_scenario_are_valid(page: Path) -> None:
+    """Load the scenario of every `vessel-hsmc run` and `simulate`, with its changes."""
     text = page.read_text(encoding="utf-8")
     for scenario, rest in re.findall(r"vessel-hsmc (?:run|simulate) +([a-z]\w*)([^`\n#|]*)", text):
         load_scenario(scenario, parse_changes(tuple(re.findall(r"--set (\S+=\S+)", rest))))
 
 
-def exists(dotted):
-    """Whether a.b.c is a module of the package and what it holds."""
+def exists(dotted: str) -> bool:
+    """Whether a.b.c names a module of the packages, or an attribute in one."""
     parts = dotted.split(".")
     for package in PACKAGES:
         for length in range(len(parts) - 1, 0, -1):
             try:
-                found = importlib.import_module(".".join([package, *parts[:length]]))
+                found: object = importlib.import_module(".".join([package, *parts[:length]]))
             except ModuleNotFoundError:
                 continue
             for part in parts[length:]:
@@ -68,14 +73,14 @@ def exists(dotted):
     return False
 
 
-def test_the_page_of_the_paper_names_code_that_exists():
+def test_code_cited_by_the_page_of_the_paper_exists() -> None:
     named = re.findall(r"`([a-z_]+(?:\.\w+)+)`", PAPER)
     assert len(named) > 40
     for name in named:
         assert exists(name), name
 
 
-def test_the_page_of_the_paper_names_tests_that_exist():
+def test_tests_cited_by_the_page_of_the_paper_exist() -> None:
     named = re.findall(r"`(test_\w+)::(test_\w+)`", PAPER)
     assert len(named) > 60
     for file, test in named:
@@ -83,8 +88,13 @@ def test_the_page_of_the_paper_names_tests_that_exist():
         assert f"def {test}(" in path.read_text(encoding="utf-8"), f"{file}::{test}"
 
 
-def test_no_equation_is_left_out():
+def test_the_page_of_the_paper_covers_every_equation() -> None:
     rows = re.findall(r"^\| (\([^|]*) \|([^|]*)\|([^|]*)\|([^|]*)\|$", PAPER, re.MULTILINE)
     numbers = [int(number) for row in rows for number in re.findall(r"\((\d+)\)", row[0])]
     assert numbers == list(range(1, 47))
     assert all(cell.strip() for row in rows for cell in row)
+
+
+def test_the_api_reference_covers_every_public_name() -> None:
+    page = (ROOT / "docs" / "api" / "index.md").read_text(encoding="utf-8")
+    assert [name for name in vessel_hsmc_ros.__all__ if f"vessel_hsmc_ros.{name}" not in page and f"`{name}`" not in page] == []

@@ -1,13 +1,13 @@
-"""Installed by pip and built by colcon, the package is whole and runs from where it was put, not from the checkout."""
+"""Installed by pip or built by colcon, the package is complete and runs from its installation, not from the checkout."""
 
 import os
-import shutil
 import subprocess
 import sys
 import sysconfig
 from pathlib import Path
 
 import pytest
+from source_tree import copy_source
 
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = (
@@ -19,11 +19,11 @@ EXECUTABLES = (
     "live_node",
     "vessel-hsmc",
 )
-NOT_SOURCE = shutil.ignore_patterns(".*", "build", "install", "log", "runs", "*.egg-info", "__pycache__")
+PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
 OUR_PACKAGES = sysconfig.get_path("purelib")
 
 
-def check_output(*command, cwd, environment=None, deadline=120.0):
+def check_output(*command: str | Path, cwd: Path, environment: dict[str, str] | None = None, deadline: float = 120.0) -> str:
     done = subprocess.run(
         command, cwd=cwd, capture_output=True, text=True, timeout=deadline, env={**os.environ, **(environment or {})}
     )
@@ -32,26 +32,25 @@ def check_output(*command, cwd, environment=None, deadline=120.0):
 
 
 @pytest.fixture(scope="module")
-def source(tmp_path_factory):
-    """The source as a fresh clone would have it."""
-    copy = tmp_path_factory.mktemp("clone") / "vessel_hsmc_ros"
-    shutil.copytree(ROOT, copy, ignore=NOT_SOURCE)
-    return copy
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of the source like a fresh clone."""
+    return copy_source(tmp_path_factory.mktemp("clone") / "vessel_hsmc_ros")
 
 
-def modules():
-    return {path.relative_to(ROOT) for top in ("vessel_hsmc_ros", "vessel_sim_node") for path in (ROOT / top).rglob("*.py")}
+def modules() -> set[Path]:
+    return {path.relative_to(ROOT) for top in PACKAGES for path in (ROOT / top).rglob("*.py")}
 
 
-def assets():
-    return {path.relative_to(ROOT) for path in (ROOT / "vessel_hsmc_ros").rglob("assets/*")}
+def assets() -> set[Path]:
+    paths = ((ROOT / package).rglob(pattern) for package in PACKAGES for pattern in ("assets/*", "py.typed"))
+    return {path.relative_to(ROOT) for found in paths for path in found}
 
 
-def data(top):
+def data(top: str) -> set[Path]:
     return {path.relative_to(ROOT) for path in (ROOT / top).rglob("*") if path.is_file() and path.suffix != ".pyc"}
 
 
-def test_pip_installs_all_modules_config_launch_and_executables(source, tmp_path):
+def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tmp_path: Path) -> None:
     prefix = tmp_path / "venv"
     check_output(sys.executable, "-m", "venv", prefix, cwd=tmp_path)
     check_output(prefix / "bin" / "python", "-m", "pip", "install", "-qq", "--no-deps", source, cwd=tmp_path)
@@ -63,20 +62,20 @@ def test_pip_installs_all_modules_config_launch_and_executables(source, tmp_path
     assert (share / "package.xml").is_file()
     assert {name for name in EXECUTABLES if not (prefix / "bin" / name).is_file()} == set()
 
-    # The libraries it depends on are lent by this environment; the package itself comes from the new one.
+    # The libraries come from this environment, the package itself from the new one.
     environment = {"PYTHONPATH": f"{packages}{os.pathsep}{OUR_PACKAGES}", "AMENT_PREFIX_PATH": sys.prefix}
     where = "import vessel_hsmc_ros, vessel_sim_node as v; print(vessel_hsmc_ros.__file__, v.__file__)"
-    told = check_output(prefix / "bin" / "python", "-c", where, cwd=tmp_path, environment=environment)
-    assert told.count(str(packages)) == 2
+    output = check_output(prefix / "bin" / "python", "-c", where, cwd=tmp_path, environment=environment)
+    assert output.count(str(packages)) == 2
     command = (prefix / "bin" / "vessel-hsmc", "run", "case2_tracking", "--set", "vessel_sim.duration=2")
     assert "messages recorded" in check_output(*command, cwd=tmp_path, environment=environment)
 
 
-def test_colcon_builds_both_packages_from_the_root(source):
+def test_colcon_builds_both_packages_from_the_root(source: Path) -> None:
     underlay = {"AMENT_PREFIX_PATH": sys.prefix, "CMAKE_PREFIX_PATH": sys.prefix}
     underlay["PATH"] = f"{sys.prefix}/bin{os.pathsep}{os.environ['PATH']}"
-    told = check_output("colcon", "build", cwd=source, environment=underlay, deadline=300.0)
-    assert "2 packages finished" in told
+    output = check_output("colcon", "build", cwd=source, environment=underlay, deadline=300.0)
+    assert "2 packages finished" in output
     install = source / "install"
     executables = install / "vessel_hsmc_ros" / "lib" / "vessel_hsmc_ros"
     assert {path.name for path in executables.iterdir()} == set(EXECUTABLES)
@@ -86,13 +85,13 @@ def test_colcon_builds_both_packages_from_the_root(source):
     run = f"{executables}/vessel-hsmc run case2_tracking --set vessel_sim.duration=2"
     where = "python -c 'import vessel_hsmc_ros, vessel_hsmc_msgs as m; print(vessel_hsmc_ros.__file__, m.__file__)'"
     script = f". install/local_setup.sh && cd log && {where} && {run}"
-    told = check_output("sh", "-c", script, cwd=source, environment=underlay)
-    assert told.count(f"{install}/vessel_hsmc_ros/lib") == 1
-    assert told.count(f"{install}/vessel_hsmc_msgs/lib") == 1
-    assert "messages recorded" in told
+    output = check_output("sh", "-c", script, cwd=source, environment=underlay)
+    assert output.count(f"{install}/vessel_hsmc_ros/lib") == 1
+    assert output.count(f"{install}/vessel_hsmc_msgs/lib") == 1
+    assert "messages recorded" in output
 
 
-def test_colcon_sees_both_packages_in_a_workspace_above(source):
+def test_colcon_finds_both_packages_from_a_workspace_above(source: Path) -> None:
     paths = ("--base-paths", "vessel_hsmc_ros", "vessel_hsmc_ros/msg_defs")
-    told = check_output(Path(sys.prefix) / "bin" / "colcon", "list", "--names-only", *paths, cwd=source.parent)
-    assert told.split() == ["vessel_hsmc_msgs", "vessel_hsmc_ros"]
+    output = check_output(Path(sys.prefix) / "bin" / "colcon", "list", "--names-only", *paths, cwd=source.parent)
+    assert output.split() == ["vessel_hsmc_msgs", "vessel_hsmc_ros"]

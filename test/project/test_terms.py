@@ -1,7 +1,7 @@
-"""The list of terms finds what it should and nothing else."""
+"""The list of terms matches complete words and parts of names only."""
 
 import pytest
-import terms
+from project import terms
 
 
 def words(line: str, path: str = "README.md") -> list[str]:

@@ -1,0 +1,26 @@
+"""Hook of mkdocs: put the help texts of `vessel-hsmc` and its verbs into the page of the command."""
+
+from typing import Any
+
+import click
+
+from vessel_hsmc_ros.cli import main
+
+PLACE = "<!-- help of the command -->"
+
+
+def help_text(command: click.Command, name: str, parent: click.Context | None = None) -> str:
+    """Return a section with the help of a command, followed by those of its subcommands."""
+    context = click.Context(command, info_name=name, parent=parent, max_content_width=110, terminal_width=110)
+    section = f"## {context.command_path}\n\n```text\n{command.get_help(context)}\n```\n\n"
+    if isinstance(command, click.Group):
+        section += "".join(help_text(command.commands[verb], verb, context) for verb in command.list_commands(context))
+    return section
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Replace the place holder; mkdocs calls this for every page."""
+    if PLACE not in markdown:
+        return markdown
+    group = next(value for value in vars(main).values() if isinstance(value, click.Group))
+    return markdown.replace(PLACE, help_text(group, "vessel-hsmc"))
