@@ -81,6 +81,7 @@ benchmark-report: setup  ## measure the report of one hour at 100 Hz against its
 docs: setup  ## write docs/parameters.md from the declarations
 	@$(BIN)/vessel-hsmc parameters > docs/parameters.md
 
+# The variable suppresses an advertisement for another tool; warnings of the build are errors.
 site: setup  ## build the documentation with the API reference into build/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "Open build/site/index.html"
