@@ -6,11 +6,11 @@ MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo reproduce verdict test coverage mutants golden node-readers check format terms \
+.PHONY: help setup demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
 	benchmark benchmark-bags benchmark-guided benchmark-realistic benchmark-report docs site lock clean
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-20s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(VENV)/.package  ## create the virtual environment, compile the messages, install the package
 
@@ -54,6 +54,9 @@ check: setup  ## format, lint, types, directions of imports, declared imports, s
 	@$(BIN)/codespell
 	@$(BIN)/python test/project/terms.py
 
+hooks: $(VENV)/.dev  ## run the quick checks before each commit of this clone
+	@$(BIN)/pre-commit install
+
 format: setup  ## format the code
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
@@ -82,13 +85,15 @@ docs: setup  ## write docs/parameters.md from the declarations
 	@$(BIN)/vessel-hsmc parameters > docs/parameters.md
 
 # The variable suppresses an advertisement for another tool; warnings of the build are errors.
-site: setup  ## build the documentation with the API reference into build/site
+site: $(VENV)/.dev  ## build the documentation with the API reference into build/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "Open build/site/index.html"
 
-lock: setup  ## resolve requirements.in into requirements.lock
+lock: setup  ## resolve requirements.in and requirements-dev.in into their locks
 	@$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-annotate --no-header \
 		requirements.in --output-file requirements.lock
+	@$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-annotate --no-header \
+		requirements-dev.in --output-file requirements-dev.lock
 
 clean:  ## remove the virtual environment and all builds
 	rm -rf $(VENV) build install log *.egg-info
@@ -99,6 +104,11 @@ $(VENV)/.requirements: requirements.lock
 	@echo "Setting up the virtual environment in $(VENV), about a minute ..."
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --requirement requirements.lock
+	@touch $@
+
+$(VENV)/.dev: requirements-dev.lock $(VENV)/.package
+	@echo "Installing the tools for documentation and hooks ..."
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --requirement requirements-dev.lock
 	@touch $@
 
 # The environment's prefix serves as the underlay, like a sourced ROS installation.

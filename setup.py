@@ -51,7 +51,7 @@ setup(
         "nmpc": ["casadi"],
         "parquet": ["pyarrow"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
-        "test": ["pytest"],
+        "test": ["hypothesis", "mcap-ros2-support", "mpmath", "pytest", "selenium", "sympy", "websockets"],
     },
     zip_safe=False,
     entry_points={
