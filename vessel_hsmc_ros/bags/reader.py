@@ -34,7 +34,8 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.scenario import Scenario, flat, load_scenario, parse_scenario
+from vessel_hsmc_ros.scenario.parameters_file import flat
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_sim_node.plant import Vessel
 
 NEIGHBOURS = 4096

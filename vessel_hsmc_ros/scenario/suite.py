@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.scenario.scenario import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_yaml
 
 SCENARIO = "case2_tracking"
 
@@ -86,7 +86,7 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
     try:
         document = read_yaml(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ScenarioError(f"suite file {path} cannot be read: {' '.join(str(error).split())}") from None
+        raise ScenarioError(f"suite file {path} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict) or not document.keys() <= {"set", "rows"} or not isinstance(document.get("rows"), list):
         raise ScenarioError(f"suite file {path} is not a suite: it takes `set` and `rows`")
     shared = document.get("set") or {}
