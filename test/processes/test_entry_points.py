@@ -50,7 +50,8 @@ def test_the_command_run_names_a_missing_module_and_its_remedy(tmp_path: Path, m
 def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_path: Path) -> None:
     """It starts, and ends in order after SIGINT, whose handler is installed before rclpy is initialised."""
     code = (
-        f"sys.argv[1:] = ['--ros-args', '-p', 'lockstep:=false']; import signal, threading, time; from {NODES[name]} import main\n"
+        f"import signal, threading, time; from {NODES[name]} import main\n"
+        "sys.argv[1:] = ['--ros-args', '-p', 'lockstep:=false']\n"
         "def interrupt():\n"
         "    import rclpy\n"
         "    while not rclpy.ok():\n"
