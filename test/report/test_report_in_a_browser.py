@@ -101,7 +101,7 @@ def test_every_diagram_shows_the_time_and_the_value_of_the_slider(page, runs):
     )
     assert len(cursors) > 1
     assert cursors == pytest.approx([0.0] * len(cursors), abs=1.0)
-    shown = float(page.run("return report.charts[0].readings[0].textContent"))
+    shown = float(page.run("return report.charts[0].outputs[0].textContent"))
     distance = position_error(run.state, run.reference)
     assert distance[run.time <= 5.0][-3:].min() * 0.999 <= shown <= distance[run.time <= 5.0][-3:].max() * 1.001
 
@@ -153,7 +153,7 @@ def test_several_runs_lie_over_each_other(window, pages, tmp_path):
     assert window.run("return document.querySelectorAll('.hull.ship').length") == 2
     assert window.run("return report.charts[0].plot.data.map((line) => line.name)") == ["circle", "straight"]
     window.run("report.clock.setTime(18)")
-    assert window.run("return report.charts[0].readings[1].textContent") != ""
+    assert window.run("return report.charts[0].outputs[1].textContent") != ""
     assert window.screenshot(tmp_path / "two.png").stat().st_size > 20_000
     assert window.console() == []
 

@@ -141,7 +141,7 @@ def _take_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str,
     from vessel_hsmc_ros import report
 
     metrics = evaluate(run.time, run.state, run.reference, run.wrench)
-    _present(result, report.Record(scenario.name, report.of_run(run), metrics, scenario=scenario), origin)
+    _present(result, report.Record(scenario.name, run, metrics, scenario=scenario), origin)
 
 
 def _present(result: Result, record: "Record", origin: Mapping[str, Any]) -> None:
