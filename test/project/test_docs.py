@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vessel_hsmc_ros.cli.main import parse_changes
+from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 ROOT = Path(__file__).parents[2]

@@ -126,7 +126,7 @@ def test_the_command_says_it_in_two_lines(recorded):
     assert done.exit_code == 0
     assert done.output.splitlines() == [
         "300 commands over 2.99 s: max |delta tau| = 0 N, 0 N·m",
-        "every command is the same to the last bit",
+        "every command is bit-identical",
     ]
     done = call(recorded, "--verify", "--set", "controller.hierarchical.surge_surface_slope=0.31")
     assert done.exit_code == 1

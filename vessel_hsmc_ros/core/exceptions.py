@@ -43,3 +43,7 @@ class RunError(VesselHsmcError):
 
 class ReportError(VesselHsmcError):
     """A report or an export cannot be made or written."""
+
+
+class InstallationError(VesselHsmcError):
+    """The package or a package it needs is not completely installed."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.core.exceptions import BagError, RunError
+from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs import offline
@@ -123,7 +124,7 @@ def _supervisor() -> Any:
     try:
         from vessel_hsmc_ros.runs import supervisor
     except ModuleNotFoundError as error:
-        raise RunError(f"{error.name} is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without") from None
+        raise RunError(missing_module(error)) from None
     return supervisor
 
 
