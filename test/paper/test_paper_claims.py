@@ -6,8 +6,8 @@ import math
 import pytest
 
 from vessel_hsmc_ros.paper.cases import CASES
-from vessel_hsmc_ros.paper.checks import Check, figure
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.checks import Check, formatted
+from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.numbers import Numbers
 from vessel_hsmc_ros.paper.tables import claims_page
@@ -35,10 +35,10 @@ def meeting(check, factor):
 
 def test_every_claim_has_a_place_words_and_checks():
     assert len(CLAIMS) >= 25
-    assert len({(claim.place, claim.words) for claim in CLAIMS}) == len(CLAIMS)
+    assert len({(claim.place, claim.statement) for claim in CLAIMS}) == len(CLAIMS)
     for claim in CLAIMS:
         assert claim.place
-        assert claim.words
+        assert claim.statement
         assert claim.checks
 
 
@@ -60,19 +60,19 @@ def test_every_threshold_can_be_met_and_missed(check):
 
 
 def test_a_claim_takes_all_its_checks():
-    (claim,) = [claim for claim in CLAIMS if claim.words.startswith("one controller")]
+    (claim,) = [claim for claim in CLAIMS if claim.statement.startswith("one controller")]
     good = {name: Numbers(position_error_late=0.2) for name in NAMES}
     assert claim.holds(good)
-    bad = {**good, "hold": Numbers(position_error_late=2.0)}
+    bad = {**good, "stabilisation": Numbers(position_error_late=2.0)}
     assert not claim.holds(bad)
-    assert "stabilisation, position error 2 m (asked: < 1 m)" in claim.measured(bad)
+    assert "stabilisation, position error 2 m (required: < 1 m)" in claim.measured(bad)
 
 
 def test_a_window_has_two_sides():
     check = Check("time", "course_pd", "heading_settling_time", above=63.0, below=126.0, unit=" s")
     for value, holds in ((10.0, False), (100.0, True), (130.0, False), (math.nan, False)):
         assert check.holds({"course_pd": Numbers(heading_settling_time=value)}) is holds
-    assert check.measured({"course_pd": Numbers(heading_settling_time=95.0)}) == "time 95 s (asked: < 126 s and > 63 s)"
+    assert check.measured({"course_pd": Numbers(heading_settling_time=95.0)}) == "time 95 s (required: < 126 s and > 63 s)"
 
 
 def test_the_page_has_a_row_for_each_claim_and_finding():
@@ -84,4 +84,4 @@ def test_the_page_has_a_row_for_each_claim_and_finding():
 
 
 def test_figures_for_people():
-    assert [figure(v) for v in (0.12345, 30864534.9, math.nan)] == ["0.123", "3.09e+07", "never"]
+    assert [formatted(v) for v in (0.12345, 30864534.9, math.nan)] == ["0.123", "3.09e+07", "never"]

@@ -9,7 +9,7 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import RunError, SimulationError
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.cases import CASES
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.claims import CLAIMS
 
 DURATION = 2.0
 SHORT = [dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": DURATION}) for case in CASES]

@@ -9,7 +9,7 @@ import pytest
 
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.cases import CASES
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.tables import claims_page
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -23,23 +23,23 @@ QUOTES = [
     ("circle, the paper's case 2 | {:.1f} m | {:.3f}°", ("circle", FINAL), ("circle", LATE)),
     ("straight line | {:.2f} m | {:.4f}°", ("straight", FINAL), ("straight", LATE)),
     ("slalom | {:.3f} m; {:.1f} m after 800 s | {:.4f}°", ("slalom", FINAL), ("slalom_long", FINAL), ("slalom", LATE)),
-    ("case 3 | {:.2f} m | {:.4f}°", ("hold", FINAL), ("hold", LATE)),
-    ("stabilisation, calm | {:.4f} m | {:.6f}°", ("hold_calm", FINAL), ("hold_calm", LATE)),
+    ("case 3 | {:.2f} m | {:.4f}°", ("stabilisation", FINAL), ("stabilisation", LATE)),
+    ("stabilisation, calm | {:.4f} m | {:.6f}°", ("stabilisation_calm", FINAL), ("stabilisation_calm", LATE)),
     ("case 1 | - | {:.4f}°", ("course", LATE)),
     ("after {:.1f} s, PD after {:.1f} s", ("course", "heading_settling_time"), ("course_pd", "heading_settling_time")),
-    ("off by {:.4f}° and {:.1f}° rms", ("course_pushed", SECOND), ("course_pd_pushed", SECOND)),
-    ("without it the error is {:.4f}°", ("course_pushed_unlearnt", SECOND)),
+    ("off by {:.4f}° and {:.1f}° rms", ("course_disturbed", SECOND), ("course_pd_disturbed", SECOND)),
+    ("without it the error is {:.4f}°", ("course_disturbed_no_learning", SECOND)),
     ("left by {:.1f} m after 400 s. Calm, it is {:.0f} m", ("circle", FINAL), ("circle_calm", FINAL)),
-    ("off by {:.2f} m in 50 s and {:.2f} m in 400 s", ("hold", "position_error_early"), ("hold", FINAL)),
+    ("off by {:.2f} m in 50 s and {:.2f} m in 400 s", ("stabilisation", "position_error_early"), ("stabilisation", FINAL)),
     ("to {:.0e} of {:.1f} rad/s", ("circle_exact_calm", "yaw_surface_late"), ("circle_exact_calm", "yaw_surface_start")),
     ("on this circle at {:.4f} 1/s", ("circle", "growth_rate")),
     ("ship known exactly, calm | {:.0e}", ("circle_exact_calm", "reduced_deviation")),
-    ("stabilisation | {:.1e}", ("hold", "reduced_deviation")),
+    ("stabilisation | {:.1e}", ("stabilisation", "reduced_deviation")),
     ("straight line | {:.4f}", ("straight", "reduced_deviation")),
     ("straight line, ship known exactly | {:.4f}", ("straight_exact", "reduced_deviation")),
     ("circle, ship known exactly | {:.3f}", ("circle_exact", "reduced_deviation")),
     ("slalom, ship known exactly | {:.3f}", ("slalom_exact", "reduced_deviation")),
-    ("adaptation gains 0 | {:.1f} m", ("circle_unlearnt", FINAL)),
+    ("adaptation gains 0 | {:.1f} m", ("circle_no_learning", FINAL)),
     ("case2_tracking.yaml` | {:.1f} m", ("circle", FINAL)),
     ("of f_v 10 times | {:.1f} m", ("circle_learning", FINAL)),
     ("| ship known exactly | {:.1f} m", ("circle_exact", FINAL)),
@@ -57,7 +57,7 @@ QUOTES = [
     ("{:.3f} rad/s² on the circle", ("circle", "yaw_switching_gain_needed")),
     ("have to be {:.3f} m/s²", ("circle", "surge_switching_gain_needed")),
     ("jumps by {:.2e} N·m from period to period, against {:.0f} N·m", ("circle_switching", STEP), ("circle_60", STEP)),
-    ("without learning the moment jumps by {:.1f} N·m", ("circle_unlearnt_60", STEP)),
+    ("without learning the moment jumps by {:.1f} N·m", ("circle_no_learning_60", STEP)),
     (
         "{:.2f} for f_u, {:.2f} for f_v, {:.2f} for f_r",
         *(("circle", f"{axis}_estimate_error") for axis in ("surge", "sway", "yaw")),
@@ -91,7 +91,7 @@ def test_what_the_verdict_derives_from_the_results():
     larger = RESULTS["circle_switching"].yaw_surface_late / RESULTS["circle_60"].yaw_surface_late
     assert f"S1 is {larger:.1f} times larger" in VERDICT
     assert f"{1.0 - RESULTS['circle_60'].activation_spread:.2f} to 1" in VERDICT
-    assert abs(RESULTS["hold"].heading_error_final_deg) < 0.006
+    assert abs(RESULTS["stabilisation"].heading_error_final_deg) < 0.006
     assert RESULTS["straight_a_0.1"].singularity_share > 0.999
 
 

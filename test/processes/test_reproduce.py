@@ -11,7 +11,7 @@ from vessel_hsmc_ros.paper.cases import CASES
 SHORT = [
     dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": 3.0})
     for case in CASES
-    if case.name in ("course_pd_pushed", "circle", "circle_exact")
+    if case.name in ("course_pd_disturbed", "circle", "circle_exact")
 ]
 
 
@@ -19,7 +19,7 @@ def test_the_nodes_give_the_numbers_of_the_offline_loop(tmp_path):
     told = []
     by_nodes = reproduction.run_cases(SHORT, tmp_path / "nodes", told.append)
     offline = reproduction.run_cases(SHORT, None, lambda _: None)
-    assert sorted(path.name for path in (tmp_path / "nodes").iterdir()) == ["circle", "course_pd_pushed"]
+    assert sorted(path.name for path in (tmp_path / "nodes").iterdir()) == ["circle", "course_pd_disturbed"]
     assert told == sorted(told)
     for name, outcome in offline.items():
         assert repr(by_nodes[name].numbers) == repr(outcome.numbers)

@@ -49,7 +49,12 @@ def compare(
     tasks = [Task(row, law, rate_hz) for row in rows for law in chosen(laws)]
     with progress_bar("comparing laws", len(tasks), "runs") as update:
         done = count(1)
-        outcomes = compare_laws(tasks, jobs, lambda run: update(next(done), f"{run.law} on {run.row.name}"))
+
+        def show(run: LawRun) -> None:
+            number = next(done)
+            update(number, f"{number} of {len(tasks)}: {run.law} on {run.row.name}")
+
+        outcomes = compare_laws(tasks, jobs, show)
     print_outcomes(outcomes)
     folder = make_run_folder(output, "compare").path
     comparison_page.write(folder, outcomes)

@@ -6,11 +6,11 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
 from vessel_hsmc_ros.paper import reproduction
+from vessel_hsmc_ros.paper.case_run import duration_of
 from vessel_hsmc_ros.paper.cases import CASES
 from vessel_hsmc_ros.paper.checks import Results
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
-from vessel_hsmc_ros.paper.parallel import durations
 from vessel_hsmc_ros.paper.tables import claim_row, finding_row
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 
@@ -27,11 +27,11 @@ def reproduce(ros: bool, output: Path | None) -> None:
     """
     folder = output or make_run_folder(Path("runs"), "reproduce").path
     nodes = make_run_folder(folder, "nodes").path if ros else None
-    with progress_bar(f"running {len(CASES)} cases", sum(durations(CASES))) as update:
-        outcomes = reproduction.run_cases(CASES, nodes, update)
+    with progress_bar(f"running {len(CASES)} cases", sum(map(duration_of, CASES))) as update:
+        results = reproduction.run_cases(CASES, nodes, update)
     print_status("drawing the figures ...")
-    results = reproduction.write(outcomes, folder)
-    print_tables(results)
+    numbers = reproduction.write(results, folder)
+    print_tables(numbers)
     print_line(f"figures, claims.md, results.json: {folder}")
 
 
@@ -39,7 +39,7 @@ def print_tables(results: Results) -> None:
     """Print the paper's claims and the prototype's findings beside the results; deviations in yellow."""
     claims = [highlighted(claim_row(claim, results), claim.holds(results)) for claim in CLAIMS]
     print_table(["where", "the paper's claim", "holds"], claims, title="Claims", text_columns=3)
-    findings = [highlighted(finding_row(finding, results)[:4], finding.alike(results)) for finding in FINDINGS]
+    findings = [highlighted(finding_row(finding, results)[:4], finding.agrees(results)) for finding in FINDINGS]
     print_table(["what", "prototype", "here", "ratio"], findings, title="Results of an independent prototype, and ours")
     holding = sum(claim.holds(results) for claim in CLAIMS)
     print_line(f"{holding} of {len(CLAIMS)} claims hold; the measured values are in claims.md")

@@ -39,7 +39,7 @@ def run(
     if live:
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")
-    with scenario_run.place_for_nodes(namespace):
+    with scenario_run.reserve_namespace(namespace):
         folder = make_run_folder(output, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
             result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None)

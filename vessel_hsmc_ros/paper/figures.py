@@ -9,13 +9,13 @@ from matplotlib.figure import Figure
 
 from vessel_hsmc_ros.core.metrics import heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.paper.case_run import Outcome
+from vessel_hsmc_ros.paper.case_run import CaseResult
 from vessel_hsmc_ros.paper.drawing import DEGREES, STYLE, pair, panels, settle, track, trimmed
 from vessel_hsmc_ros.report.style import INK as TRUTH
 from vessel_hsmc_ros.report.style import OTHER, SHIP, THIRD
 from vessel_hsmc_ros.report.style import REFERENCE as DESIRED
 
-Outcomes = Mapping[str, Outcome]
+Outcomes = Mapping[str, CaseResult]
 
 
 def course(sliding: Run, pd: Run) -> Figure:
@@ -75,7 +75,7 @@ def errors(runs: Mapping[str, Run]) -> Figure:
     return figure
 
 
-def reduced(outcomes: Mapping[str, tuple[Outcome, Outcome]]) -> Figure:
+def reduced(outcomes: Mapping[str, tuple[CaseResult, CaseResult]]) -> Figure:
     """Draw the lateral error with networks and with exact ship dynamics, and the reduced dynamics from 20 s on."""
     figure, axes = panels(len(outcomes), height=1.6)
     for axis, (name, (learnt, known)) in zip(axes, outcomes.items(), strict=True):
@@ -142,15 +142,15 @@ def draw_all(outcomes: Outcomes, folder: Path) -> list[Path]:
     )
     figures: dict[str, Callable[[], Figure]] = {
         "figure_01_course": lambda: course(run["course"], run["course_pd"]),
-        "figure_02_course_disturbed": lambda: course(run["course_pushed"], run["course_pd_pushed"]),
+        "figure_02_course_disturbed": lambda: course(run["course_disturbed"], run["course_pd_disturbed"]),
         "figure_03_track": lambda: track(run["circle"]),
         "figure_04_velocities": lambda: velocities(run["circle"]),
         "figure_05_yaw": lambda: yaw(run["circle"]),
         "figure_06_wrench": lambda: wrench(run["circle"]),
-        "figure_07_stabilisation": lambda: track(run["hold"]),
-        "figure_08_stabilisation_velocities": lambda: velocities(run["hold"]),
-        "figure_09_stabilisation_yaw": lambda: yaw(run["hold"]),
-        "figure_10_stabilisation_wrench": lambda: wrench(run["hold"]),
+        "figure_07_stabilisation": lambda: track(run["stabilisation"]),
+        "figure_08_stabilisation_velocities": lambda: velocities(run["stabilisation"]),
+        "figure_09_stabilisation_yaw": lambda: yaw(run["stabilisation"]),
+        "figure_10_stabilisation_wrench": lambda: wrench(run["stabilisation"]),
         "why_1_errors": lambda: errors({words: run[name] for words, name in shown.items()}),
         "why_2_reduced_dynamics": lambda: reduced({words: (outcomes[one], outcomes[other]) for words, one, other in pairs}),
         "why_3_surfaces": lambda: surfaces(run["circle_exact_calm"], 0.001, 100.0),

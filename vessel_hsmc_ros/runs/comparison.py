@@ -1,11 +1,7 @@
 """Compare control laws: every law on every case, offline, on all cores."""
 
 import importlib.util
-import multiprocessing
-import os
-import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -16,6 +12,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
@@ -115,12 +112,17 @@ def prepare(task: Task) -> tuple[Scenario, bool]:
         return load_scenario(task.row.scenario, changes | {"controller.rate_hz": FALLBACK_RATE_HZ}), True
 
 
-def run_task(task: Task) -> LawRun:
-    """Simulate and evaluate one law on one row; a simulation that fails is an outcome too."""
+def run_task(task: Task, progress: Callable[[float], None] | None = None) -> LawRun:
+    """Simulate and evaluate one law on one row; a simulation that fails is an outcome too.
+
+    Args:
+        task: The run to make.
+        progress: Called with the share that is done, from 0 to 1; may raise to cancel the run.
+    """
     scenario, fell_back = prepare(task)
     outcome = LawRun(task.row, task.law, scenario.controller.rate_hz, fell_back)
     try:
-        run = simulate(scenario)
+        run = simulate(scenario, (lambda done, total: progress(done / total)) if progress else None)
     except (ControlError, SimulationError) as error:
         return replace(outcome, failure=str(error))
     return replace(outcome, metrics=measure(task.row, run), verdict=judge(task.row, run), lines=_lines(run))
@@ -164,26 +166,8 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
     Raises:
         ScenarioError: a scenario does not exist or cannot be read.
         ParameterError: a law or a changed parameter is unknown or out of range. All tasks are checked before the first one runs.
+        RunError: a worker process was killed.
     """
     for task in tasks:
         prepare(task)
-    workers = max(1, min(jobs or os.cpu_count() or 1, len(tasks)))
-    if workers == 1:
-        return [_reported(run_task(task), progress) for task in tasks]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context, _end_at_interrupt) as pool:
-        futures = [pool.submit(run_task, task) for task in tasks]
-        for future in as_completed(futures):
-            _reported(future.result(), progress)
-        return [future.result() for future in futures]
-
-
-def _reported(outcome: LawRun, progress: Callable[[LawRun], None] | None) -> LawRun:
-    if progress is not None:
-        progress(outcome)
-    return outcome
-
-
-def _end_at_interrupt() -> None:
-    """Let a worker process end without a traceback at SIGINT."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return worker_pool.run_all(run_task, tasks, workers=jobs, on_result=progress)
