@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from vessel_hsmc_ros.core.hull import Hull
@@ -54,8 +54,16 @@ def make(bags: Sequence[Path], wanted: Wanted) -> Made:
         BagError: a bag cannot be read or has no odometry.
         ReportError: a file cannot be written, or pyarrow is missing.
     """
-    records = read(bags, wanted.namespace)
-    files = {"page": wanted.page or page_of(bags)}
+    return write(read(bags, wanted.namespace), replace(wanted, page=wanted.page or page_of(bags)))
+
+
+def write(records: Sequence[Record], wanted: Wanted) -> Made:
+    """Write the page of some records, and figures and tables on request.
+
+    Raises:
+        ReportError: a file cannot be written, or pyarrow is missing.
+    """
+    files = {"page": wanted.page or Path(PAGE)}
     # Files beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
     prefix = "" if files["page"].name == PAGE else f"{files['page'].stem}_"
     title = wanted.title or " · ".join(record.name for record in records)
@@ -65,12 +73,12 @@ def make(bags: Sequence[Path], wanted: Wanted) -> Made:
 
         files["figures"] = files["page"].parent / f"{prefix}figures"
         figures.draw(records, files["figures"], wanted.figures)
-    for kind, write in (("csv", export.write_csv), ("parquet", export.write_parquet)):
+    for kind, export_run in (("csv", export.write_csv), ("parquet", export.write_parquet)):
         if getattr(wanted, kind):
             files[kind] = files["page"].parent / f"{prefix}{kind}"
             for record in records:
-                write(record.run, files[kind] / _file_name(record.name) if len(records) > 1 else files[kind])
-    return Made(records, files)
+                export_run(record.run, files[kind] / _file_name(record.name) if len(records) > 1 else files[kind])
+    return Made(list(records), files)
 
 
 def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
