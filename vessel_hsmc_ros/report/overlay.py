@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.panels import DESIRED, MAIN, Line, Panel, panels
+from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, Line, Panel, panels
 from vessel_hsmc_ros.report.record import Record, recorded
 
 Array = NDArray[np.float64]
@@ -74,10 +74,11 @@ def tracks(records: Sequence[Record]) -> list[Track]:
 
 def _with(overlay: Overlay, panel: Panel, name: str, run: int) -> Overlay:
     lines = list(overlay.lines)
+    several = sum(line.role not in (DESIRED, MEASURED) for line in panel.lines) > 1
     for line in panel.lines:
         same = _index_of_equal(line, lines)
         if same is None:
-            label = name if line.role == MAIN else f"{name}: {line.name}"
+            label = name if line.role == MAIN and not several else f"{name}: {line.name}"
             lines.append(Owned(line, label, run))
         else:
             lines[same] = replace(lines[same], label=line.name, run=None)

@@ -28,6 +28,9 @@ SCRIPTS = ("data.js", "clock.js", "chart.js", "track.js", "map.js", "main.js")
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
 """Most values of one line, and of all lines of a page; 4 bytes each before compression."""
 
+NARROW_RUNS = 3
+"""The metrics of so many runs fit beside the map; those of more take the width of the page."""
+
 COMMAND = "vessel-hsmc"
 
 _ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
@@ -74,6 +77,7 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         origin=_origin(),
         names=[record.name for record in records],
         colours=len(SERIES),
+        wide=len(records) > NARROW_RUNS,
         tracks=sailed,
         hull=hull,
         groups=_groups(overlaid),

@@ -30,6 +30,9 @@ COSTS = ("missed_periods", "messages_dropped")
 NOTABLE = 0.01
 """A relative difference below this is called neither better nor worse."""
 
+LARGEST_SHARE = 10.0
+"""A difference of more than ten times the first value is not expressed in percent."""
+
 MISSING = "–"
 
 
@@ -66,12 +69,14 @@ class MetricRow(NamedTuple):
         return value.text if value else MISSING
 
     def difference(self, run: int) -> str:
-        """How much a run's value differs from the first run's, with sign and unit; empty where one of them is missing."""
+        """How much a run's value differs from the first run's, with sign and unit; empty where it does not or one is missing."""
         first, other = self.values[0], self.values[run]
-        if first is None or other is None:
+        if first is None or other is None or first.value == other.value:
             return ""
         change, size = other.value - first.value, abs(first.value)
-        share = f" ({100.0 * change / size:+.3g} %)" if size and other.form == ".4g" else ""
+        # A percentage of a value near zero would say nothing but that the value is near zero.
+        meaningful = other.form == ".4g" and abs(change) < LARGEST_SHARE * size
+        share = f" ({100.0 * change / size:+.3g} %)" if meaningful else ""
         return f"{change:+{other.form}}{other.unit}{share}"
 
     def sense(self, run: int) -> str:

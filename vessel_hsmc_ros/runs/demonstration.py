@@ -10,6 +10,8 @@ from vessel_hsmc_ros.report.record import Record
 
 SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "guided")
+DURATION = 150.0
+"""Simulated time, s: long enough to see which law converges, and short enough to wait for."""
 
 CONVERGED = 0.5
 """A law with a smaller rms position error over the last quarter of the run counts as converged, m."""
