@@ -61,7 +61,8 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     else:
         run, start = _partial_run(topics), int(topics["odom"].stamp.min())
     run = _with_commands(run, topics, start)
-    name = scenario.name if scenario else path.absolute().name
+    folder = path.absolute()
+    name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
     facts = _facts(bag, prefix, run, scenario)
     return Record(name, run, measured(run), facts, scenario, _origin(bag, origin or {}))
 
