@@ -9,6 +9,10 @@ class ParameterError(VesselHsmcError):
     """A parameter is unknown, has the wrong type or lies outside its range."""
 
 
+class InstabilityError(ParameterError):
+    """A gain makes the discretised surface dynamics unstable at the control period."""
+
+
 class ScenarioError(VesselHsmcError):
     """A scenario cannot be found, read or run as it stands."""
 

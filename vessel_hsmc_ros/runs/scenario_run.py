@@ -55,7 +55,14 @@ def reserve_namespace(namespace: str) -> AbstractContextManager[None]:
     return context
 
 
-def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None) -> Result:
+def run_nodes(
+    scenario: Scenario,
+    folder: RunFolder,
+    namespace: str,
+    progress: Progress,
+    live_port: int | None = None,
+    requested_at: float | None = None,
+) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
     A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made.
@@ -66,6 +73,7 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
         namespace: Namespace of the nodes, without leading and trailing slashes.
         progress: Called with the simulated time.
         live_port: Port of the live view; None for no live view.
+        requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
 
     Raises:
         RunError: ROS is not installed.
@@ -77,7 +85,7 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
     result = Result(folder, status.code, status.failure)
     if not result.failure:
         try:
-            _evaluate_bag(result, origin)
+            _evaluate_bag(result, origin, requested_at or _process_start())
         except BagError as error:
             result.exit_code, result.failure = 1, str(error)
     _write_summary(result, origin)
@@ -136,12 +144,13 @@ def _supervisor() -> Any:
     return supervisor
 
 
-def _evaluate_bag(result: Result, origin: Mapping[str, Any]) -> None:
+def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float) -> None:
     """Evaluate what the nodes recorded."""
     from vessel_hsmc_ros import report  # takes longer to import than the nodes take to start
 
     record = report.of_bag(result.folder.bag, origin["namespace"])
-    result.facts = {**record.facts, "start_up": _start_up(record.facts.get("first_command_at", 0.0))}
+    start_up = record.facts.get("first_command_at", 0.0) - requested_at
+    result.facts = {**record.facts, "start_up": start_up if start_up > 0.0 else None}
     _write_report(result, record, origin)
 
 
@@ -150,7 +159,7 @@ def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[
     from vessel_hsmc_ros import report
 
     metrics = evaluate(run.time, run.state, run.reference, run.wrench)
-    _write_report(result, report.Record(scenario.name, report.of_run(run), metrics, scenario=scenario), origin)
+    _write_report(result, report.Record(scenario.name, run, metrics, scenario=scenario), origin)
 
 
 def _write_report(result: Result, record: "Record", origin: Mapping[str, Any]) -> None:
@@ -163,12 +172,6 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any]) -
     result.metrics = record.metrics
     report.write(result.folder.report, [record], record.name)
     figures.draw([record], result.folder.figures)
-
-
-def _start_up(first_command_at: float) -> float | None:
-    """Time from the start of this process to the first control step, s; None if there was none."""
-    started = _process_start()
-    return first_command_at - started if first_command_at > started else None
 
 
 def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
