@@ -8,7 +8,8 @@ from mcap.reader import NonSeekingReader, make_reader
 
 from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer
 from vessel_hsmc_ros.bags.crash_safe_file import PAGE
-from vessel_hsmc_ros.bags.mcap_scan import MAGIC, scan
+from vessel_hsmc_ros.bags.mcap_layout import MAGIC
+from vessel_hsmc_ros.bags.mcap_scan import scan
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
 

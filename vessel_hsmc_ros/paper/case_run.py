@@ -98,7 +98,7 @@ def run_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> Outcome:
         KeyboardInterrupt: it was interrupted.
         BagError: its bag cannot be read.
     """
-    from vessel_hsmc_ros.bags.bag_reading import read_recording  # rosbags takes longer to load than the rest
+    from vessel_hsmc_ros.bags.reader import open_bag  # rosbags takes longer to load than the rest
 
     scenario = scenario_of(case, nodes=True)
     result = scenario_run.run_nodes(scenario, folder, "", progress)
@@ -106,7 +106,7 @@ def run_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> Outcome:
         raise KeyboardInterrupt
     if result.failure:
         raise RunError(f"case {case.name}: {result.failure}")
-    run = read_recording(folder.bag, scenario.vessel_sim.vessel.coefficients()).run
+    run = open_bag(folder.bag).run(scenario.vessel_sim.vessel.coefficients())
     return outcome(case, scenario, run)
 
 
