@@ -14,8 +14,12 @@ from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS
 
 NAMES = "odom odom/truth dynamics/truth cmd_wrench applied_wrench disturbance reference reference/pose controller/state /clock"
 TYPES = {name: RECORDED_TOPICS[name] for name in NAMES.split()}
+CLOCK = "rosgraph_msgs/msg/Clock"
 STATUS = "diagnostic_msgs/msg/DiagnosticArray"
 PERIOD = 10_000_000
+
+Recorded = tuple[Path, dict[str, list[bytes]]]
+"""A bag and the bytes that were written into it, by topic."""
 
 STORE: Any = get_typestore(Stores.ROS2_JAZZY)
 for _kind in TYPES.values():
@@ -113,3 +117,23 @@ def write_run(
     if close:
         writer.close()
     return sent
+
+
+def clock(stamp: int) -> bytes:
+    """A serialised clock message."""
+    time = STORE.types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+    return serialized(STORE.types[CLOCK](clock=time), CLOCK)
+
+
+def write_clock(directory: Path, count: int, compression: str = "zstd", close: bool = True) -> BagWriter:
+    """Write a bag with `count` clock messages and a topic without messages."""
+    writer = BagWriter(directory, compression)
+    ticks, empty = topic("/clock", CLOCK), topic("/odom", "nav_msgs/msg/Odometry")
+    for each in (ticks, empty):
+        writer.add_topic(each)
+    for k in range(count):
+        writer.write(ticks, clock(k * PERIOD), k * PERIOD, k * PERIOD)
+    writer.flush()
+    if close:
+        writer.close()
+    return writer

@@ -39,8 +39,10 @@ def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
     mode = str(information.get("compression_mode") or "").upper()
     if mode in ("", "NONE") and not kind:
         return False
+    if not kind:
+        raise BagError(f"bag {bag} has the compression mode {mode}, but no compression format: only zstd is read")
     if kind != "zstd":
-        raise BagError(f"bag {bag} is compressed as {kind or 'nothing'}: only zstd is read; `ros2 bag convert` makes it so")
+        raise BagError(f"bag {bag} is compressed as {kind}: only zstd is read; `ros2 bag convert` can rewrite it")
     if mode not in ("FILE", "MESSAGE"):
         raise BagError(f"bag {bag} has the compression mode {mode or 'none'}: only FILE and MESSAGE are read")
     return mode == "MESSAGE"
@@ -102,4 +104,5 @@ def _require_room(path: Path, head: bytes, folder: Path) -> None:
     """Refuse before anything is written, where the file's header gives its decompressed size."""
     needed, free = zstandard.frame_content_size(head), shutil.disk_usage(folder).free
     if needed > free:
-        raise BagError(f"{path} takes {needed >> 20} MiB decompressed, {folder} has {free >> 20}: set TMPDIR to a larger disk")
+        sizes = f"{path} takes {needed >> 20} MiB decompressed, but {folder} has {free >> 20} MiB free"
+        raise BagError(f"{sizes}: set TMPDIR to a folder on a larger disk")
