@@ -1,9 +1,10 @@
-"""The pages about the paper say what the results say, and the results are what the code computes."""
+"""The pages about the paper agree with the stored results, and the stored results with the code."""
 
 import dataclasses
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -77,12 +78,12 @@ QUOTES = [
 
 
 @pytest.mark.parametrize("quote", QUOTES, ids=lambda quote: quote[0])
-def test_the_verdict_quotes_the_results(quote):
+def test_the_verdict_quotes_the_results(quote: tuple[Any, ...]) -> None:
     text, *numbers = quote
     assert text.format(*(abs(getattr(RESULTS[run], number)) for run, number in numbers)) in VERDICT
 
 
-def test_what_the_verdict_derives_from_the_results():
+def test_the_derived_numbers_of_the_verdict_follow_from_the_results() -> None:
     holding = sum(claim.holds(RESULTS) for claim in CLAIMS)
     assert f"holds {len(CLAIMS)} claims of the paper against thresholds: {holding} hold" in VERDICT
     assert f"a doubling in {math.log(2.0) / RESULTS['circle'].growth_rate:.0f} s" in VERDICT
@@ -95,25 +96,25 @@ def test_what_the_verdict_derives_from_the_results():
     assert RESULTS["straight_a_0.1"].singularity_share > 0.999
 
 
-def test_every_link_and_picture_of_the_verdict_is_there():
+def test_every_link_and_picture_of_the_verdict_exists() -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", (DOCS / "verdict.md").read_text(encoding="utf-8")):
         assert (DOCS / target).exists(), target
 
 
-def test_the_claims_page_is_that_of_the_results():
+def test_the_claims_page_is_generated_from_the_results() -> None:
     assert (DOCS / "claims.md").read_text(encoding="utf-8") == claims_page(RESULTS)
 
 
-def test_the_results_hold_every_case():
+def test_the_results_contain_every_case() -> None:
     assert list(RESULTS) == [case.name for case in CASES]
 
 
-def test_the_results_are_what_the_code_computes():
-    """The short cases, run anew; the last digits may differ on another machine."""
+def test_the_results_are_what_the_code_computes() -> None:
+    """The short cases are run again; the last digits may differ on another machine."""
     cases = [case for case in CASES if case.name in CHEAP]
-    for name, outcome in reproduction.run_cases(cases, None, lambda _: None).items():
+    for name, result in reproduction.run_cases(cases, None, lambda _: None).items():
         expected = dataclasses.asdict(RESULTS[name])
         if "ended_at" in expected and not math.isnan(expected["ended_at"]):
-            assert outcome.numbers.ended_at == pytest.approx(expected["ended_at"], rel=1e-2)
-            continue  # what diverges multiplies the last digits
-        assert dataclasses.asdict(outcome.numbers) == pytest.approx(expected, rel=1e-5, abs=1e-12, nan_ok=True)
+            assert result.numbers.ended_at == pytest.approx(expected["ended_at"], rel=1e-2)
+            continue  # a diverging run amplifies differences of rounding
+        assert dataclasses.asdict(result.numbers) == pytest.approx(expected, rel=1e-5, abs=1e-12, nan_ok=True)
