@@ -56,12 +56,12 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "vessel_sim_node = vessel_sim_node.node:main",
-            "reference_ship_node = vessel_hsmc_ros.nodes.reference_ship:main",
-            "controller_node = vessel_hsmc_ros.nodes.controller:main",
-            "recorder_node = vessel_hsmc_ros.nodes.recorder:main",
-            "marker_node = vessel_hsmc_ros.nodes.markers:main",
-            "live_node = vessel_hsmc_ros.nodes.live:main",
+            "vessel_sim_node = vessel_hsmc_ros.nodes.entry_points:vessel_sim_node",
+            "reference_ship_node = vessel_hsmc_ros.nodes.entry_points:reference_ship_node",
+            "controller_node = vessel_hsmc_ros.nodes.entry_points:controller_node",
+            "recorder_node = vessel_hsmc_ros.nodes.entry_points:recorder_node",
+            "marker_node = vessel_hsmc_ros.nodes.entry_points:marker_node",
+            "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ]
     },

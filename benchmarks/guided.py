@@ -19,7 +19,7 @@ from rich.table import Table
 
 from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.runs.comparison import Outcome, Task, compare
+from vessel_hsmc_ros.runs.comparison import LawRun, Task, compare
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
@@ -51,7 +51,7 @@ def main() -> int:
     return 1 if missed or factor > AT_MOST else 0
 
 
-def run_all(rows: tuple[Row, ...], rates: list[float], jobs: int | None, console: Console) -> list[Outcome]:
+def run_all(rows: tuple[Row, ...], rates: list[float], jobs: int | None, console: Console) -> list[LawRun]:
     """Run every row at every rate, rate by rate."""
     tasks = [Task(row, "guided", rate) for rate in rates for row in rows]
     with Progress(console=console, transient=True) as progress:
@@ -59,7 +59,7 @@ def run_all(rows: tuple[Row, ...], rates: list[float], jobs: int | None, console
         return compare(tasks, jobs, lambda _: progress.advance(bar))
 
 
-def accuracy(rows: tuple[Row, ...], rates: list[float], outcomes: list[Outcome]) -> Table:
+def accuracy(rows: tuple[Row, ...], rates: list[float], outcomes: list[LawRun]) -> Table:
     """Tabulate the rms position error of each row at each rate; a missed limit is marked by a star."""
     table = Table("row", "at most [m]", *(f"{rate:g} Hz [m]" for rate in rates), "largest [m]", "excursion")
     for i, row in enumerate(rows):

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.hull import BEAM, LENGTH
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.disturbance import Wrench
 
@@ -49,8 +50,8 @@ class WaveParameters:
         0.0, "Direction in which the waves run, counter-clockwise from east.", unit="rad", low=-7.0, high=7.0
     )
     components: int = parameter(30, "Regular waves that make up the sea.", low=1, high=1000)
-    hull_length: float = parameter(32.0, "Length of the hull.", unit="m", low=0.1, high=1e3, symbol="L")
-    hull_beam: float = parameter(6.4, "Beam of the hull.", unit="m", low=0.1, high=1e3, symbol="B")
+    hull_length: float = parameter(LENGTH, "Length of the hull.", unit="m", low=0.1, high=1e3, symbol="L")
+    hull_beam: float = parameter(BEAM, "Beam of the hull.", unit="m", low=0.1, high=1e3, symbol="B")
     hull_draught: float = parameter(1.3, "Draught of the hull.", unit="m", low=0.01, high=1e2, symbol="D")
 
 

@@ -1,4 +1,4 @@
-"""`make golden`: run every scenario, show what changed since its golden run, and record that."""
+"""`make golden`: run every scenario, show the differences from its golden run, and record it."""
 
 import sys
 from concurrent.futures import ProcessPoolExecutor
@@ -6,20 +6,23 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from golden.record import FOLDER, changed_figures, deviations, load, record_of, save
+import numpy as np
+from golden.record import FOLDER, Record, changed_metrics, deviations, load, record_of, save
 
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 
 
-def changes(old, new):
-    """Rows of scenario, quantity, old and new."""
+def changes(old: Record, new: Record) -> list[tuple[str, str, str, str]]:
+    """The differences of two golden runs: scenario, quantity, old and new value."""
     name = new["scenario"]
-    if old is None:
+    if not old:
         return [(name, "(golden run)", "none", "recorded")]
     if old["columns"] != new["columns"] or len(old["rows"]) != len(new["rows"]):
         return [(name, "(rows)", f"{len(old['rows'])} rows", f"{len(new['rows'])} rows")]
-    found = [(name, *map(shown, change)) for change in changed_figures(old["figures"], new["figures"])]
-    ratios = dict(zip(new["columns"], deviations(old["rows"], new_rows(new)), strict=True))
+    found = [
+        (name, quantity, shown(before), shown(now)) for quantity, before, now in changed_metrics(old["figures"], new["figures"])
+    ]
+    ratios = dict(zip(new["columns"], deviations(old["rows"], np.array(new["rows"])), strict=True))
     moved = [
         (name, f"{column}, largest deviation", "within 1", f"{ratio:.3g} x allowed")
         for column, ratio in ratios.items()
@@ -28,20 +31,14 @@ def changes(old, new):
     return found + moved
 
 
-def new_rows(record):
-    import numpy as np
-
-    return np.array(record["rows"])
-
-
-def shown(value):
+def shown(value: str | float | None) -> str:
     return value if isinstance(value, str) else "-" if value is None else f"{value:.9g}"
 
 
-def main(names):
+def main(names: list[str]) -> None:
     known = scenario_names()
     for stale in sorted(path for path in FOLDER.glob("*.json") if path.stem not in known):
-        print(f"{stale.stem}: no such scenario any more, removed")
+        print(f"{stale.stem}: there is no such scenario any more, removed")
         stale.unlink()
     table = []
     with ProcessPoolExecutor(2) as pool:

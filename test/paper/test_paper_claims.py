@@ -1,4 +1,4 @@
-"""The claims as data: complete, about runs and numbers that exist, and each able to hold and to fail."""
+"""The claims as data: complete, referring to existing runs and numbers, and each able to hold and to fail."""
 
 import dataclasses
 import math
@@ -6,8 +6,8 @@ import math
 import pytest
 
 from vessel_hsmc_ros.paper.cases import CASES
-from vessel_hsmc_ros.paper.checks import Check, figure
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.checks import Check, formatted
+from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.numbers import Numbers
 from vessel_hsmc_ros.paper.tables import claims_page
@@ -16,12 +16,12 @@ NAMES = {case.name for case in CASES}
 FIELDS = {field.name for field in dataclasses.fields(Numbers)}
 
 
-def every_check():
+def every_check() -> list[Check]:
     return [check for claim in CLAIMS for check in claim.checks]
 
 
-def meeting(check, factor):
-    """Numbers of all runs with which a check's value is `factor` times something that meets it."""
+def results_for(check: Check, factor: float) -> dict[str, Numbers]:
+    """Numbers of all runs for which the value of a check is `factor` times a value that meets its threshold."""
     value = 0.5 * check.below if check.above is None else 1.5 * check.above
     results = {name: Numbers() for name in NAMES}
     if check.over is not None:
@@ -29,20 +29,20 @@ def meeting(check, factor):
         results[run] = dataclasses.replace(results[run], **{number: 1.0})
     results[check.run] = dataclasses.replace(results[check.run], **{check.number: value * factor})
     if check.over == (check.run, check.number):
-        pytest.fail("a number over itself is always 1")
+        pytest.fail("the ratio of a number to itself is always 1")
     return results
 
 
-def test_every_claim_has_a_place_words_and_checks():
+def test_every_claim_has_a_place_a_statement_and_checks() -> None:
     assert len(CLAIMS) >= 25
-    assert len({(claim.place, claim.words) for claim in CLAIMS}) == len(CLAIMS)
+    assert len({(claim.place, claim.statement) for claim in CLAIMS}) == len(CLAIMS)
     for claim in CLAIMS:
         assert claim.place
-        assert claim.words
+        assert claim.statement
         assert claim.checks
 
 
-def test_claims_and_findings_are_about_runs_and_numbers_that_exist():
+def test_claims_and_findings_refer_to_existing_runs_and_numbers() -> None:
     assert len(NAMES) == len(CASES)
     pairs = [(check.run, check.number) for check in every_check()] + [check.over for check in every_check() if check.over]
     pairs += [(finding.run, finding.number) for finding in FINDINGS]
@@ -52,30 +52,30 @@ def test_claims_and_findings_are_about_runs_and_numbers_that_exist():
 
 
 @pytest.mark.parametrize("check", every_check(), ids=lambda check: f"{check.run}-{check.number}")
-def test_every_threshold_can_be_met_and_missed(check):
-    assert check.holds(meeting(check, 1.0))
+def test_every_check_holds_above_its_threshold_and_fails_below(check: Check) -> None:
+    assert check.holds(results_for(check, 1.0))
     missed = 1e-3 if check.above is not None else 1e3
-    assert not check.holds(meeting(check, missed))
-    assert not check.holds({name: Numbers() for name in NAMES}), "a number that does not exist meets nothing"
+    assert not check.holds(results_for(check, missed))
+    assert not check.holds({name: Numbers() for name in NAMES}), "NaN meets no threshold"
 
 
-def test_a_claim_takes_all_its_checks():
-    (claim,) = [claim for claim in CLAIMS if claim.words.startswith("one controller")]
+def test_a_claim_holds_only_if_all_its_checks_hold() -> None:
+    (claim,) = [claim for claim in CLAIMS if claim.statement.startswith("one controller")]
     good = {name: Numbers(position_error_late=0.2) for name in NAMES}
     assert claim.holds(good)
-    bad = {**good, "hold": Numbers(position_error_late=2.0)}
+    bad = {**good, "stabilisation": Numbers(position_error_late=2.0)}
     assert not claim.holds(bad)
-    assert "stabilisation, position error 2 m (asked: < 1 m)" in claim.measured(bad)
+    assert "stabilisation, position error 2 m (required: < 1 m)" in claim.measured(bad)
 
 
-def test_a_window_has_two_sides():
+def test_a_check_may_have_a_lower_and_an_upper_threshold() -> None:
     check = Check("time", "course_pd", "heading_settling_time", above=63.0, below=126.0, unit=" s")
     for value, holds in ((10.0, False), (100.0, True), (130.0, False), (math.nan, False)):
         assert check.holds({"course_pd": Numbers(heading_settling_time=value)}) is holds
-    assert check.measured({"course_pd": Numbers(heading_settling_time=95.0)}) == "time 95 s (asked: < 126 s and > 63 s)"
+    assert check.measured({"course_pd": Numbers(heading_settling_time=95.0)}) == "time 95 s (required: < 126 s and > 63 s)"
 
 
-def test_the_page_has_a_row_for_each_claim_and_finding():
+def test_the_page_has_a_row_for_each_claim_and_finding() -> None:
     page = claims_page({name: Numbers() for name in NAMES})
     rows = [line for line in page.splitlines() if line.startswith("| ")]
     assert len(rows) == len(CLAIMS) + len(FINDINGS) + 2
@@ -83,5 +83,5 @@ def test_the_page_has_a_row_for_each_claim_and_finding():
     assert "never" in page
 
 
-def test_figures_for_people():
-    assert [figure(v) for v in (0.12345, 30864534.9, math.nan)] == ["0.123", "3.09e+07", "never"]
+def test_numbers_are_formatted_with_three_significant_digits() -> None:
+    assert [formatted(v) for v in (0.12345, 30864534.9, math.nan)] == ["0.123", "3.09e+07", "never"]

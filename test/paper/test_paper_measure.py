@@ -1,4 +1,4 @@
-"""What is measured of a run, and the reduced dynamics against the closed loop itself."""
+"""The numbers measured in a run, and the reduced dynamics compared with the closed loop."""
 
 import math
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.metrics import rms
+from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel
 from vessel_hsmc_ros.paper.exact import ExactModelLaw
 from vessel_hsmc_ros.paper.measure import measure, reduced_error, settling_time
@@ -18,13 +19,13 @@ PRINTED = Surfaces(0.3, 0.3, 0.3, 0.001, 100.0)
 
 
 @pytest.fixture(scope="module")
-def circle():
+def circle() -> Run:
     scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 60.0})
     law = ExactModelLaw(scenario.controller.hierarchical, scenario.controller.vessel, VESSEL)
     return simulate(scenario, law=law)
 
 
-def test_settling_is_for_good():
+def test_the_settling_time_is_the_last_crossing_of_the_limit() -> None:
     time = np.arange(6.0)
     assert settling_time(time, np.array([5.0, 0.1, -3.0, 0.5, -0.5, 0.2]), 1.0) == 3.0
     assert settling_time(time, np.zeros(6), 1.0) == 0.0
@@ -32,7 +33,7 @@ def test_settling_is_for_good():
     assert math.isnan(settling_time(time, np.full(6, np.nan), 1.0))
 
 
-def test_the_velocities_on_the_surfaces_make_them_zero():
+def test_the_velocities_of_the_reduced_dynamics_make_both_surfaces_zero() -> None:
     rng = np.random.default_rng(3)
     law = ExactModelLaw(HierarchicalParameters(), KnownVessel(), VESSEL)
     for _ in range(20):
@@ -45,7 +46,7 @@ def test_the_velocities_on_the_surfaces_make_them_zero():
         assert terms.surge_surface == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_reduced_dynamics_predict_the_lateral_error_of_the_closed_loop(circle):
+def test_the_reduced_dynamics_predict_the_lateral_error_of_the_closed_loop(circle: Run) -> None:
     time, predicted = reduced_error(circle, VESSEL, HierarchicalParameters())
     actual = np.interp(time, circle.control["time"], circle.control["sway_error"])
     assert len(time) == 201
@@ -53,7 +54,7 @@ def test_the_reduced_dynamics_predict_the_lateral_error_of_the_closed_loop(circl
     np.testing.assert_allclose(predicted, actual, atol=0.01)
 
 
-def test_nothing_grows_on_a_straight_line_and_everything_in_a_turn():
+def test_the_growth_rate_is_zero_on_a_straight_line_and_positive_in_a_turn() -> None:
     assert growth_rate(0.0, VESSEL) == 0.0
     rate, damping, r = growth_rate(0.125, VESSEL), VESSEL.d_v / VESSEL.m22, 0.125
     assert rate > 0.0
@@ -61,7 +62,7 @@ def test_nothing_grows_on_a_straight_line_and_everything_in_a_turn():
     assert growth_rate(-r, VESSEL) == rate
 
 
-def test_a_small_lateral_error_grows_at_that_rate():
+def test_a_small_lateral_error_in_a_turn_grows_at_the_growth_rate() -> None:
     u, r, step = 0.3, 0.1, 0.1
     v = 0.0
     for _ in range(100):  # the sway velocity at which the turn is steady
@@ -78,7 +79,7 @@ def test_a_small_lateral_error_grows_at_that_rate():
     assert grown == pytest.approx(growth_rate(r, VESSEL), rel=0.02)
 
 
-def test_a_run_away_prediction_ends_in_nan():
+def test_a_diverging_prediction_ends_in_nan() -> None:
     time = np.arange(2001.0)
     reference = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 5.0], (2001, 1))
     error = lateral_error(time, reference, np.full(2001, 1e6), np.array([0.0, 1.0, 0.0, 0.0]), PRINTED, VESSEL)
@@ -86,7 +87,7 @@ def test_a_run_away_prediction_ends_in_nan():
     assert np.isnan(error[-1])
 
 
-def test_numbers_of_a_run(circle):
+def test_the_numbers_of_the_circle_have_their_known_values(circle: Run) -> None:
     numbers = measure(circle, VESSEL, HierarchicalParameters())
     assert numbers.duration == pytest.approx(60.0)
     assert numbers.position_error_start == pytest.approx(math.hypot(10.0, 14.0))

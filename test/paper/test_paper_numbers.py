@@ -1,6 +1,7 @@
-"""Numbers that follow from what the paper prints, and that docs/paper.md quotes."""
+"""Numbers that follow from the printed equations and values, and that docs/paper.md quotes."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +17,11 @@ from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 SHIP = VesselParameters().coefficients()
 GAINS = symbols(HierarchicalParameters())
 PEAK = 0.5 * math.pi / PeriodicParameters().frequency  # s, when the disturbance of section 6.2 is at its largest
-WHERE_CASE_2_STARTS = np.array([5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
-ITS_REFERENCE = np.array([15.0, 15.0, 0.0, 0.0, 0.0, 0.0])
+INITIAL_STATE = np.array([5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
+INITIAL_REFERENCE = np.array([15.0, 15.0, 0.0, 0.0, 0.0, 0.0])
 
 
-def test_the_printed_switching_gains_are_299_and_18_times_too_small():
+def test_the_printed_switching_gains_are_299_and_18_times_too_small() -> None:
     """Before (35): eta1 > a·(d2 + |z1|·d3) + b·d3, eta2 > d1 + |z2|·d3, at the origin and with perfect networks."""
     d1, d2, d3 = acceleration(periodic_wrench(PEAK, PeriodicParameters()), SHIP)
     assert (d1, d2, d3) == pytest.approx((0.01833, 0.02923, 0.002987), rel=1e-3)
@@ -29,7 +30,7 @@ def test_the_printed_switching_gains_are_299_and_18_times_too_small():
     assert (d1 + 15.0 * d3) / GAINS["eta2"] == pytest.approx(63.1, abs=0.1)  # where the reference starts, z2 = 15 m
 
 
-def test_the_printed_yaw_damping_is_530_times_the_one_of_the_equation():
+def test_the_printed_yaw_damping_is_530_times_the_one_of_the_equation() -> None:
     """E1, at 0.1 rad/s: the quadratic term is 2 % of the linear one; divided by m11, 10.6 times it."""
     as_printed = VesselParameters(as_printed=True).coefficients()
     assert SHIP.m33 / SHIP.m11 == pytest.approx(530.0)
@@ -40,15 +41,15 @@ def test_the_printed_yaw_damping_is_530_times_the_one_of_the_equation():
 
 
 @pytest.mark.parametrize(("as_printed", "lowest"), [(False, 0.715), (True, 0.921)])
-def test_with_the_printed_width_a_network_is_nearly_constant(as_printed, lowest):
+def test_with_the_printed_width_a_network_is_nearly_constant(as_printed: bool, lowest: float) -> None:
     """One neuron at 0.5 with width 5: its activation is lowest in a corner of |u| <= 3 m/s, |v|, |r| <= 1, and never above 1."""
     mu = NetworkParameters(centers_per_axis=1).centers()
     assert activations(np.array([-3.0, -1.0, -1.0]), mu, 5.0, as_printed) == pytest.approx([lowest], abs=1e-3)
     assert activations(mu[0], mu, 5.0, as_printed) == pytest.approx([1.0])
 
 
-def test_with_a_of_1_a_straight_run_ends_at_z1_of_b_over_a():
-    """E6: a0 = 1 pulls the ship onto the line, 3 cm off at 38 s; at 100 m from the origin the law loses its value."""
+def test_with_a_of_1_a_straight_run_ends_at_z1_of_b_over_a() -> None:
+    """E6: a0 = 1 reduces the error to 3 cm at 38 s; at 100 m from the origin the law is singular."""
     straight = {"reference_ship.yaw_moment": 0.0, "controller.hierarchical.sway_weight": 1.0}
     run = simulate(load_scenario("case2_tracking", {**straight, "vessel_sim.duration": 39.0}))
     distance, along = position_error(run.state, run.reference), run.reference[:, 0]
@@ -59,17 +60,17 @@ def test_with_a_of_1_a_straight_run_ends_at_z1_of_b_over_a():
     assert run.time[np.argmax((distance > 1.0) & (run.time > 30.0))] == pytest.approx(38.6, abs=0.1)
 
 
-def first_wrench(away):
-    """What the law asks for at the start of case 2 when both ships are as far away from the origin, along x."""
-    shift = np.array([away, 0.0, 0.0, 0.0, 0.0, 0.0])
+def initial_wrench(distance: float) -> tuple[Any, Any]:
+    """Command and terms of the law at the start of case 2, with both ships moved along x away from the origin."""
+    shift = np.array([distance, 0.0, 0.0, 0.0, 0.0, 0.0])
     law = make_controller("hierarchical", 0.01)
     inputs = np.array([1e5 / SHIP.m11, 0.0, 1e6 / SHIP.m33])
-    return law.update(0.0, WHERE_CASE_2_STARTS + shift, ITS_REFERENCE + shift, inputs)
+    return law.update(0.0, INITIAL_STATE + shift, INITIAL_REFERENCE + shift, inputs)
 
 
-def test_the_law_depends_on_where_the_origin_is():
-    """z_e of (11) is no distance between two ships: with a heading error it grows with the way to the origin."""
-    (near, _), terms = first_wrench(0.0)
-    (far, _), far_terms = first_wrench(1000.0)
+def test_the_law_depends_on_where_the_origin_is() -> None:
+    """z_e of (11) is not the distance of two ships: with a heading error it grows with the distance from the origin."""
+    (near, _), terms = initial_wrench(0.0)
+    (far, _), far_terms = initial_wrench(1000.0)
     assert (near, far) == pytest.approx((3.09e7, -9.08e8), rel=0.01)
     assert (terms.surge_error, far_terms.surge_error) == pytest.approx((-10.8, -303.7), rel=0.01)

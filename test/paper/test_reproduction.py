@@ -1,15 +1,17 @@
-"""`reproduce` from its cases to its files, on runs of two seconds."""
+"""`reproduce` from its cases to its files, with runs of two seconds."""
 
 import dataclasses
 import json
 import math
+from pathlib import Path
 
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import RunError, SimulationError
 from vessel_hsmc_ros.paper import reproduction
+from vessel_hsmc_ros.paper.case_run import CaseResult
 from vessel_hsmc_ros.paper.cases import CASES
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.claims import CLAIMS
 
 DURATION = 2.0
 SHORT = [dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": DURATION}) for case in CASES]
@@ -21,29 +23,29 @@ FIGURES = [
 
 
 @pytest.fixture(scope="module")
-def told():
+def progress() -> list[float]:
     return []
 
 
 @pytest.fixture(scope="module")
-def outcomes(told):
-    return reproduction.run_cases(SHORT, None, told.append)
+def results(progress: list[float]) -> dict[str, CaseResult]:
+    return reproduction.run_cases(SHORT, None, progress.append)
 
 
 @pytest.fixture(scope="module")
-def folder(outcomes, tmp_path_factory):
+def folder(results: dict[str, CaseResult], tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reproduction")
-    reproduction.write(outcomes, folder, SHORT)
+    reproduction.write(results, folder, SHORT)
     return folder
 
 
-def test_every_case_was_run_and_progress_was_told(outcomes, told):
-    assert list(outcomes) == [case.name for case in CASES]
-    assert told[-1] == pytest.approx(DURATION * len(CASES))
-    assert told == sorted(told)
+def test_every_case_is_run_and_its_progress_reported(results: dict[str, CaseResult], progress: list[float]) -> None:
+    assert list(results) == [case.name for case in CASES]
+    assert progress[-1] == pytest.approx(DURATION * len(CASES))
+    assert progress == sorted(progress)
 
 
-def test_figures_1_to_10_and_why_are_drawn(folder):
+def test_figures_1_to_10_and_the_explanations_are_drawn(folder: Path) -> None:
     assert sorted(path.stem for path in (folder / "figures").iterdir()) == FIGURES
     for path in (folder / "figures").iterdir():
         data = path.read_bytes()
@@ -51,25 +53,25 @@ def test_figures_1_to_10_and_why_are_drawn(folder):
         assert int.from_bytes(data[16:20], "big") > 800, "as wide as a column at 200 dpi"
 
 
-def test_results_come_back_as_they_were_written(folder, outcomes):
+def test_results_are_read_back_as_written(folder: Path, results: dict[str, CaseResult]) -> None:
     document = json.loads((folder / "results.json").read_text())
     assert len(document["claims"]) == len(CLAIMS)
     assert "NaN" not in (folder / "results.json").read_text()
     numbers = reproduction.load(folder / "results.json")
-    for name, outcome in outcomes.items():
-        assert dataclasses.asdict(numbers[name]) == pytest.approx(dataclasses.asdict(outcome.numbers), rel=0.0, nan_ok=True)
+    for name, result in results.items():
+        assert dataclasses.asdict(numbers[name]) == pytest.approx(dataclasses.asdict(result.numbers), rel=0.0, nan_ok=True)
 
 
-def test_a_second_time_gives_the_same_bytes(folder):
+def test_a_second_run_gives_identical_bytes(folder: Path) -> None:
     some = [case for case in SHORT if case.name in ("course", "circle", "circle_exact", "circle_50_hz")]
     again = reproduction.run_cases(some, None, lambda _: None)
     cases = json.loads((folder / "results.json").read_text())["cases"]
-    for name, outcome in again.items():
-        measured = {key: value for key, value in dataclasses.asdict(outcome.numbers).items() if not math.isnan(value)}
+    for name, result in again.items():
+        measured = {key: value for key, value in dataclasses.asdict(result.numbers).items() if not math.isnan(value)}
         assert json.dumps(measured) == json.dumps(cases[name]["numbers"])
 
 
-def test_a_case_that_ends_early_tells_when_and_one_that_should_not_have_is_an_error():
+def test_an_expected_divergence_is_timed_and_an_unexpected_one_is_an_error() -> None:
     (case,) = [case for case in CASES if case.name == "circle_50_hz"]
     shorter = dataclasses.replace(case, rate_hz=45.0, changes={"vessel_sim.duration": 8.0})
     numbers = reproduction.run_cases([shorter], None, lambda _: None)["circle_50_hz"].numbers
@@ -79,14 +81,14 @@ def test_a_case_that_ends_early_tells_when_and_one_that_should_not_have_is_an_er
         reproduction.run_cases([dataclasses.replace(shorter, ends=False)], None, lambda _: None)
 
 
-def test_an_error_of_one_case_ends_all_of_them_soon():
+def test_an_error_of_one_case_cancels_the_others() -> None:
     broken = dataclasses.replace(CASES[0], scenario="case2_tracking", rate_hz=45.0, changes={"vessel_sim.duration": 20.0})
     long = dataclasses.replace(CASES[4], changes={"vessel_sim.duration": 100_000.0})
     with pytest.raises(SimulationError):
         reproduction.run_cases([broken, long], None, lambda _: None)
 
 
-def test_results_that_cannot_be_read_are_told_in_a_line(tmp_path):
+def test_unreadable_results_are_refused_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "results.json").write_text('{"cases": {"circle": {"numbers": {"nonsense": 1.0}}}}')
     with pytest.raises(RunError, match=r"results .*results.json cannot be read: .*nonsense"):
         reproduction.load(tmp_path / "results.json")

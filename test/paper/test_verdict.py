@@ -1,15 +1,16 @@
-"""The pages about the paper say what the results say, and the results are what the code computes."""
+"""The pages about the paper agree with the stored results, and the stored results with the code."""
 
 import dataclasses
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.cases import CASES
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.tables import claims_page
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -23,23 +24,23 @@ QUOTES = [
     ("circle, the paper's case 2 | {:.1f} m | {:.3f}°", ("circle", FINAL), ("circle", LATE)),
     ("straight line | {:.2f} m | {:.4f}°", ("straight", FINAL), ("straight", LATE)),
     ("slalom | {:.3f} m; {:.1f} m after 800 s | {:.4f}°", ("slalom", FINAL), ("slalom_long", FINAL), ("slalom", LATE)),
-    ("case 3 | {:.2f} m | {:.4f}°", ("hold", FINAL), ("hold", LATE)),
-    ("stabilisation, calm | {:.4f} m | {:.6f}°", ("hold_calm", FINAL), ("hold_calm", LATE)),
+    ("case 3 | {:.2f} m | {:.4f}°", ("stabilisation", FINAL), ("stabilisation", LATE)),
+    ("stabilisation, calm | {:.4f} m | {:.6f}°", ("stabilisation_calm", FINAL), ("stabilisation_calm", LATE)),
     ("case 1 | - | {:.4f}°", ("course", LATE)),
     ("after {:.1f} s, PD after {:.1f} s", ("course", "heading_settling_time"), ("course_pd", "heading_settling_time")),
-    ("off by {:.4f}° and {:.1f}° rms", ("course_pushed", SECOND), ("course_pd_pushed", SECOND)),
-    ("without it the error is {:.4f}°", ("course_pushed_unlearnt", SECOND)),
+    ("off by {:.4f}° and {:.1f}° rms", ("course_disturbed", SECOND), ("course_pd_disturbed", SECOND)),
+    ("without it the error is {:.4f}°", ("course_disturbed_no_learning", SECOND)),
     ("left by {:.1f} m after 400 s. Calm, it is {:.0f} m", ("circle", FINAL), ("circle_calm", FINAL)),
-    ("off by {:.2f} m in 50 s and {:.2f} m in 400 s", ("hold", "position_error_early"), ("hold", FINAL)),
+    ("off by {:.2f} m in 50 s and {:.2f} m in 400 s", ("stabilisation", "position_error_early"), ("stabilisation", FINAL)),
     ("to {:.0e} of {:.1f} rad/s", ("circle_exact_calm", "yaw_surface_late"), ("circle_exact_calm", "yaw_surface_start")),
     ("on this circle at {:.4f} 1/s", ("circle", "growth_rate")),
     ("ship known exactly, calm | {:.0e}", ("circle_exact_calm", "reduced_deviation")),
-    ("stabilisation | {:.1e}", ("hold", "reduced_deviation")),
+    ("stabilisation | {:.1e}", ("stabilisation", "reduced_deviation")),
     ("straight line | {:.4f}", ("straight", "reduced_deviation")),
     ("straight line, ship known exactly | {:.4f}", ("straight_exact", "reduced_deviation")),
     ("circle, ship known exactly | {:.3f}", ("circle_exact", "reduced_deviation")),
     ("slalom, ship known exactly | {:.3f}", ("slalom_exact", "reduced_deviation")),
-    ("adaptation gains 0 | {:.1f} m", ("circle_unlearnt", FINAL)),
+    ("adaptation gains 0 | {:.1f} m", ("circle_no_learning", FINAL)),
     ("case2_tracking.yaml` | {:.1f} m", ("circle", FINAL)),
     ("of f_v 10 times | {:.1f} m", ("circle_learning", FINAL)),
     ("| ship known exactly | {:.1f} m", ("circle_exact", FINAL)),
@@ -57,7 +58,7 @@ QUOTES = [
     ("{:.3f} rad/s² on the circle", ("circle", "yaw_switching_gain_needed")),
     ("have to be {:.3f} m/s²", ("circle", "surge_switching_gain_needed")),
     ("jumps by {:.2e} N·m from period to period, against {:.0f} N·m", ("circle_switching", STEP), ("circle_60", STEP)),
-    ("without learning the moment jumps by {:.1f} N·m", ("circle_unlearnt_60", STEP)),
+    ("without learning the moment jumps by {:.1f} N·m", ("circle_no_learning_60", STEP)),
     (
         "{:.2f} for f_u, {:.2f} for f_v, {:.2f} for f_r",
         *(("circle", f"{axis}_estimate_error") for axis in ("surge", "sway", "yaw")),
@@ -77,12 +78,12 @@ QUOTES = [
 
 
 @pytest.mark.parametrize("quote", QUOTES, ids=lambda quote: quote[0])
-def test_the_verdict_quotes_the_results(quote):
+def test_the_verdict_quotes_the_results(quote: tuple[Any, ...]) -> None:
     text, *numbers = quote
     assert text.format(*(abs(getattr(RESULTS[run], number)) for run, number in numbers)) in VERDICT
 
 
-def test_what_the_verdict_derives_from_the_results():
+def test_the_derived_numbers_of_the_verdict_follow_from_the_results() -> None:
     holding = sum(claim.holds(RESULTS) for claim in CLAIMS)
     assert f"holds {len(CLAIMS)} claims of the paper against thresholds: {holding} hold" in VERDICT
     assert f"a doubling in {math.log(2.0) / RESULTS['circle'].growth_rate:.0f} s" in VERDICT
@@ -91,29 +92,29 @@ def test_what_the_verdict_derives_from_the_results():
     larger = RESULTS["circle_switching"].yaw_surface_late / RESULTS["circle_60"].yaw_surface_late
     assert f"S1 is {larger:.1f} times larger" in VERDICT
     assert f"{1.0 - RESULTS['circle_60'].activation_spread:.2f} to 1" in VERDICT
-    assert abs(RESULTS["hold"].heading_error_final_deg) < 0.006
+    assert abs(RESULTS["stabilisation"].heading_error_final_deg) < 0.006
     assert RESULTS["straight_a_0.1"].singularity_share > 0.999
 
 
-def test_every_link_and_picture_of_the_verdict_is_there():
+def test_every_link_and_picture_of_the_verdict_exists() -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", (DOCS / "verdict.md").read_text(encoding="utf-8")):
         assert (DOCS / target).exists(), target
 
 
-def test_the_claims_page_is_that_of_the_results():
+def test_the_claims_page_is_generated_from_the_results() -> None:
     assert (DOCS / "claims.md").read_text(encoding="utf-8") == claims_page(RESULTS)
 
 
-def test_the_results_hold_every_case():
+def test_the_results_contain_every_case() -> None:
     assert list(RESULTS) == [case.name for case in CASES]
 
 
-def test_the_results_are_what_the_code_computes():
-    """The short cases, run anew; the last digits may differ on another machine."""
+def test_the_results_are_what_the_code_computes() -> None:
+    """The short cases are run again; the last digits may differ on another machine."""
     cases = [case for case in CASES if case.name in CHEAP]
-    for name, outcome in reproduction.run_cases(cases, None, lambda _: None).items():
+    for name, result in reproduction.run_cases(cases, None, lambda _: None).items():
         expected = dataclasses.asdict(RESULTS[name])
         if "ended_at" in expected and not math.isnan(expected["ended_at"]):
-            assert outcome.numbers.ended_at == pytest.approx(expected["ended_at"], rel=1e-2)
-            continue  # what diverges multiplies the last digits
-        assert dataclasses.asdict(outcome.numbers) == pytest.approx(expected, rel=1e-5, abs=1e-12, nan_ok=True)
+            assert result.numbers.ended_at == pytest.approx(expected["ended_at"], rel=1e-2)
+            continue  # a diverging run amplifies differences of rounding
+        assert dataclasses.asdict(result.numbers) == pytest.approx(expected, rel=1e-5, abs=1e-12, nan_ok=True)

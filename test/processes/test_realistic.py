@@ -1,4 +1,4 @@
-"""The realistic ship over the nodes: all that is random has the bits of the offline loop."""
+"""The realistic ship over the nodes: noise and waves are bit-identical to those of the offline loop."""
 
 import dataclasses
 import subprocess
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from harness import BIN
 
-from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
@@ -15,7 +15,7 @@ DURATION = 8.0
 
 
 @pytest.fixture(scope="module")
-def bag(tmp_path_factory):
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Bag:
     folder = tmp_path_factory.mktemp("realistic")
     command = [BIN / "vessel-hsmc", "run", "realistic", "--set", f"vessel_sim.duration={DURATION}"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60.0)
@@ -23,7 +23,7 @@ def bag(tmp_path_factory):
     return open_bag(next((folder / "runs").iterdir()) / "bag")
 
 
-def test_the_nodes_and_the_offline_loop_agree_to_the_last_bit(bag):
+def test_nodes_and_offline_loop_are_bit_identical(bag: Bag) -> None:
     offline = simulate(load_scenario("realistic", {"vessel_sim.duration": DURATION}))
     recorded = bag.run()
     for field in dataclasses.fields(Run):
@@ -35,7 +35,7 @@ def test_the_nodes_and_the_offline_loop_agree_to_the_last_bit(bag):
     assert offline.control["estimate"].shape == (401, 6)
 
 
-def test_what_only_a_simulator_knows_is_recorded_every_step(bag):
+def test_the_true_state_and_dynamics_are_recorded_at_every_step(bag: Bag) -> None:
     counts = {name: series.count for name, series in bag.topics.items()}
     assert counts["/odom"] == counts["/odom/truth"] == counts["/dynamics/truth"] == counts["/disturbance"] == 801
     assert counts["/controller/estimate"] == 401

@@ -1,71 +1,73 @@
-"""`vessel-hsmc compare`: which runs are made, what is measured, what is written."""
+"""`vessel-hsmc compare`: its runs, its metrics, its files."""
 
 import io
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 from rich.console import Console
 
-from vessel_hsmc_ros.cli.compare import print_table
+from vessel_hsmc_ros.cli.compare import coloured
+from vessel_hsmc_ros.cli.console import print_table
 from vessel_hsmc_ros.cli.main import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page
-from vessel_hsmc_ros.runs.comparison import Task, compare, default_laws, prepare, run_task
+from vessel_hsmc_ros.runs.comparison import LawRun, Task, compare, default_laws, prepare, run_task
 from vessel_hsmc_ros.scenario.suite import Row
 
 SHORT = {"vessel_sim.duration": 2.0}
 ROW = Row("circle", changes=SHORT, at_most=100.0)
 
 
-def vessel_hsmc(*arguments):
-    """The command in this process; its errors as they are raised."""
+def vessel_hsmc(*arguments: str) -> Result:
+    """Call the command in this process; its errors are raised."""
     return CliRunner().invoke(cli, ["compare", *arguments], catch_exceptions=False, standalone_mode=False)
 
 
-def test_the_default_laws_follow_a_position_and_can_run_here():
+def test_the_default_laws_track_a_position_and_are_installed() -> None:
     laws = default_laws()
     assert {"hierarchical", "los_pid"} <= set(laws) <= set(LAWS)
     assert not {"course", "pd"} & set(laws)
 
 
-def test_the_rate_asked_for_is_the_laws():
+def test_the_requested_rate_is_that_of_the_law() -> None:
     assert prepare(Task(ROW, "los_pid", 20.0))[0].controller.rate_hz == 20.0
     assert prepare(Task(ROW, "los_pid", None))[0].controller.rate_hz == 100.0
 
 
-def test_a_law_that_is_unstable_at_the_rate_runs_at_100_hz_and_the_notes_say_so():
+def test_a_law_that_is_unstable_at_the_requested_rate_runs_at_100_hz_with_a_note() -> None:
     outcome = run_task(Task(ROW, "hierarchical", 50.0))
     assert outcome.rate_hz == 100.0
-    assert comparison_page.notes([outcome]) == ["hierarchical is unstable at the rate asked for and ran at 100 Hz"]
+    assert comparison_page.notes([outcome]) == ["hierarchical is unstable at the requested rate and ran at 100 Hz"]
 
 
-def test_a_wrong_change_is_known_before_anything_runs():
+def test_an_unknown_parameter_is_an_error_before_anything_runs() -> None:
     with pytest.raises(ParameterError, match=r"vessel_sim\.duraton is not a parameter"):
         compare([Task(Row("r", changes={"vessel_sim.duraton": 1.0}), "los_pid", None)])
 
 
-def test_a_loop_that_blows_up_is_an_outcome():
+def test_a_simulation_that_diverges_is_an_outcome() -> None:
     wild = Row("wild", changes={"vessel_sim.duration": 50.0, "controller.hierarchical.sway_weight": 30.0}, at_most=1.0)
     outcome = run_task(Task(wild, "hierarchical", None))
     assert "no longer finite" in outcome.failure
-    assert comparison_page.figure(outcome) == "stopped miss"
+    assert comparison_page.overview_cell(outcome) == "stopped miss"
     assert len(comparison_page.cells(outcome)) == len(comparison_page.COLUMNS)
 
 
-def test_processes_give_the_same_numbers_in_the_order_of_the_tasks():
+def test_parallel_runs_give_identical_metrics_in_the_order_of_the_tasks() -> None:
     tasks = [Task(Row("long", changes={"vessel_sim.duration": 4.0}), "los_pid", 50.0), Task(ROW, "los_pid", 50.0)]
-    told = []
-    apart, here = compare(tasks, 2, told.append), compare(tasks, 1)
-    assert [o.row.name for o in apart] == ["long", "circle"]
-    assert [o.figures for o in apart] == [o.figures for o in here]
-    assert len(told) == 2
-    np.testing.assert_array_equal(apart[0].lines, here[0].lines)
+    reported: list[LawRun] = []
+    parallel, serial = compare(tasks, 2, reported.append), compare(tasks, 1)
+    assert [o.row.name for o in parallel] == ["long", "circle"]
+    assert [o.metrics for o in parallel] == [o.metrics for o in serial]
+    assert len(reported) == 2
+    np.testing.assert_array_equal(parallel[0].lines, serial[0].lines)
 
 
-def test_the_folder_has_tables_numbers_and_a_figure_for_each_case(tmp_path):
+def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Path) -> None:
     arguments = [
         "case2_tracking",
         "case2_straight",
@@ -88,7 +90,7 @@ def test_the_folder_has_tables_numbers_and_a_figure_for_each_case(tmp_path):
     assert "| case | over | limit | hierarchical | los_pid |" in page
 
 
-def test_a_suite_is_judged_row_by_row(tmp_path):
+def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path) -> None:
     suite = tmp_path / "mine.yaml"
     suite.write_text(
         "set: {vessel_sim.duration: 1.0}\nrows:\n"
@@ -103,24 +105,29 @@ def test_a_suite_is_judged_row_by_row(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "error", "word"),
+    ("arguments", "error", "message"),
     [
         (["case9"], ScenarioError, "scenario case9 is unknown"),
         (["case2_tracking", "--laws", "lqr"], ParameterError, "--laws lqr is not allowed: it takes any of hierarchical"),
         (["--suite", "quick"], ScenarioError, "suite quick is unknown"),
     ],
 )
-def test_what_is_wrong_is_named(arguments, error, word):
-    with pytest.raises(error, match=word):
+def test_a_wrong_argument_is_named(arguments: list[str], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
         vessel_hsmc(*arguments)
 
 
-def test_in_a_narrow_terminal_words_give_way_and_numbers_stay_whole():
-    out = Console(width=80, file=io.StringIO(), color_system=None)
+def test_hits_and_misses_are_coloured() -> None:
+    cells = ["guided", "0.00075 m hit", "2 m miss", "stopped miss", "0.1"]
+    assert coloured(cells) == ["guided", "[green]0.00075 m hit[/]", "[red]2 m miss[/]", "[red]stopped miss[/]", "0.1"]
+
+
+def test_numbers_of_the_overview_stay_in_one_piece_in_a_narrow_terminal() -> None:
+    out = io.StringIO()
     numbers = ["0.00075 m hit", "0.0097 m miss", "6.6e-05 m hit", "2 m miss"]
-    print_table(
-        out, "", ["case", "over", "limit", *"abcd"], [["damping half as much again", "last quarter", "0.02 m", *numbers]], 3
-    )
-    shown = out.file.getvalue()
+    row = coloured(["damping half as much again", "last quarter", "0.02 m", *numbers])
+    console = Console(width=80, file=out, color_system=None)
+    print_table(["case", "over", "limit", *"abcd"], [row], text_columns=3, console=console)
+    shown = out.getvalue()
     assert all(number in shown for number in numbers)
     assert "…" not in shown

@@ -1,19 +1,20 @@
-"""The offline loop; what comes out of it is held by `test_golden.py` and `test_errata.py`."""
+"""The offline loop; its results are tested in `test_golden_offline.py` and `test_errata.py`."""
 
 import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError, SimulationError
 from vessel_hsmc_ros.core.metrics import position_error
+from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 
-def run_of(seconds, **changes):
+def run_of(seconds: float, **changes: object) -> Run:
     changes = {name.replace("__", "."): value for name, value in changes.items()}
     return simulate(load_scenario("case2_tracking", {"vessel_sim.duration": seconds, **changes}))
 
 
-def test_a_run_has_one_row_for_each_odometry_message():
+def test_a_run_has_one_row_for_each_odometry_message() -> None:
     run = run_of(2.0)
     assert [a.shape for a in (run.time, run.state, run.reference, run.wrench, run.disturbance)] == [
         (201,),
@@ -27,13 +28,13 @@ def test_a_run_has_one_row_for_each_odometry_message():
     np.testing.assert_allclose(run.disturbance[0], [11e2 / 120e3, 26e2 / 177.9e3, 950e2 / 636e5])
 
 
-def test_the_same_scenario_gives_the_same_bits():
+def test_two_runs_of_a_scenario_are_bit_identical() -> None:
     first, second = run_of(3.0), run_of(3.0)
     np.testing.assert_array_equal(first.state, second.state)
     np.testing.assert_array_equal(first.wrench, second.wrench)
 
 
-def test_the_law_sees_what_the_sensors_say_and_the_run_keeps_both():
+def test_the_law_receives_measurements_and_the_run_contains_state_and_measurements() -> None:
     run = run_of(0.5, vessel_sim__sensors__position_noise=0.1)
     errors = run.measured - run.state
     assert 0.05 < errors[:, :2].std() < 0.2
@@ -45,7 +46,7 @@ def test_the_law_sees_what_the_sensors_say_and_the_run_keeps_both():
     assert not np.array_equal(run.wrench, perfect.wrench)
 
 
-def test_accelerations_add_up_to_the_motion():
+def test_the_recorded_accelerations_add_up_to_the_change_of_velocity() -> None:
     run = run_of(2.0, vessel_sim__disturbance__current__north=0.5, vessel_sim__disturbance__earth_fixed__east_force=2e4)
     inertia = np.array([120e3, 636e5])
     forced = np.column_stack((run.wrench[:, 0] / inertia[0], np.zeros(len(run.time)), run.wrench[:, 1] / inertia[1]))
@@ -55,11 +56,11 @@ def test_accelerations_add_up_to_the_motion():
 
 
 GENTLE = {"position_gain": 0.12, "heading_surface_slope": 0.25, "sway_share": 0.0}
-"""Gains of the guided law for estimates, which come later than measurements; docs/realistic_ship.md has what they are worth."""
+"""Gains of the guided law for estimates, which lag behind measurements; docs/realistic_ship.md quantifies them."""
 
 
 @pytest.mark.parametrize(("law", "gains"), [("guided", GENTLE), ("los_pid", {})])
-def test_on_noisy_poses_alone_the_observer_lets_a_law_hold_its_course(law, gains):
+def test_with_the_observer_a_law_tracks_from_noisy_poses_alone(law: str, gains: dict[str, float]) -> None:
     """A position at 5 Hz that is off by half a metre, a heading at 10 Hz off by 0.3°, no velocity at all."""
     sensors = {
         "position_noise": 0.5,
@@ -89,12 +90,12 @@ def test_on_noisy_poses_alone_the_observer_lets_a_law_hold_its_course(law, gains
     assert not run.measured[:, 3:].any()
 
 
-def test_limits_of_the_actuators_hold():
+def test_the_wrench_stays_within_the_actuator_limits() -> None:
     run = run_of(5.0, vessel_sim__actuators__surge_force_limit=2e5, vessel_sim__actuators__yaw_moment_limit=3e6)
     assert np.max(np.abs(run.wrench), axis=0) == pytest.approx([2e5, 3e6])
 
 
-def test_a_slower_law_holds_its_wrench_between_its_updates():
+def test_a_slower_law_holds_its_wrench_between_its_updates() -> None:
     slow = {"controller__hierarchical__yaw_reaching_gain": 20.0, "controller__hierarchical__surge_reaching_gain": 20.0}
     run = run_of(1.0, controller__rate_hz=20.0, **slow)
     assert len(run.control["time"]) == 21
@@ -102,19 +103,19 @@ def test_a_slower_law_holds_its_wrench_between_its_updates():
     assert not np.array_equal(run.wrench[9], run.wrench[10])
 
 
-def test_a_run_without_an_end_is_refused():
+def test_a_scenario_without_a_duration_is_refused() -> None:
     with pytest.raises(ScenarioError, match="duration = 0 s goes on for ever"):
         run_of(0.0)
 
 
-def test_a_loop_that_blows_up_ends_with_a_word():
+def test_a_diverging_loop_raises_simulation_error() -> None:
     with pytest.raises(SimulationError, match="no longer finite"):
         run_of(400.0, controller__hierarchical__sway_weight=30.0)
 
 
-def test_progress_is_told():
-    told = []
+def test_progress_is_reported_after_each_sample() -> None:
+    progress: list[tuple[int, int]] = []
     scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 0.1})
-    simulate(scenario, lambda done, total: told.append((done, total)))
-    assert told[0] == (1, 11)
-    assert told[-1] == (11, 11)
+    simulate(scenario, lambda done, total: progress.append((done, total)))
+    assert progress[0] == (1, 11)
+    assert progress[-1] == (11, 11)

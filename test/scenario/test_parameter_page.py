@@ -1,3 +1,5 @@
+"""The reference page of the parameters, and the declarations that it shows."""
+
 from pathlib import Path
 
 from vessel_hsmc_ros.core import schema
@@ -5,12 +7,12 @@ from vessel_hsmc_ros.scenario.parameter_page import parameter_page
 from vessel_hsmc_ros.scenario.parameters import NODES
 
 
-def test_the_page_in_the_docs_is_the_declarations():
+def test_the_page_in_the_docs_is_generated_from_the_declarations() -> None:
     page = Path(__file__).parents[2] / "docs" / "parameters.md"
     assert page.read_text(encoding="utf-8") == parameter_page(), "run `make docs`"
 
 
-def test_every_parameter_says_what_it_is_and_what_it_takes():
+def test_every_parameter_has_a_description_limits_and_an_allowed_default() -> None:
     for cls in NODES.values():
         for name, entry in schema.entries(cls).items():
             assert entry.description.endswith("."), name

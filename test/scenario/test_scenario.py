@@ -1,19 +1,22 @@
+from pathlib import Path
+
 import pytest
 import yaml
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, read_yaml, scenario_names
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, scenario_names
 
 
-def test_every_scenario_of_the_package_loads():
+def test_every_scenario_of_the_package_loads() -> None:
     assert "case2_tracking" in scenario_names()
     for name in scenario_names():
         assert load_scenario(name).name == name
 
 
-def test_case_2_is_the_papers():
+def test_case_2_is_the_papers() -> None:
     s = load_scenario("case2_tracking")
     assert (s.reference_ship.surge_force, s.reference_ship.yaw_moment) == (1e5, 1e6)
     assert s.vessel_sim.initial_pose == pytest.approx((5.0, 1.0, 0.785398163))
@@ -26,14 +29,14 @@ def test_case_2_is_the_papers():
     assert (law.network.center, law.network.width) == (0.5, 5.0)
 
 
-def test_changes_are_applied_over_the_file():
+def test_changes_override_the_file() -> None:
     assert (
         load_scenario("case2_tracking", {"controller.hierarchical.sway_weight": 0.1}).controller.hierarchical.sway_weight == 0.1
     )
 
 
 @pytest.mark.parametrize(
-    ("changes", "error", "told"),
+    ("changes", "error", "message"),
     [
         ({"controller.rate_hz": 50.0}, ParameterError, "unstable at controller.rate_hz = 50 Hz"),
         ({"controller.rate_hz": 0.0}, ParameterError, r"controller\.rate_hz = 0\.0 .* from 1 to 1000 Hz"),
@@ -42,16 +45,16 @@ def test_changes_are_applied_over_the_file():
         ({"reference_ship.rate_hz": 50.0}, ScenarioError, r"does not fit reference_ship\.rate_hz = 50 Hz"),
     ],
 )
-def test_bad_changes_are_refused(changes, error, told):
-    with pytest.raises(error, match=told):
+def test_bad_changes_are_refused(changes: dict[str, object], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
         load_scenario("case2_tracking", changes)
 
 
-def test_in_real_time_the_rates_need_not_fit():
+def test_in_real_time_the_rates_need_not_be_multiples() -> None:
     load_scenario("case2_tracking", {"vessel_sim.rate_hz": 150.0, "controller.lockstep": False})
 
 
-def test_an_unknown_scenario_is_answered_with_those_there_are():
+def test_an_unknown_scenario_is_refused_with_the_known_names() -> None:
     with pytest.raises(ScenarioError, match=r"case9 is unknown: it takes one of .*case2_tracking"):
         load_scenario("case9")
     with pytest.raises(ScenarioError, match=r"nowhere\.yaml does not exist"):
@@ -59,7 +62,7 @@ def test_an_unknown_scenario_is_answered_with_those_there_are():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("{", "cannot be read"),
         ("3", "not a ROS parameters file"),
@@ -67,14 +70,14 @@ def test_an_unknown_scenario_is_answered_with_those_there_are():
         ("pilot: {ros__parameters: {rate_hz: 3}}", "section pilot names no node"),
     ],
 )
-def test_a_file_that_is_none_is_refused(tmp_path, text, told):
+def test_a_file_that_is_no_parameters_file_is_refused(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "s.yaml"
     path.write_text(text)
-    with pytest.raises(ScenarioError, match=told):
+    with pytest.raises(ScenarioError, match=message):
         load_scenario(path)
 
 
-def test_sections_with_and_without_namespace_and_wildcards(tmp_path):
+def test_sections_match_nodes_in_any_namespace_and_by_wildcard(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text(
         "/**: {ros__parameters: {recorded: true, use_sim_time: false}}\n"
@@ -87,7 +90,7 @@ def test_sections_with_and_without_namespace_and_wildcards(tmp_path):
     assert s.vessel_sim.duration == 7.0
 
 
-def test_the_resolved_file_says_everything_and_reads_back_the_same(tmp_path):
+def test_the_resolved_file_has_every_parameter_and_loads_as_the_same_scenario(tmp_path: Path) -> None:
     s = load_scenario("case2_tracking", {"vessel_sim.substeps": 2})
     path = tmp_path / "case2_tracking.yaml"
     path.write_text(dump_scenario(s))
@@ -101,5 +104,5 @@ def test_the_resolved_file_says_everything_and_reads_back_the_same(tmp_path):
                 branch = branch[part]
 
 
-def test_numbers_as_ros_reads_them():
+def test_numbers_are_parsed_as_ros_parses_them() -> None:
     assert read_yaml("[1e5, 1.0e+5, -2E-3, 1, 0x]") == [1e5, 1e5, -0.002, 1, "0x"]

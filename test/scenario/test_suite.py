@@ -1,3 +1,6 @@
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,8 +10,8 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import Row, judge, load_suite, suite_names
 
 
-def run_with(distance):
-    """A run of 101 samples, 100 s, whose position error is the given one."""
+def run_with(distance: Callable[[float], float]) -> Run:
+    """A run of 100 s with a given position error as a function of time, 101 samples."""
     time = np.linspace(0.0, 100.0, 101)
     state = np.zeros((101, 6))
     state[:, 0] = [distance(t) for t in time]
@@ -16,13 +19,13 @@ def run_with(distance):
     return Run(time, state, state, np.zeros((101, 6)), wrench, accelerations, accelerations)
 
 
-def suite(tmp_path, text):
+def suite(tmp_path: Path, text: str) -> tuple[Row, ...]:
     path = tmp_path / "mine.yaml"
     path.write_text(text)
     return load_suite(path)
 
 
-def test_every_suite_of_the_package_names_scenarios_and_parameters_that_exist():
+def test_the_rows_of_every_suite_load() -> None:
     for name in suite_names():
         rows = load_suite(name)
         assert len({row.name for row in rows}) == len(rows)
@@ -30,18 +33,18 @@ def test_every_suite_of_the_package_names_scenarios_and_parameters_that_exist():
             load_scenario(row.scenario, row.changes)
 
 
-def test_a_row_has_its_own_changes_over_the_shared_ones(tmp_path):
+def test_the_changes_of_a_row_override_the_shared_ones(tmp_path: Path) -> None:
     text = "set: {a.b: 1, c.d: 2}\nrows:\n  - {name: one, set: {a.b: 3}, over: last_half, at_most: 1e-2, largest: 1}\n"
     (row,) = suite(tmp_path, text)
     assert row == Row("one", "case2_tracking", {"a.b": 3, "c.d": 2}, "last_half", at_most=0.01, largest=1.0)
 
 
-def test_the_window_is_the_end_of_the_run():
+def test_the_position_error_is_evaluated_in_the_window_of_the_row() -> None:
     run = run_with(lambda t: 8.0 if t < 50.0 else 4.0 if t < 75.0 else 2.0)
     assert judge(Row("q"), run) == (2.0, 2.0, 1.0, True)
-    figures = judge(Row("h", over="last_half"), run)
-    assert figures.rms == pytest.approx(np.sqrt((25 * 16.0 + 26 * 4.0) / 51))
-    assert figures.largest == 4.0
+    verdict = judge(Row("h", over="last_half"), run)
+    assert verdict.rms == pytest.approx(np.sqrt((25 * 16.0 + 26 * 4.0) / 51))
+    assert verdict.largest == 4.0
 
 
 @pytest.mark.parametrize(
@@ -54,17 +57,17 @@ def test_the_window_is_the_end_of_the_run():
         ({"excursion": 1.4}, False),
     ],
 )
-def test_a_row_is_hit_when_every_limit_holds(limits, hit):
+def test_a_row_is_hit_when_every_limit_holds(limits: dict[str, float], hit: bool) -> None:
     run = run_with(lambda t: 4.0 if t < 10.0 else 6.0 if t < 50.0 else 2.0)
     assert judge(Row("r", **limits), run).hit is hit
 
 
-def test_what_is_not_finite_is_a_miss():
+def test_a_run_that_is_not_finite_is_a_miss() -> None:
     assert not judge(Row("r", at_most=1.0), run_with(lambda t: np.nan * t)).hit
 
 
 @pytest.mark.parametrize(
-    ("text", "word"),
+    ("text", "message"),
     [
         ("rows: 3", "is not a suite"),
         ("rows: []\nrow: []", "is not a suite"),
@@ -76,11 +79,11 @@ def test_what_is_not_finite_is_a_miss():
         ("rows: [{name: a, largest: true}]", "largest = True of row a"),
     ],
 )
-def test_what_is_wrong_is_named(tmp_path, text, word):
-    with pytest.raises(ScenarioError, match=word):
+def test_a_malformed_suite_is_refused_with_the_reason(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(ScenarioError, match=message):
         suite(tmp_path, text)
 
 
-def test_an_unknown_suite_is_named():
+def test_an_unknown_suite_is_refused_with_the_known_names() -> None:
     with pytest.raises(ScenarioError, match="suite quick is unknown: it takes one of guided"):
         load_suite("quick")

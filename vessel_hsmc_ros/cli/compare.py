@@ -1,39 +1,34 @@
-"""`vessel-hsmc compare`: all laws over all given scenarios, or over a suite with limits."""
+"""`vessel-hsmc compare`: all laws on all given scenarios, or on a suite with limits."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
-from typing import Any
 
 import click
-from rich import box
-from rich.console import Console, JustifyMethod
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from vessel_hsmc_ros.cli.options import parse_changes, set_option
+from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.options import output_option, parse_changes, set_option
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page
-from vessel_hsmc_ros.runs.comparison import Outcome, Task, default_laws
+from vessel_hsmc_ros.runs.comparison import LawRun, Task, default_laws
 from vessel_hsmc_ros.runs.comparison import compare as compare_laws
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
-PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
+FEW = 3
+"""Up to so many rows are printed in a table each, more of them in one overview."""
 
 
 @click.command()
 @click.argument("scenarios", nargs=-1, metavar="SCENARIO...")
-@click.option("--suite", help="The rows of a suite with limits, such as guided, or a YAML file.")
-@click.option("--laws", help="Laws, parted by commas [default: all that follow a position].")
-@click.option("--rate", "rate_hz", type=float, help="The laws' rate in Hz [default: the scenario's].")
-@click.option("--jobs", type=click.IntRange(min=1), help="Runs at a time [default: one a core].")
+@click.option("--suite", help="A suite of cases with limits, such as guided, or the path of a YAML file.")
+@click.option("--laws", help="Laws, separated by commas [default: all that track a position].")
+@click.option("--rate", "rate_hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")
+@click.option("--jobs", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
 @set_option
-@click.option(
-    "--output", type=click.Path(path_type=Path), default=Path("runs"), show_default=True, help="Folder of the run folders."
-)
+@output_option
 def compare(
     scenarios: Sequence[str],
     suite: str | None,
@@ -43,7 +38,7 @@ def compare(
     changes: Sequence[str],
     output: Path,
 ) -> None:
-    """Run all laws over each SCENARIO offline, and put their figures side by side.
+    """Simulate all laws on each SCENARIO offline and compare their metrics.
 
     Writes compare.md, compare.json and a figure for each case into a run folder.
     """
@@ -52,19 +47,25 @@ def compare(
         raise click.UsageError("give a SCENARIO or --suite")
     rows = [replace(row, changes={**row.changes, **parse_changes(changes)}) for row in rows]
     tasks = [Task(row, law, rate_hz) for row in rows for law in chosen(laws)]
-    with progress_bar(len(tasks)) as progress:
-        outcomes = compare_laws(tasks, jobs, progress)
-    present(outcomes)
+    with progress_bar("comparing laws", len(tasks), "runs") as update:
+        done = count(1)
+
+        def show(run: LawRun) -> None:
+            number = next(done)
+            update(number, f"{number} of {len(tasks)}: {run.law} on {run.row.name}")
+
+        outcomes = compare_laws(tasks, jobs, show)
+    print_outcomes(outcomes)
     folder = make_run_folder(output, "compare").path
     comparison_page.write(folder, outcomes)
-    Console().print(f"tables and figures: {folder}", **PLAIN)
+    print_line(f"tables and figures: {folder}")
 
 
 def chosen(laws: str | None) -> list[str]:
-    """The laws of `--laws`.
+    """Parse the names of `--laws`.
 
     Raises:
-        ParameterError: there is no such law.
+        ParameterError: a name is not that of a law.
     """
     if laws is None:
         return default_laws()
@@ -75,44 +76,22 @@ def chosen(laws: str | None) -> list[str]:
     return names
 
 
-@contextmanager
-def progress_bar(total: int) -> Iterator[Any]:
-    """A bar of the runs done; where nobody looks at a terminal, a line for each."""
-    console = Console(stderr=True)
-    done = 0
-    columns = (TextColumn("comparing"), BarColumn(), TextColumn("{task.completed} of {task.total} runs"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        bar = progress.add_task("comparing", total=total)
-
-        def tell(outcome: Outcome) -> None:
-            nonlocal done
-            done += 1
-            progress.update(bar, completed=done)
-            if not console.is_terminal:
-                console.print(f"{done} of {total}: {outcome.law} on {outcome.row.name}", **PLAIN)
-
-        yield tell
-
-
-def present(outcomes: Sequence[Outcome]) -> None:
-    """The table of each case where there are few; of all cases where there are many; then the notes."""
-    out = Console()
+def print_outcomes(outcomes: Sequence[LawRun]) -> None:
+    """Print a table for each row, or one overview of many rows, and the notes."""
     rows = comparison_page.by_row(outcomes)
-    if len(rows) <= 3:
+    if len(rows) <= FEW:
         for row, of_row in rows:
-            print_table(out, row.name, *comparison_page.table(row, of_row), 1)
+            head, lines = comparison_page.table(row, of_row)
+            print_table(head, map(coloured, lines), title=row.name)
     else:
-        print_table(out, "rms position error", *comparison_page.overview(outcomes), 3)
+        head, lines = comparison_page.overview(outcomes)
+        print_table(head, map(coloured, lines), title="rms position error", text_columns=3)
     for note in comparison_page.notes(outcomes):
-        out.print(note, **PLAIN)
+        print_line(note)
 
 
-def print_table(out: Console, title: str, head: Sequence[str], lines: Sequence[Sequence[str]], words: int) -> None:
-    """A table whose first columns are words and the others numbers; hits and misses in colour."""
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for i, name in enumerate(head):
-        justify: JustifyMethod = "left" if i < words else "right"
-        table.add_column(name.replace(" ", "\n"), justify=justify, no_wrap=i >= words, overflow="fold")  # words give way
-    for line in lines:
-        table.add_row(*(f"[red]{c}[/]" if c.endswith("miss") else f"[green]{c}[/]" if c.endswith("hit") else c for c in line))
-    out.print(table)
+def coloured(cells: Sequence[str]) -> list[str]:
+    """Cells of a table with misses in red and hits in green."""
+    colours = {"miss": "red", "hit": "green"}
+    words = [cell.rsplit(" ", 1)[-1] for cell in cells]
+    return [f"[{colours[word]}]{cell}[/]" if word in colours else cell for cell, word in zip(cells, words, strict=True)]

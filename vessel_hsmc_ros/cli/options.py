@@ -1,31 +1,49 @@
-"""Options that several verbs take, and how their values are read."""
+"""Arguments and options that several verbs take."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import click
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.scenario import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+
+scenario_argument = click.argument("scenario")
+
+bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 
 set_option = click.option(
-    "--set", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Change a parameter; may be given several times."
+    "--set", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Set a parameter; may be given several times."
 )
+
+output_option = click.option(
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("runs"),
+    show_default=True,
+    help="Folder in which the run folder is created.",
+)
+
+namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
 
 
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
-    """`node.param=value` texts, values in YAML.
+    """Parse texts of the form `node.param=value`, with the value in YAML.
 
     Args:
         changes: The texts.
-        option: Where they were given, for error messages.
+        option: The command-line option they belong to, for error messages.
+
+    Returns:
+        Values by `node.param`.
 
     Raises:
-        ParameterError: a text is not like that.
+        ParameterError: a text has no equals sign, or its value is not YAML.
     """
     parsed: dict[str, object] = {}
     for change in changes:
-        key, equals, value = change.partition("=")
+        key, equals, value = change.partition("=")  # at the first one: a regular expression may contain more
         if not equals:
             raise ParameterError(f"{option} {change} is not allowed: it takes node.param=value")
         try:

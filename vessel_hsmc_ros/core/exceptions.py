@@ -9,6 +9,10 @@ class ParameterError(VesselHsmcError):
     """A parameter is unknown, has the wrong type or lies outside its range."""
 
 
+class InstabilityError(ParameterError):
+    """A gain makes the discretised surface dynamics unstable at the control period."""
+
+
 class ScenarioError(VesselHsmcError):
     """A scenario cannot be found, read or run as it stands."""
 
@@ -39,3 +43,7 @@ class RunError(VesselHsmcError):
 
 class ReportError(VesselHsmcError):
     """A report or an export cannot be made or written."""
+
+
+class InstallationError(VesselHsmcError):
+    """The package or a package it needs is not completely installed."""

@@ -1,6 +1,7 @@
-"""The outline of a ship, to draw it to scale; the model itself has no size.
+"""Outline of the hull, to draw a ship to scale; the equations of motion contain no dimensions.
 
-32 m is the length of the ship that the paper's coefficients are known for in the literature, of 118 t; the beam is ours.
+LENGTH is that of the 118 t ship whose coefficients the paper uses. BEAM is ours: with a draught of 1.3 m, a slender monohull
+of these dimensions has the displacement that the paper's inertia implies. The wave loads use the same dimensions.
 """
 
 from dataclasses import dataclass
@@ -12,17 +13,20 @@ from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
 
+LENGTH, BEAM = 32.0, 6.4
+"""Dimensions of the paper's ship, m."""
+
 
 @dataclass(frozen=True)
 class Hull:
-    """How large a ship is drawn."""
+    """Dimensions of the hull that is drawn."""
 
-    length: float = parameter(32.0, "Length of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
-    beam: float = parameter(8.0, "Beam of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
+    length: float = parameter(LENGTH, "Length of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
+    beam: float = parameter(BEAM, "Beam of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
 
 
 def outline(hull: Hull) -> Array:
-    """Corners of the hull about its middle, bow along x, counter-clockwise from the stern's starboard side, (7, 2) m."""
+    """Compute the corners of the hull about midships, bow along x, counter-clockwise from the starboard quarter, (7, 2) m."""
     stern, bow, half = -0.5 * hull.length, 0.5 * hull.length, 0.5 * hull.beam
     side = [(stern, 0.8 * half), (0.2 * stern, half), (0.35 * bow, half)]
     starboard = [(x, -y) for x, y in side]
@@ -30,7 +34,7 @@ def outline(hull: Hull) -> Array:
 
 
 def triangles(hull: Hull) -> Array:
-    """The same as a fan of triangles, (15, 2) m, three rows each."""
+    """Split the outline into a fan of triangles, (15, 2) m, three rows for each triangle."""
     corners = outline(hull)
     fan = [(corners[0], corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)]
     return np.array([corner for triangle in fan for corner in triangle])

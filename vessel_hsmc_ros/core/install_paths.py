@@ -1,12 +1,20 @@
-"""Where the package's own data files are: config, launch."""
+"""Where the package's own data files are installed, and what an incomplete installation lacks."""
 
 import os
 import sys
 from pathlib import Path
 
-from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.exceptions import InstallationError
 
 PACKAGE = "vessel_hsmc_ros"
+
+REMEDIES = {
+    # colcon does not search below a folder that has a package.xml, so a plain build omits the messages without a warning.
+    "vessel_hsmc_msgs": "build both packages with `colcon build --base-paths src 'src/*/msg_defs'`",
+    "foxglove": "the live view needs it, `pip install foxglove-sdk`",
+}
+ROS_REMEDY = "nodes need ROS 2, source a Jazzy workspace; `vessel-hsmc simulate` does without"
+"""What to do about a missing module, by its name; all others are parts of ROS 2."""
 
 
 def prefixes() -> list[Path]:
@@ -19,7 +27,7 @@ def share_directory() -> Path:
     """The checkout this module runs from, else the share folder of the prefix it was installed into.
 
     Raises:
-        ScenarioError: the package is installed without its data files.
+        InstallationError: the package is installed without its data files.
     """
     checkout = Path(__file__).resolve().parents[2]
     if (checkout / "package.xml").is_file():
@@ -28,4 +36,10 @@ def share_directory() -> Path:
     for candidate in candidates:
         if (candidate / "config").is_dir():
             return candidate
-    raise ScenarioError("the package's config folder is in none of " + ", ".join(map(str, candidates)))
+    raise InstallationError("the package's config folder is in none of " + ", ".join(map(str, candidates)))
+
+
+def missing_module(error: ModuleNotFoundError) -> str:
+    """One line that names a module which a node needs and says how to install it."""
+    name = (error.name or str(error)).partition(".")[0]
+    return f"{name} is not installed: {REMEDIES.get(name, ROS_REMEDY)}"

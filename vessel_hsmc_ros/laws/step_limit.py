@@ -17,7 +17,7 @@ The ship's own damping d moves the limit by a share of (d·T)²/12, a millionth 
 
 from typing import Any
 
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import InstabilityError
 
 LIMIT = 2.0
 
@@ -32,14 +32,14 @@ def check_step(parameters: Any, gain: str, slope: str, period: float, law: str) 
         law: Name of the law, for the message.
 
     Raises:
-        ParameterError: (k + c)·T is 2 or more.
+        InstabilityError: (k + c)·T is 2 or more.
     """
     k, c = getattr(parameters, gain), getattr(parameters, slope)
     if (k + c) * period < LIMIT:
         return
     room = LIMIT / period - c
     way_out = f"a gain below {room:g} 1/s or a rate" if room > 0.0 else "a rate"
-    raise ParameterError(
+    raise InstabilityError(
         f"controller.{law}.{gain} = {k:g} 1/s is unstable at controller.rate_hz = {1.0 / period:g} Hz:"
         f" gain plus {slope} = {c:g} 1/s, times the period, is {(k + c) * period:g} and must be below {LIMIT:g},"
         f" so take {way_out} above {(k + c) / LIMIT:g} Hz"

@@ -1,4 +1,4 @@
-"""One case of the paper run and measured, offline or by the nodes."""
+"""Run and measure one case of the paper, offline or by the nodes."""
 
 import dataclasses
 from collections.abc import Callable
@@ -24,22 +24,22 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-INTERRUPTED = 128
-"""Exit codes of a run above this say that a signal ended it."""
+ENDED_BY_SIGNAL = 128
+"""Exit codes of a run above this mean that a signal ended it."""
 
 FIRST, STRIDE = 300, 10
-"""A figure needs every one of the first samples, and then every tenth."""
+"""A figure needs each of the first samples, where the transient is fast, and then every tenth."""
 
 RATES = ("vessel_sim", "reference_ship", "controller")
 
 
 @dataclasses.dataclass(frozen=True)
-class Outcome:
-    """What came of a case.
+class CaseResult:
+    """The results of a case.
 
     Attributes:
-        numbers: What was measured.
-        run: Its arrays, thinned for drawing, without the weights.
+        numbers: The measured values.
+        run: Its arrays, thinned for drawing, without the network weights.
         reduced: Times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's.
     """
 
@@ -49,78 +49,95 @@ class Outcome:
 
 
 def scenario_of(case: Case, nodes: bool = False) -> Scenario:
-    """The scenario a case runs, changed for nodes or for this process."""
+    """The scenario of a case, for the nodes or for a run in this process."""
     changes = dict(case.changes) | (for_nodes(recorded=True, real_time=False) if nodes else {})
     scenario = load_scenario(case.scenario, changes)
     if case.rate_hz:
-        # Behind load_scenario's back, which refuses the law at this rate.
+        # load_scenario refuses a rate at which the law is unstable, so the rate is replaced after its checks.
         parts = {node: dataclasses.replace(getattr(scenario, node), rate_hz=case.rate_hz) for node in RATES}
         scenario = dataclasses.replace(scenario, **parts)
     return scenario
 
 
-def run_offline(case: Case, progress: Progress) -> Outcome:
-    """Run a case in this process.
+def duration_of(case: Case) -> float:
+    """The simulated time that a case takes."""
+    return scenario_of(case).vessel_sim.duration
+
+
+def simulate_case(case: Case, progress: Progress) -> CaseResult:
+    """Run a case offline.
 
     Args:
-        case: Any.
-        progress: Called with the simulated time, s.
+        case: The case.
+        progress: Called with the simulated time.
 
     Raises:
-        SimulationError, ControlError: the loop cannot go on, and the case did not say so.
+        SimulationError, ControlError: the loop diverges although the case is not expected to.
     """
     scenario = scenario_of(case)
     sim = scenario.vessel_sim
-    done = [0]
+    samples = 0
 
-    def count(samples: int, _: int) -> None:
-        done[0] = samples
-        progress((samples - 1) / sim.rate_hz)
+    def count(done: int, _total: int) -> None:
+        nonlocal samples
+        samples = done
+        progress((done - 1) / sim.rate_hz)
 
     try:
-        return outcome(case, scenario, simulate(scenario, count, _law(case, scenario)))
+        return evaluate_case(case, scenario, simulate(scenario, count, _special_law(case, scenario)))
     except (SimulationError, ControlError):
         if not case.ends:
             raise
-    # What it came to is measured up to a second before its end, or a tenth of a short run.
-    ended_at = done[0] / sim.rate_hz
+    # A diverging run is measured up to one second before its end, or up to 90 % of a run shorter than ten seconds.
+    ended_at = samples / sim.rate_hz
     before = dataclasses.replace(scenario, vessel_sim=dataclasses.replace(sim, duration=ended_at - min(1.0, 0.1 * ended_at)))
-    run = simulate(before, None, _law(case, scenario))
+    run = simulate(before, None, _special_law(case, scenario))
     progress(sim.duration)
-    return outcome(case, scenario, run, ended_at)
+    return evaluate_case(case, scenario, run, ended_at)
 
 
-def run_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> Outcome:
-    """Run a case by the nodes over ROS 2; the run's folder keeps its bag.
+def run_case_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> CaseResult:
+    """Run a case by the nodes over ROS 2; its bag stays in the run folder.
+
+    Args:
+        case: A case that nodes can run.
+        folder: The run folder.
+        progress: Called with the simulated time.
 
     Raises:
-        RunError: the run did not end as it should.
-        KeyboardInterrupt: it was interrupted.
-        BagError: its bag cannot be read.
+        RunError: a node failed.
+        KeyboardInterrupt: the run was interrupted.
+        BagError: the bag cannot be read.
     """
-    from vessel_hsmc_ros.bags.bag_reading import read_recording  # rosbags takes longer to load than the rest
+    from vessel_hsmc_ros.bags.reader import open_bag  # rosbags takes longer to import than the rest
 
     scenario = scenario_of(case, nodes=True)
     result = scenario_run.run_nodes(scenario, folder, "", progress)
-    if result.exit_code > INTERRUPTED:
+    if result.exit_code > ENDED_BY_SIGNAL:
         raise KeyboardInterrupt
     if result.failure:
         raise RunError(f"case {case.name}: {result.failure}")
-    run = read_recording(folder.bag, scenario.vessel_sim.vessel.coefficients()).run
-    return outcome(case, scenario, run)
+    return evaluate_case(case, scenario, open_bag(folder.bag).run())
 
 
-def outcome(case: Case, scenario: Scenario, run: Run, ended_at: float = NAN) -> Outcome:
-    """Measure a run and thin it."""
+def evaluate_case(case: Case, scenario: Scenario, run: Run, ended_at: float = NAN) -> CaseResult:
+    """Measure a run and thin it.
+
+    Args:
+        case: The case that was run.
+        scenario: The scenario of the run.
+        run: Its arrays.
+        ended_at: The time at which the run diverged, if it did.
+    """
     vessel = scenario.vessel_sim.vessel.coefficients()
     gains = scenario.controller.hierarchical if scenario.controller.law == "hierarchical" else None
     numbers = dataclasses.replace(measure(run, vessel, gains), ended_at=ended_at)
     reduced = (np.empty(0), np.empty(0)) if gains is None or case.ends else reduced_error(run, vessel, gains)
-    return Outcome(numbers, thinned(run), reduced)
+    return CaseResult(numbers, thinned(run), reduced)
 
 
 def thinned(run: Run) -> Run:
-    """The samples that a figure needs, and of the law's terms those that are one number each."""
+    """The samples that a figure needs, and the scalar ones among the law's terms."""
 
     def pick(samples: int) -> NDArray[np.int64]:
         return np.unique(np.r_[0 : min(FIRST, samples), 0:samples:STRIDE, samples - 1])
@@ -131,15 +148,15 @@ def thinned(run: Run) -> Run:
     return Run(**arrays, control=control)
 
 
-def nodes_folder(parent: Path, case: Case) -> RunFolder:
-    """A new folder for a case's run by the nodes."""
+def make_case_folder(parent: Path, case: Case) -> RunFolder:
+    """Make a run folder for a case."""
     path = parent / case.name
     path.mkdir(parents=True)
     return RunFolder(path)
 
 
-def _law(case: Case, scenario: Scenario) -> Law[Any] | None:
-    """The law that no scenario can ask for; None for the scenario's own."""
+def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
+    """The law of a case for which no scenario exists; None for the scenario's own law."""
     controller, vessel = scenario.controller, scenario.vessel_sim.vessel.coefficients()
     if case.exact:
         return ExactModelLaw(controller.hierarchical, controller.vessel, vessel)

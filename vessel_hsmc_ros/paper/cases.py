@@ -1,4 +1,4 @@
-"""Which runs reproduce the paper: its cases as they stand, and what-ifs that tell why they end as they do."""
+"""The runs that reproduce the paper: its cases as printed, and variations that explain their results."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,37 +21,37 @@ LEARNING: Mapping[str, object] = {
 
 
 def switching(gain: float) -> Mapping[str, object]:
-    """Both switching gains set to one value."""
+    """Set both switching gains to one value."""
     return {f"controller.hierarchical.{name}_switching_gain": gain for name in ("yaw", "surge")}
 
 
 def slopes(slope: float) -> Mapping[str, object]:
-    """The slopes c1, c2, c3 set to one value."""
+    """Set the slopes c1, c2, c3 of the surfaces to one value."""
     return {f"controller.hierarchical.{name}_surface_slope": slope for name in ("sway", "heading", "surge")}
 
 
 def damping(factor: float) -> Mapping[str, object]:
-    """The plant's linear damping times a factor; the virtual ship's stays."""
+    """Multiply the plant's linear damping by a factor; the virtual ship keeps its own."""
     values = {"surge": 215e2, "sway": 147e3, "yaw": 802e4}
     return {f"vessel_sim.vessel.{name}_damping": factor * value for name, value in values.items()}
 
 
 @dataclass(frozen=True)
 class Case:
-    """One run.
+    """A run that the reproduction needs.
 
     Attributes:
-        name: By which claims, errata and figures look it up.
-        words: What it is.
-        scenario: Scenario it starts from.
-        changes: Values by `node.parameter`.
-        exact: Run the law with the ship known exactly instead of its networks; offline only.
-        rate_hz: Run everything at this rate, though the law refuses it there; offline only.
-        ends: The run is expected to end early; offline only.
+        name: Key by which claims, errata and figures refer to it.
+        title: What it shows.
+        scenario: Scenario it is derived from.
+        changes: Changed values by `node.parameter`.
+        exact: Replace the networks by the exact model of the ship; offline only.
+        rate_hz: Run all nodes at this rate although the law is unstable there; offline only.
+        ends: The run is expected to diverge before its end; offline only.
     """
 
     name: str
-    words: str
+    title: str
     scenario: str
     changes: Mapping[str, object] = field(default_factory=dict)
     exact: bool = False
@@ -60,7 +60,7 @@ class Case:
 
     @property
     def by_nodes(self) -> bool:
-        """Whether nodes can run it."""
+        """Whether the nodes can run it."""
         return not (self.exact or self.rate_hz or self.ends)
 
 
@@ -75,24 +75,24 @@ ETA_OF_34 = 2.0
 
 CASES: tuple[Case, ...] = (
     Case("course", "course, sliding mode and networks, calm", "case1_course"),
-    Case("course_pushed", "course, sliding mode and networks, disturbed", "case1_course_disturbed"),
+    Case("course_disturbed", "course, sliding mode and networks, disturbed", "case1_course_disturbed"),
     Case("course_pd", "course, PD, calm", "case1_pd"),
-    Case("course_pd_pushed", "course, PD, disturbed", "case1_pd_disturbed"),
+    Case("course_pd_disturbed", "course, PD, disturbed", "case1_pd_disturbed"),
     Case("circle", "circle, disturbed: the paper's case 2", TRACKING),
     Case("straight", "straight line, disturbed", STRAIGHT),
     Case("slalom", "slalom, disturbed", SLALOM),
-    Case("hold", "stabilisation, disturbed: the paper's case 3", "case3_stabilisation"),
-    Case("hold_calm", "stabilisation, calm", "case3_calm"),
+    Case("stabilisation", "stabilisation, disturbed: the paper's case 3", "case3_stabilisation"),
+    Case("stabilisation_calm", "stabilisation, calm", "case3_calm"),
     Case("circle_calm", "circle, calm", TRACKING, CALM),
     Case("straight_calm", "straight line, calm", STRAIGHT, CALM),
     Case("slalom_long", "slalom, disturbed, 800 s", SLALOM, {"vessel_sim.duration": 800.0}),
     Case(
-        "course_pushed_unlearnt",
+        "course_disturbed_no_learning",
         "course, sliding mode, adaptation gain 0, disturbed",
         "case1_course_disturbed",
         {"controller.course.adaptation_gain": 0.0},
     ),
-    Case("circle_unlearnt", "circle, adaptation gains 0", TRACKING, NO_LEARNING),
+    Case("circle_no_learning", "circle, adaptation gains 0", TRACKING, NO_LEARNING),
     Case("circle_learning", "circle, networks of f_u and f_v that learn faster", TRACKING, LEARNING),
     Case(
         "circle_as_printed",
@@ -113,9 +113,9 @@ CASES: tuple[Case, ...] = (
     Case("circle_60", "circle, 60 s", TRACKING, SHORT),
     Case("circle_steep", "circle, 60 s, slopes c doubled", TRACKING, {**SHORT, **slopes(0.6)}),
     Case("circle_switching", "circle, 60 s, switching gains of 2", TRACKING, {**SHORT, **switching(ETA_OF_34)}),
-    Case("circle_unlearnt_60", "circle, 60 s, adaptation gains 0", TRACKING, {**SHORT, **NO_LEARNING}),
+    Case("circle_no_learning_60", "circle, 60 s, adaptation gains 0", TRACKING, {**SHORT, **NO_LEARNING}),
     Case(
-        "circle_unlearnt_switching",
+        "circle_no_learning_switching",
         "circle, 60 s, adaptation gains 0, switching gains of 2",
         TRACKING,
         {**SHORT, **NO_LEARNING, **switching(ETA_OF_34)},

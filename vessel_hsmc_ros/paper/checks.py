@@ -1,4 +1,4 @@
-"""How a claim is judged: numbers of runs against thresholds, all of which must be met."""
+"""How a claim is tested: numbers of runs against thresholds, all of which must be met."""
 
 import math
 from collections.abc import Mapping
@@ -12,17 +12,17 @@ Results = Mapping[str, Numbers]
 
 @dataclass(frozen=True)
 class Check:
-    """One number, or the ratio of two, against a threshold.
+    """One number, or the ratio of two numbers, against a threshold.
 
     Attributes:
-        words: What is measured.
-        run, number: Which one.
-        below, above: The threshold, one of the two; a number that does not exist meets none.
-        unit: Its unit, with the space before it where it takes one.
+        quantity: What is measured.
+        run, number: Name of the run and of its number.
+        below, above: Upper and lower threshold; at least one is given. NaN meets none.
+        unit: Unit of the number, with a leading space where one is written.
         over: Divide by this number of this run.
     """
 
-    words: str
+    quantity: str
     run: str
     number: str
     below: float | None = None
@@ -38,39 +38,39 @@ class Check:
         return value
 
     def holds(self, results: Results) -> bool:
-        """Whether the threshold is met."""
+        """Whether the thresholds are met."""
         value = self.value(results)
         return (self.below is None or value < self.below) and (self.above is None or value > self.above)
 
     def measured(self, results: Results) -> str:
-        """What was measured, and what it takes, in words."""
-        limits = [f"{word} {limit:g}{self.unit}" for word, limit in (("<", self.below), (">", self.above)) if limit is not None]
-        return f"{self.words} {figure(self.value(results))}{self.unit} (asked: {' and '.join(limits)})"
+        """The measured value and its thresholds, for people."""
+        limits = [f"{sign} {limit:g}{self.unit}" for sign, limit in (("<", self.below), (">", self.above)) if limit is not None]
+        return f"{self.quantity} {formatted(self.value(results))}{self.unit} (required: {' and '.join(limits)})"
 
 
 @dataclass(frozen=True)
 class Claim:
-    """Something the paper says of its controllers.
+    """A statement of the paper about its controllers.
 
     Attributes:
-        place: Where in the paper.
-        words: What it says, in ours.
-        checks: What it takes to hold.
+        place: Section, equation or figure of the paper.
+        statement: The claim, paraphrased.
+        checks: All of these must hold.
     """
 
     place: str
-    words: str
+    statement: str
     checks: tuple[Check, ...]
 
     def holds(self, results: Results) -> bool:
-        """Whether every check is met."""
+        """Whether every check holds."""
         return all(check.holds(results) for check in self.checks)
 
     def measured(self, results: Results) -> str:
-        """What was measured, in words."""
+        """The measured values of all checks, for people."""
         return "; ".join(check.measured(results) for check in self.checks)
 
 
-def figure(value: float) -> str:
-    """A number with three significant digits, for people; `never` for one that does not exist."""
+def formatted(value: float) -> str:
+    """A number with three significant digits; `never` for NaN, the value of a time that does not exist."""
     return "never" if math.isnan(value) else f"{value:.3g}"

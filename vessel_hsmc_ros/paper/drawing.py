@@ -1,4 +1,4 @@
-"""What the paper's figures share: size, colours that the colour-blind can tell apart, panels, peaks set aside."""
+"""Common elements of the paper's figures: size, panels, insets for the initial peaks."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,34 +10,36 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.report.style import PLOT, SHIP
+from vessel_hsmc_ros.report.style import REFERENCE as DESIRED
 
 mpl.use("Agg")
 
 Array = NDArray[np.float64]
 
-SHIP, DESIRED, OTHER, THIRD, TRUTH = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#222222"
-"""Blue, vermilion, green, purple of Okabe and Ito's palette, and nearly black; every line differs in its dashes too."""
-
 STYLE: Any = {
-    "axes.grid": True,
+    **PLOT,
     "axes.spines.right": False,
     "axes.spines.top": False,
-    "font.size": 9,
-    "grid.alpha": 0.25,
-    "legend.frameon": False,
     "lines.linewidth": 1.3,
     "savefig.dpi": 200,
 }
 
 START, ZOOM = 1.0, 0.2
-"""The first command asks for everything at once: axes are chosen for what comes after START, an inset shows up to ZOOM, s."""
+"""The first commands are far above all later ones: axes are scaled to the time after START, an inset shows that up to ZOOM, s."""
 
 WIDTH = 6.3
 DEGREES = 180.0 / np.pi
 
 
 def panels(count: int, height: float = 1.75, ratios: Sequence[float] | None = None) -> tuple[Figure, list[Axes]]:
-    """Panels above each other with one time axis."""
+    """Create panels below each other with a common time axis.
+
+    Args:
+        count: Number of panels.
+        height: Height of a panel, inches.
+        ratios: Relative heights; equal if not given.
+    """
     figure = Figure(figsize=(WIDTH, 0.5 + height * count), layout="constrained")
     grid = figure.add_gridspec(count, 1, height_ratios=ratios)
     axes = [figure.add_subplot(grid[0])]
@@ -51,12 +53,20 @@ def panels(count: int, height: float = 1.75, ratios: Sequence[float] | None = No
 
 
 def unwrapped(angle: Array) -> Array:
-    """A heading without jumps, degrees."""
+    """A heading without jumps, in degrees."""
     return DEGREES * np.unwrap(angle)
 
 
 def pair(axis: Axes, run: Run, column: int, name: str, scale: float = 1.0) -> None:
-    """One component of ship and reference over time, what the first second does beyond the rest set aside."""
+    """Draw one component of ship and reference over time.
+
+    Args:
+        axis: Where to draw.
+        run: The run.
+        column: Of x, y, psi, u, v, r.
+        name: Label of the axis.
+        scale: Factor to the unit of the axis.
+    """
     values, desired = scale * run.state[:, column], scale * run.reference[:, column]
     if column == 2:
         values, desired = unwrapped(run.state[:, 2]), unwrapped(run.reference[:, 2])
@@ -67,7 +77,7 @@ def pair(axis: Axes, run: Run, column: int, name: str, scale: float = 1.0) -> No
 
 
 def settle(axis: Axes, time: Array, values: Array) -> None:
-    """Choose an axis by what comes after the first second."""
+    """Scale an axis to the values after the first second."""
     rest = values[time > START] if time[-1] > START else values
     low, high = float(np.min(rest)), float(np.max(rest))
     margin = 0.08 * (high - low) or 1.0
@@ -75,12 +85,12 @@ def settle(axis: Axes, time: Array, values: Array) -> None:
 
 
 def trimmed(axis: Axes, time: Array, values: Array, unit: str) -> None:
-    """A line whose first command is left to an inset of its own scale.
+    """Draw a line whose initial peak is shown in an inset with a scale of its own.
 
     Args:
         axis: Where to draw.
         time, values: The line, held between its points.
-        unit: For the inset's note.
+        unit: Unit of the values, for the title of the inset.
     """
     axis.step(time, values, where="post", color=SHIP, lw=1.0)
     settle(axis, time, values)
@@ -95,7 +105,7 @@ def trimmed(axis: Axes, time: Array, values: Array, unit: str) -> None:
 
 
 def track(run: Run) -> Figure:
-    """Figures 3 and 7: ship and reference in the plane."""
+    """Draw Figures 3 and 7: ship and reference in the plane."""
     figure = Figure(figsize=(5.0, 4.6), layout="constrained")
     axis = figure.add_subplot()
     moves = float(np.ptp(run.reference[:, :2])) > 0.0

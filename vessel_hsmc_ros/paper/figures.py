@@ -1,4 +1,4 @@
-"""Figures 1 to 10 of the paper, in its arrangement, and four that tell why they look so."""
+"""Figures 1 to 10 of the paper, in its arrangement, and four that explain the behaviour they show."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -9,14 +9,17 @@ from matplotlib.figure import Figure
 
 from vessel_hsmc_ros.core.metrics import heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.paper.case_run import Outcome
-from vessel_hsmc_ros.paper.drawing import DEGREES, DESIRED, OTHER, SHIP, STYLE, THIRD, TRUTH, pair, panels, settle, track, trimmed
+from vessel_hsmc_ros.paper.case_run import CaseResult
+from vessel_hsmc_ros.paper.drawing import DEGREES, STYLE, pair, panels, settle, track, trimmed
+from vessel_hsmc_ros.report.style import INK as TRUTH
+from vessel_hsmc_ros.report.style import OTHER, SHIP, THIRD
+from vessel_hsmc_ros.report.style import REFERENCE as DESIRED
 
-Outcomes = Mapping[str, Outcome]
+Outcomes = Mapping[str, CaseResult]
 
 
 def course(sliding: Run, pd: Run) -> Figure:
-    """Figures 1 and 2: the course under both controllers, and below it what is missing."""
+    """Draw Figures 1 and 2: the course under both controllers, and below it the course errors."""
     figure, (upper, lower) = panels(2, ratios=(1.6, 1.0))
     lines = ((pd, "PD", OTHER, "-."), (sliding, "sliding mode and network", SHIP, "-"))
     for run, name, color, dashes in lines:
@@ -32,7 +35,7 @@ def course(sliding: Run, pd: Run) -> Figure:
 
 
 def velocities(run: Run) -> Figure:
-    """Figures 4 and 8: surge and sway velocity."""
+    """Draw Figures 4 and 8: surge and sway velocity."""
     figure, (upper, lower) = panels(2)
     pair(upper, run, 3, "surge u [m/s]")
     pair(lower, run, 4, "sway v [m/s]")
@@ -41,7 +44,7 @@ def velocities(run: Run) -> Figure:
 
 
 def yaw(run: Run) -> Figure:
-    """Figures 5 and 9: yaw angle and yaw rate."""
+    """Draw Figures 5 and 9: yaw angle and yaw rate."""
     figure, (upper, lower) = panels(2)
     pair(upper, run, 2, "yaw angle ψ [°]")
     pair(lower, run, 5, "yaw rate r [°/s]", DEGREES)
@@ -50,7 +53,7 @@ def yaw(run: Run) -> Figure:
 
 
 def wrench(run: Run) -> Figure:
-    """Figures 6 and 10: surge force and yaw moment."""
+    """Draw Figures 6 and 10: surge force and yaw moment."""
     figure, (upper, lower) = panels(2, height=2.0)
     trimmed(upper, run.time, run.wrench[:, 0], "N")
     trimmed(lower, run.time, run.wrench[:, 1], "N·m")
@@ -60,7 +63,7 @@ def wrench(run: Run) -> Figure:
 
 
 def errors(runs: Mapping[str, Run]) -> Figure:
-    """Position and heading error of the three references."""
+    """Draw position and heading errors for the three references."""
     figure, (upper, lower) = panels(2, height=2.0)
     for (name, run), color, dashes in zip(runs.items(), (SHIP, DESIRED, OTHER), ("-", "--", "-."), strict=True):
         upper.plot(run.time, position_error(run.state, run.reference), color=color, ls=dashes, label=name)
@@ -72,24 +75,24 @@ def errors(runs: Mapping[str, Run]) -> Figure:
     return figure
 
 
-def reduced(outcomes: Mapping[str, tuple[Outcome, Outcome]]) -> Figure:
-    """The lateral error with networks and with the ship known, and what the reduced dynamics make of the latter's at 20 s."""
+def reduced(outcomes: Mapping[str, tuple[CaseResult, CaseResult]]) -> Figure:
+    """Draw the lateral error with networks and with exact ship dynamics, and the reduced dynamics from 20 s on."""
     figure, axes = panels(len(outcomes), height=1.6)
     for axis, (name, (learnt, known)) in zip(axes, outcomes.items(), strict=True):
         for outcome, color, width, dashes, words in (
             (learnt, OTHER, 1.0, "-.", "networks"),
-            (known, SHIP, 3.0, "-", "ship known exactly"),
+            (known, SHIP, 3.0, "-", "exact ship dynamics"),
         ):
             control = outcome.run.control
             axis.plot(control["time"], control["sway_error"], color=color, lw=width, ls=dashes, alpha=0.8, label=words)
-        axis.plot(*known.reduced, color=TRUTH, ls="--", lw=1.0, label="reduced dynamics, no input in them")
+        axis.plot(*known.reduced, color=TRUTH, ls="--", lw=1.0, label="reduced dynamics (without input)")
         axis.set(ylabel=f"{name}\nz₂ₑ [m]")
     axes[0].legend(loc="lower left")
     return figure
 
 
 def surfaces(run: Run, sway_weight: float, heading_weight: float) -> Figure:
-    """Equation (46): the two halves of S1 cancel, and neither is zero."""
+    """Draw equation (46): the two terms of S1 cancel, and neither is zero."""
     figure, (upper, lower) = panels(2)
     control = run.control
     time, first, second = control["time"], sway_weight * control["sway_surface"], -heading_weight * control["heading_surface"]
@@ -106,12 +109,12 @@ def surfaces(run: Run, sway_weight: float, heading_weight: float) -> Figure:
 
 
 def networks(run: Run) -> Figure:
-    """What the networks say beside what is true, the disturbance in it, as nothing tells the two apart."""
+    """Draw network outputs and true dynamics, which include the disturbance: the adaptation cannot distinguish the two."""
     figure, axes = panels(3)
     truth = run.unforced_acceleration + run.disturbance
     names = (("surge", "f_u", "m/s²"), ("sway", "f_v", "m/s²"), ("yaw", "f_r", "rad/s²"))
     for i, (axis, (name, symbol, unit)) in enumerate(zip(axes, names, strict=True)):
-        axis.plot(run.time, truth[:, i], color=TRUTH, lw=1.0, label="true, with the disturbance")
+        axis.plot(run.time, truth[:, i], color=TRUTH, lw=1.0, label="truth, including the disturbance")
         axis.plot(run.control["time"], run.control[f"{name}_estimate"], color=THIRD, ls="--", label="network")
         settled = truth[run.time > 20.0, i] if run.time[-1] > 20.0 else truth[:, i]
         low, high = min(float(np.min(settled)), 0.0), max(float(np.max(settled)), 0.0)
@@ -121,7 +124,15 @@ def networks(run: Run) -> Figure:
 
 
 def draw_all(outcomes: Outcomes, folder: Path) -> list[Path]:
-    """Draw every figure as PNG, 200 dpi; returns the files."""
+    """Draw every figure as PNG, 200 dpi.
+
+    Args:
+        outcomes: The runs of the paper's cases, by name.
+        folder: An existing folder.
+
+    Returns:
+        The files.
+    """
     run = {name: outcome.run for name, outcome in outcomes.items()}
     shown = {"circle": "circle", "straight line": "straight", "slalom": "slalom_long"}
     pairs = (
@@ -131,15 +142,15 @@ def draw_all(outcomes: Outcomes, folder: Path) -> list[Path]:
     )
     figures: dict[str, Callable[[], Figure]] = {
         "figure_01_course": lambda: course(run["course"], run["course_pd"]),
-        "figure_02_course_disturbed": lambda: course(run["course_pushed"], run["course_pd_pushed"]),
+        "figure_02_course_disturbed": lambda: course(run["course_disturbed"], run["course_pd_disturbed"]),
         "figure_03_track": lambda: track(run["circle"]),
         "figure_04_velocities": lambda: velocities(run["circle"]),
         "figure_05_yaw": lambda: yaw(run["circle"]),
         "figure_06_wrench": lambda: wrench(run["circle"]),
-        "figure_07_stabilisation": lambda: track(run["hold"]),
-        "figure_08_stabilisation_velocities": lambda: velocities(run["hold"]),
-        "figure_09_stabilisation_yaw": lambda: yaw(run["hold"]),
-        "figure_10_stabilisation_wrench": lambda: wrench(run["hold"]),
+        "figure_07_stabilisation": lambda: track(run["stabilisation"]),
+        "figure_08_stabilisation_velocities": lambda: velocities(run["stabilisation"]),
+        "figure_09_stabilisation_yaw": lambda: yaw(run["stabilisation"]),
+        "figure_10_stabilisation_wrench": lambda: wrench(run["stabilisation"]),
         "why_1_errors": lambda: errors({words: run[name] for words, name in shown.items()}),
         "why_2_reduced_dynamics": lambda: reduced({words: (outcomes[one], outcomes[other]) for words, one, other in pairs}),
         "why_3_surfaces": lambda: surfaces(run["circle_exact_calm"], 0.001, 100.0),

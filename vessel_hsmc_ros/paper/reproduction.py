@@ -1,4 +1,4 @@
-"""The whole reproduction: run every case, measure, draw, judge, write down."""
+"""The whole reproduction of the paper: run every case, measure, draw the figures, test the claims, save the results."""
 
 import dataclasses
 import json
@@ -8,71 +8,91 @@ from pathlib import Path
 from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.paper.case_run import Outcome, nodes_folder, run_by_nodes
+from vessel_hsmc_ros.paper.case_run import CaseResult, duration_of, make_case_folder, run_case_by_nodes, simulate_case
 from vessel_hsmc_ros.paper.cases import CASES, Case
 from vessel_hsmc_ros.paper.checks import Results
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.numbers import Numbers
-from vessel_hsmc_ros.paper.parallel import durations, run_all
 from vessel_hsmc_ros.paper.tables import claims_page
-from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.runs import scenario_run, worker_pool
 
-Watch = Callable[[float], None]
+Progress = Callable[[float], None]
 
 
-def run_cases(cases: Sequence[Case], nodes: Path | None, watch: Watch) -> dict[str, Outcome]:
-    """Run cases, those that nodes can run by the nodes if there is a folder for their bags.
+def run_cases(cases: Sequence[Case], nodes: Path | None, progress: Progress) -> dict[str, CaseResult]:
+    """Run cases in worker processes, or by the nodes where they can.
 
     Args:
-        cases: Which.
-        nodes: Folder of the nodes' run folders; None runs everything in processes of its own, offline.
-        watch: Called with the simulated time of all cases together, s.
+        cases: The cases.
+        nodes: Folder for the run folders of the nodes; None runs every case offline.
+        progress: Called with the simulated time of all cases together.
+
+    Returns:
+        The results by the name of the case, in the order of the cases.
 
     Raises:
-        RunError: ROS is not installed, or a run did not end as it should.
-        SimulationError, ControlError: a case ended early that should not have.
+        RunError: ROS is not installed, or a node or worker process failed.
+        SimulationError, ControlError: a case diverged that is not expected to.
     """
     by_nodes = [case for case in cases if nodes is not None and case.by_nodes]
-    offline = [case for case in cases if case not in by_nodes]
-    outcomes = run_all(offline, watch) if offline else {}
-    done = sum(durations(offline))
-    for case, duration in zip(by_nodes, durations(by_nodes), strict=True):
-        begun = done
-        assert nodes is not None  # noqa: S101 - no case is run by nodes without
-        with scenario_run.place_for_nodes(""):
-            outcomes[case.name] = run_by_nodes(case, nodes_folder(nodes, case), lambda time, begun=begun: watch(begun + time))  # type: ignore[misc]
-        done += duration
-    return {case.name: outcomes[case.name] for case in cases}
+    offline = sorted((case for case in cases if case not in by_nodes), key=duration_of, reverse=True)
+    results = worker_pool.run_all(simulate_case, offline, on_progress=progress)
+    by_name = {case.name: result for case, result in zip(offline, results, strict=True)}
+    if nodes is not None:
+        by_name |= _run_by_nodes(by_nodes, nodes, progress, sum(map(duration_of, offline)))
+    return {case.name: by_name[case.name] for case in cases}
 
 
-def write(outcomes: Mapping[str, Outcome], folder: Path, cases: Sequence[Case] = CASES) -> Results:
-    """Write results.json, claims.md and figures/ into a folder; returns the numbers.
+def _run_by_nodes(cases: Sequence[Case], parent: Path, progress: Progress, start: float) -> dict[str, CaseResult]:
+    """Run cases by the nodes, one after the other; their progress counts from `start`."""
+    results = {}
+    for case in cases:
+
+        def add_progress(time: float, start: float = start) -> None:
+            progress(start + time)
+
+        with scenario_run.reserve_namespace(""):
+            results[case.name] = run_case_by_nodes(case, make_case_folder(parent, case), add_progress)
+        start += duration_of(case)
+    return results
+
+
+def write(results: Mapping[str, CaseResult], folder: Path, cases: Sequence[Case] = CASES) -> Results:
+    """Write results.json, claims.md and the figures into a folder.
+
+    Args:
+        results: The results of the cases, by name.
+        folder: Created if it does not exist.
+        cases: The cases, in the order in which results.json lists them.
+
+    Returns:
+        The numbers of every case, by name.
 
     Raises:
         RunError: the folder cannot be written.
     """
-    from vessel_hsmc_ros.paper.figures import draw_all  # matplotlib is slow to load
+    from vessel_hsmc_ros.paper.figures import draw_all  # matplotlib is slow to import
 
-    results = {name: outcome.numbers for name, outcome in outcomes.items()}
+    numbers = {name: result.numbers for name, result in results.items()}
     try:
         figures = folder / "figures"
         figures.mkdir(parents=True, exist_ok=True)
-        (folder / "results.json").write_text(dump(results, cases), encoding="utf-8")
-        (folder / "claims.md").write_text(claims_page(results), encoding="utf-8")
-        draw_all(outcomes, figures)
+        (folder / "results.json").write_text(dump(numbers, cases), encoding="utf-8")
+        (folder / "claims.md").write_text(claims_page(numbers), encoding="utf-8")
+        draw_all(results, figures)
     except OSError as error:
         raise RunError(f"results cannot be written into {folder}: {error.strerror}") from None
-    return results
+    return numbers
 
 
 def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
-    """All numbers as JSON; what does not exist is left out, so two equal runs give equal bytes."""
+    """All numbers as JSON text; NaN is left out, so that equal runs give equal bytes."""
     described: dict[str, Any] = {}
     for case in cases:
         numbers = dataclasses.asdict(results[case.name])
         described[case.name] = {
-            "words": case.words,
+            "title": case.title,
             "scenario": case.scenario,
             "changes": dict(case.changes),
             "numbers": {name: value for name, value in numbers.items() if not math.isnan(value)},
@@ -80,10 +100,15 @@ def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
     document = {
         "cases": described,
         "claims": [
-            {"place": c.place, "claim": c.words, "measured": c.measured(results), "holds": c.holds(results)} for c in CLAIMS
+            {"place": c.place, "claim": c.statement, "measured": c.measured(results), "holds": c.holds(results)} for c in CLAIMS
         ],
         "findings": [
-            {"words": f.words, "prototype": f.theirs, "here": _finite(f.ours(results)), "alike": f.alike(results)}
+            {
+                "quantity": f.quantity,
+                "prototype": f.prototype,
+                "here": _finite(f.measured(results)),
+                "agrees": f.agrees(results),
+            }
             for f in FINDINGS
         ],
     }
@@ -91,7 +116,7 @@ def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
 
 
 def load(path: Path) -> dict[str, Numbers]:
-    """The numbers of a results.json.
+    """Read the numbers of a results.json.
 
     Raises:
         RunError: the file cannot be read.

@@ -1,7 +1,7 @@
-"""The results as people read them: claims.md, which is a page of the docs as well."""
+"""The results as tables: claims.md, which is also a page of the docs, and rows for the terminal."""
 
-from vessel_hsmc_ros.paper.checks import Claim, Results, figure
-from vessel_hsmc_ros.paper.claims_proof import CLAIMS
+from vessel_hsmc_ros.paper.checks import Claim, Results, formatted
+from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS, Finding
 
 Rows = list[tuple[str, ...]]
@@ -9,14 +9,14 @@ Rows = list[tuple[str, ...]]
 _PAGE = """\
 # The paper's claims, measured
 
-Written by `vessel-hsmc reproduce`. *Last quarter*: errors are root mean squares over the last quarter of a run unless said
-otherwise. What is between brackets is asked for here, by us; [verdict.md](verdict.md) says why things are as they are.
+Written by `vessel-hsmc reproduce`. *Last quarter*: errors are root mean squares over the last quarter of a run unless stated
+otherwise. The thresholds in parentheses are ours; [verdict.md](verdict.md) explains the results.
 
 {holding} of {all} claims hold.
 
 {claims}
 
-# The prototype's figures beside ours
+# The results of an independent prototype, and ours
 
 An earlier prototype of the law measured these; its adaptation gains, PD gains and course are not known.
 
@@ -27,7 +27,7 @@ An earlier prototype of the law measured these; its adaptation gains, PD gains a
 def claims_page(results: Results) -> str:
     """Both tables, in Markdown."""
     claims: Rows = [("where", "claim", "measured", "holds")]
-    claims += [(c.place, c.words, c.measured(results), yes(c.holds(results))) for c in CLAIMS]
+    claims += [(c.place, c.statement, c.measured(results), _yes_or_no(c.holds(results))) for c in CLAIMS]
     findings: Rows = [("what", "prototype", "here", "ratio", "")]
     findings += [finding_row(finding, results) for finding in FINDINGS]
     holding = sum(claim.holds(results) for claim in CLAIMS)
@@ -35,20 +35,19 @@ def claims_page(results: Results) -> str:
 
 
 def claim_row(claim: Claim, results: Results) -> tuple[str, str, str]:
-    """A claim in short, for a terminal."""
-    return claim.place, claim.words, yes(claim.holds(results))
+    """A claim for the terminal: place, statement, whether it holds."""
+    return claim.place, claim.statement, _yes_or_no(claim.holds(results))
 
 
 def finding_row(finding: Finding, results: Results) -> tuple[str, ...]:
-    """One figure of the prototype and ours."""
-    ours = finding.ours(results)
-    alike = "" if finding.alike(results) else f"differs{': ' if finding.why else ''}{finding.why}"
-    theirs = f"{finding.theirs:g}{finding.unit}"
-    return finding.words, theirs, f"{figure(ours)}{finding.unit}", f"{ours / finding.theirs:.2f}", alike
+    """A number of the prototype and ours: quantity, prototype, here, ratio, remark."""
+    value = finding.measured(results)
+    remark = "" if finding.agrees(results) else f"differs{': ' if finding.reason else ''}{finding.reason}"
+    prototype = f"{finding.prototype:g}{finding.unit}"
+    return finding.quantity, prototype, f"{formatted(value)}{finding.unit}", f"{value / finding.prototype:.2f}", remark
 
 
-def yes(holds: bool) -> str:
-    """The verdict."""
+def _yes_or_no(holds: bool) -> str:
     return "yes" if holds else "**no**"
 
 

@@ -1,9 +1,9 @@
-"""Runs as people look at them: one page that needs nothing but itself, figures, tables for other programs."""
+"""Reports of runs: a self-contained HTML page, figures, and tables for other programs."""
 
 from vessel_hsmc_ros.core.hull import Hull
 from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.report.page import write
-from vessel_hsmc_ros.report.signals import Signal, Signals, of_run
-from vessel_hsmc_ros.report.tables import ORIGIN, Record, rows
+from vessel_hsmc_ros.report.record import ORIGIN, Record
+from vessel_hsmc_ros.report.tables import rows
 
-__all__ = ["ORIGIN", "Hull", "Record", "Signal", "Signals", "of_bag", "of_run", "rows", "write"]
+__all__ = ["ORIGIN", "Hull", "Record", "of_bag", "rows", "write"]

@@ -1,8 +1,7 @@
-"""The diagrams of a report as files, PNG or SVG; colours that the colour-blind can tell apart."""
+"""The figures of a report as files, PNG or SVG."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -12,38 +11,31 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report.jitter import histogram
-from vessel_hsmc_ros.report.overlay import REFERENCE, SHIP, Overlay, overlays, tracks
+from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Owned, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD
-from vessel_hsmc_ros.report.tables import Record
+from vessel_hsmc_ros.report.record import Record
+from vessel_hsmc_ros.report.style import LIMIT, PLOT, ROLE_COLOURS, SHIP, series_colour
 from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time
 
 mpl.use("Agg")
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9")
-SHARED, LIMIT = "#6B7782", "#B3261E"
-ROLE_COLOURS = {MAIN: COLOURS[0], DESIRED: COLOURS[1], OTHER: COLOURS[2], THIRD: COLOURS[3], MEASURED: SHARED}
 STYLES = {MAIN: "-", DESIRED: "--", OTHER: ":", THIRD: "-.", MEASURED: "-"}
-STYLE: Any = {
-    "figure.dpi": 130,
-    "savefig.dpi": 130,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "font.size": 9,
-    "legend.frameon": False,
-}
 VALUES = 4000
-"""Values of a line at most: more than the picture can show."""
+"""Most values of a line, more than a figure can resolve."""
 
 Array = NDArray[np.float64]
 
 
 def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[Path]:
-    """Draw the track and one figure for each group of panels; returns the files.
+    """Draw the track and one figure for each group of panels.
 
     Args:
-        records: The runs, at least one.
-        directory: Made if it is not there.
+        records: At least one run.
+        directory: Created if it does not exist.
         kind: png or svg.
+
+    Returns:
+        The files.
 
     Raises:
         ReportError: a file cannot be written.
@@ -51,7 +43,7 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
     groups: dict[str, list[Overlay]] = {}
     for overlay in overlays(records):
         groups.setdefault(overlay.panel.group, []).append(overlay)
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(PLOT):
         pictures = {"track": track(records)}
         pictures |= {name.lower(): group(name, found, len(records) == 1) for name, found in groups.items()}
         if (jitter := histogram(records)) is not None:
@@ -69,28 +61,27 @@ def _save(figure: Figure, path: Path) -> Path:
 
 
 def track(records: Sequence[Record]) -> Figure:
-    """Ships and references in the plane, with the first ship's heading at a dozen instants."""
+    """Ships and references in the plane, with the heading of the first ship at 11 instants."""
     figure = Figure(figsize=(6.5, 6.0))
     figure.subplots_adjust(left=0.12, right=0.97, bottom=0.09, top=0.94)
     axis = figure.add_subplot()
     for each in tracks(records)[::-1]:
-        colour = ROLE_COLOURS[DESIRED if each.role == REFERENCE else MAIN]
-        if len(records) > 1:
-            colour = SHARED if each.run is None else COLOURS[each.run % len(COLOURS)]
-        poses = each.poses.values[:: max(1, len(each.poses.values) // VALUES)]
-        axis.plot(poses[:, 0], poses[:, 1], color=colour, lw=1.3, ls="-" if each.role == SHIP else "--", label=each.label)
-        axis.plot(*each.poses.values[0, :2], "o", color=colour, ms=5)
-        axis.plot(*each.poses.values[-1, :2], "s", color=colour, ms=5)
-    state = records[0].signals.state.values
+        role = DESIRED if each.role == REFERENCE else MAIN
+        colour = _colour(each.run, role, len(records) == 1)
+        poses = each.poses[:: max(1, len(each.poses) // VALUES)]
+        axis.plot(poses[:, 0], poses[:, 1], color=colour, lw=1.3, ls=STYLES[role], label=each.label)
+        axis.plot(*each.poses[0, :2], "o", color=colour, ms=5)
+        axis.plot(*each.poses[-1, :2], "s", color=colour, ms=5)
+    state = records[0].run.state
     x, y, psi = state[np.linspace(0, len(state) - 1, 13).astype(int)[1:-1], :3].T
-    axis.quiver(x, y, np.cos(psi), np.sin(psi), color=COLOURS[0], width=0.004, scale=22, zorder=3)
-    axis.set(xlabel="x east [m]", ylabel="y north [m]", title="Track, from dot to square", aspect="equal")
+    axis.quiver(x, y, np.cos(psi), np.sin(psi), color=SHIP, width=0.004, scale=22, zorder=3)
+    axis.set(xlabel="x east [m]", ylabel="y north [m]", title="Track from start (dot) to end (square)", aspect="equal")
     axis.legend(loc="best")
     return figure
 
 
 def group(name: str, found: Sequence[Overlay], alone: bool) -> Figure:
-    """The panels of a group, one above the other."""
+    """The panels of a group below each other, with a common time axis."""
     height = 0.8 + 1.8 * len(found)
     figure = Figure(figsize=(8.0, height))
     figure.subplots_adjust(left=0.13, right=0.98, bottom=0.45 / height, top=1.0 - 0.35 / height, hspace=0.12)
@@ -105,20 +96,9 @@ def group(name: str, found: Sequence[Overlay], alone: bool) -> Figure:
 
 
 def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
-    """The lines of a panel; a short peak far above the rest is cut off and told in words."""
+    """Draw the lines of a panel."""
     panel = overlay.panel
-    drawn = []
-    for owned in overlay.lines:
-        line = owned.line
-        chosen = buckets(len(line.time), VALUES)
-        values = thin(np.asarray(line.values, dtype=float), chosen)
-        drawn.append(values)
-        colour = ROLE_COLOURS[line.role] if alone else SHARED if owned.run is None else COLOURS[owned.run % len(COLOURS)]
-        style = "steps-post" if panel.step else "default"
-        axis.plot(
-            thin_time(line.time, chosen), values, color=colour, ls=STYLES[line.role], lw=1.1, label=owned.label, drawstyle=style
-        )
-    values = np.concatenate(drawn)
+    values = np.concatenate([_line(axis, owned, panel.step, alone) for owned in overlay.lines])
     axis.set(ylabel=f"{panel.title}\n[{panel.unit}]" if panel.unit else panel.title)
     if len(overlay.lines) > 1:
         axis.legend(loc="upper right", ncols=min(3, len(overlay.lines)), fontsize=7)
@@ -126,7 +106,30 @@ def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
     _leave_out_peaks(axis, values[np.isfinite(values)], panel.unit)
 
 
+def _line(axis: Axes, owned: Owned, step: bool, alone: bool) -> Array:
+    """Draw a line, thinned; returns the drawn values."""
+    line = owned.line
+    chosen = buckets(len(line.time), VALUES)
+    values = thin(np.asarray(line.values, dtype=float), chosen)
+    axis.plot(
+        thin_time(line.time, chosen),
+        values,
+        color=_colour(owned.run, line.role, alone),
+        ls=STYLES[line.role],
+        lw=1.1,
+        label=owned.label,
+        drawstyle="steps-post" if step else "default",
+    )
+    return values
+
+
+def _colour(run: int | None, role: str, alone: bool) -> str:
+    """Colour of a line: by role in the figures of one run, by run in those of several."""
+    return ROLE_COLOURS[role] if alone else series_colour(run)
+
+
 def _limit(axis: Axes, limits: Sequence[float], values: Array) -> None:
+    """Draw saturation limits, where the values come near enough for them to matter."""
     for limit in limits:
         if limit <= 4.0 * np.nanmax(np.abs(values), initial=0.0):
             for bound in (-limit, limit):
@@ -134,6 +137,7 @@ def _limit(axis: Axes, limits: Sequence[float], values: Array) -> None:
 
 
 def _leave_out_peaks(axis: Axes, values: Array, unit: str) -> None:
+    """Scale the axis to 96 % of the values where a short peak would flatten them, and print the peak's value."""
     if len(values) == 0:
         return
     low, high = np.percentile(values, [2.0, 98.0])
@@ -141,4 +145,4 @@ def _leave_out_peaks(axis: Axes, values: Array, unit: str) -> None:
     peak = values[np.argmax(np.abs(values))]
     if margin and not low - 4.0 * margin <= peak <= high + 4.0 * margin:
         axis.set_ylim(low - 0.5 * margin, high + 0.5 * margin)
-        axis.text(0.02, 0.92, f"peak {peak:.3g} {unit}, beyond this scale", transform=axis.transAxes, va="top", fontsize=8)
+        axis.text(0.02, 0.92, f"peak {peak:.3g} {unit}, beyond the scale", transform=axis.transAxes, va="top", fontsize=8)

@@ -1,4 +1,4 @@
-"""How evenly the law ran: a histogram of the time between its steps, for runs in which that is not always the same."""
+"""Jitter of the control period: a histogram of the intervals between control steps, for runs in which they vary."""
 
 import base64
 import io
@@ -8,26 +8,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.tables import Record
+from vessel_hsmc_ros.report.record import Record
+from vessel_hsmc_ros.report.style import SHIP
 
 Array = NDArray[np.float64]
 
-EVEN = 1e-6
-"""Intervals that differ by less are the same: lockstep, s."""
+CONSTANT = 1e-6
+"""Intervals whose spread is below this are constant, as in lockstep, s."""
 
 
 def intervals(record: Record) -> Array | None:
-    """Time between the law's steps, (n - 1,) s; None where it is always the same, or nothing was recorded of the law."""
-    taken = record.signals.control.get("compute_time")
-    if taken is None or len(taken.time) < 3:
+    """Intervals between control steps, (n - 1,) s; None where they are constant or the law's terms were not recorded."""
+    times = record.run.control.get("time", np.empty(0))
+    if "compute_time" not in record.run.control or len(times) < 3:
         return None
-    found: Array = np.diff(taken.time)
-    return found if np.ptp(found) > EVEN else None
+    found: Array = np.diff(times)
+    return found if np.ptp(found) > CONSTANT else None
 
 
 def histogram(records: Sequence[Record]) -> Any:
-    """The histograms of all runs that have one, as a matplotlib Figure; None where none has."""
-    from matplotlib.figure import Figure  # takes longer to load than the rest of the page takes to write
+    """Draw the histograms of all runs whose intervals vary, as a matplotlib Figure; None without any."""
+    from matplotlib.figure import Figure  # loading it takes longer than writing the rest of the page
 
     uneven = [(record.name, found) for record in records if (found := intervals(record)) is not None]
     if not uneven:
@@ -39,14 +40,14 @@ def histogram(records: Sequence[Record]) -> Any:
         deviation = 1e3 * (found - period)
         low, high = np.percentile(deviation, [0.1, 99.9])
         pad = 0.1 * (high - low) or 1.0
-        axis.hist(np.clip(deviation, low - pad, high + pad), bins=60, color="#0072B2")
+        axis.hist(np.clip(deviation, low - pad, high + pad), bins=60, color=SHIP)
         axis.set_title(f"{name}: smallest {deviation.min():.3g} ms, largest {deviation.max():.3g} ms", fontsize=9)
         axis.set(xlabel=f"control interval minus {1e3 * period:.4g} ms [ms]", ylabel="count", yscale="log")
     return figure
 
 
 def picture(records: Sequence[Record]) -> str:
-    """The histograms as the source of an HTML image; empty where there are none."""
+    """The histograms as the data URI of an image; empty without any."""
     if all(intervals(record) is None for record in records):
         return ""
     stream = io.BytesIO()

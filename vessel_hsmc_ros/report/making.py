@@ -1,6 +1,6 @@
-"""From bags to files: the page, and what else is asked for."""
+"""From bags to files: the page, and figures and tables on request."""
 
-from collections import Counter
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -8,8 +8,11 @@ from pathlib import Path
 from vessel_hsmc_ros.core.hull import Hull
 from vessel_hsmc_ros.report import export, page
 from vessel_hsmc_ros.report.from_bag import of_bag
-from vessel_hsmc_ros.report.tables import ORIGIN, Record
+from vessel_hsmc_ros.report.names import distinguished
+from vessel_hsmc_ros.report.record import ORIGIN, Record, over_shared_interval
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
+
+PAGE = "report.html"
 
 
 @dataclass(frozen=True)
@@ -17,12 +20,13 @@ class Wanted:
     """What to make of some bags.
 
     Attributes:
-        page: The page's file; None for report.html beside a single bag, or here for several.
-        title: Of the page; None for the runs' names.
-        namespace: The vessel's, in bags that hold several.
+        page: The page's file; None for the default of `page_of`.
+        title: Headline of the page; None for the names of the runs.
+        namespace: ROS namespace of the vessel, in bags that hold several.
         figures: png or svg; None for no figures.
         csv, parquet: Whether to write tables.
-        hull: How large the ship is drawn.
+        hull: Dimensions of the ship that is drawn.
+        notes: Paragraphs below the headline.
     """
 
     page: Path | None = None
@@ -32,51 +36,76 @@ class Wanted:
     csv: bool = False
     parquet: bool = False
     hull: Hull = field(default_factory=Hull)
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Made:
-    """The runs that were read and the files and folders that were made of them, by what they are."""
+    """The records of the runs, and the files and folders that were made of them by their kind."""
 
     records: list[Record]
     files: dict[str, Path]
 
 
 def make(bags: Sequence[Path], wanted: Wanted) -> Made:
-    """Read bags, write what is wanted of them.
+    """Read bags and write a page, and figures and tables on request.
 
     Raises:
         BagError: a bag cannot be read or has no odometry.
         ReportError: a file cannot be written, or pyarrow is missing.
     """
-    records = _named([_read(bag, wanted.namespace) for bag in bags], bags)
-    beside = bags[0].absolute().parent if len(bags) == 1 else Path()
-    files = {"page": wanted.page or beside / "report.html"}
-    folder = files["page"].parent
-    page.write(files["page"], records, wanted.title or " · ".join(record.name for record in records), wanted.hull)
+    return write(read(bags, wanted.namespace), replace(wanted, page=wanted.page or page_of(bags)))
+
+
+def write(records: Sequence[Record], wanted: Wanted) -> Made:
+    """Write the page of some records, and figures and tables on request.
+
+    Raises:
+        ReportError: a file cannot be written, or pyarrow is missing.
+    """
+    files = {"page": wanted.page or Path(PAGE)}
+    # Files beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
+    prefix = "" if files["page"].name == PAGE else f"{files['page'].stem}_"
+    title = wanted.title or " · ".join(record.name for record in records)
+    page.write(files["page"], records, title, wanted.hull, wanted.notes)
     if wanted.figures:
         from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 
-        files["figures"] = folder / "figures"
+        files["figures"] = files["page"].parent / f"{prefix}figures"
         figures.draw(records, files["figures"], wanted.figures)
-    for kind, write in (("csv", export.write_csv), ("parquet", export.write_parquet)):
+    for kind, export_run in (("csv", export.write_csv), ("parquet", export.write_parquet)):
         if getattr(wanted, kind):
-            files[kind] = folder / kind
+            files[kind] = files["page"].parent / f"{prefix}{kind}"
             for record in records:
-                write(record.signals, files[kind] / record.name if len(records) > 1 else files[kind])
-    return Made(records, files)
+                export_run(record.run, files[kind] / _file_name(record.name) if len(records) > 1 else files[kind])
+    return Made(list(records), files)
 
 
-def _read(bag: Path, namespace: str | None) -> Record:
-    beside = RunFolder(bag.absolute().parent).read_summary()
-    return of_bag(bag, namespace, {name: beside[name] for name in ORIGIN if beside.get(name) not in (None, "")})
+def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
+    """Read the records of some bags: named by what differs between them, metrics over the interval that all of them cover.
+
+    Raises:
+        BagError: a bag cannot be read or has no odometry.
+    """
+    records = []
+    for bag in bags:
+        summary = RunFolder(bag.absolute().parent).read_summary()
+        records.append(of_bag(bag, namespace, {name: summary[name] for name in ORIGIN if summary.get(name) not in (None, "")}))
+    return over_shared_interval(distinguished(records))
 
 
-def _named(records: list[Record], bags: Sequence[Path]) -> list[Record]:
-    """The records by names that tell them apart: scenarios, else folders, else numbers."""
-    names = [record.name for record in records]
-    if len(set(names)) < len(names):
-        names = [bag.absolute().parent.name if bag.name == "bag" else bag.absolute().name for bag in bags]
-    count = Counter(names)
-    names = [f"{name} {i + 1}" if count[name] > 1 else name for i, name in enumerate(names)]
-    return [replace(record, name=name) for record, name in zip(records, names, strict=True)]
+def page_of(bags: Sequence[Path]) -> Path:
+    """Where the page of some bags goes by default.
+
+    A run folder has one bag, named `bag`, and its page is report.html beside it. Any other bag may have neighbours, so its
+    page carries its name. The page of several bags is report.html in the current folder.
+    """
+    if len(bags) > 1:
+        return Path(PAGE)
+    bag = bags[0].absolute()
+    return bag.parent / (PAGE if bag.name == "bag" else f"{bag.stem if bag.is_file() else bag.name}_{PAGE}")
+
+
+def _file_name(name: str) -> str:
+    """A run's name as the name of a folder."""
+    return re.sub(r"[^A-Za-z0-9_.=-]+", "_", name)

@@ -1,20 +1,22 @@
-"""Several runs in one picture: panels of one title put together, each line with its label and whose it is."""
+"""Several runs in one diagram: panels of the same title merged, every line with its label and its run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.panels import DESIRED, MAIN, Line, Panel, panels
-from vessel_hsmc_ros.report.signals import Signal
-from vessel_hsmc_ros.report.tables import Record
+from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, Line, Panel, panels
+from vessel_hsmc_ros.report.record import Record, recorded
+
+Array = NDArray[np.float64]
 
 SHIP, REFERENCE = "ship", "reference"
 
 
 @dataclass(frozen=True)
 class Owned:
-    """A line with its label, and the number of its run; None for what all runs share."""
+    """A line with its label and the index of its run; None for a line that runs share."""
 
     line: Line
     label: str
@@ -23,7 +25,7 @@ class Owned:
 
 @dataclass(frozen=True)
 class Overlay:
-    """A panel with the lines of all runs; the panel's own lines are those of the first run that has it."""
+    """A panel with the lines of all runs; the panel itself is that of the first run that has it."""
 
     panel: Panel
     lines: tuple[Owned, ...]
@@ -31,9 +33,10 @@ class Overlay:
 
 @dataclass(frozen=True)
 class Track:
-    """Poses over time, (n, 6) or (n, 3), of a ship or its reference."""
+    """Poses of a ship or its reference: x, y, psi and more, (n, 3) or wider, over time (n,)."""
 
-    poses: Signal
+    time: Array
+    poses: Array
     role: str
     label: str
     run: int | None
@@ -43,7 +46,7 @@ def overlays(records: Sequence[Record]) -> list[Overlay]:
     """The panels of all runs, group by group as the first run has them."""
     merged: dict[tuple[str, str], Overlay] = {}
     for run, record in enumerate(records):
-        for panel in panels(record.signals, record.limits):
+        for panel in panels(record.run, record.limits):
             overlay = merged.get((panel.group, panel.title), Overlay(panel, ()))
             merged[panel.group, panel.title] = _with(overlay, panel, record.name, run)
     order = list(dict.fromkeys(overlay.panel.group for overlay in merged.values()))
@@ -52,17 +55,18 @@ def overlays(records: Sequence[Record]) -> list[Overlay]:
 
 
 def tracks(records: Sequence[Record]) -> list[Track]:
-    """The ships of all runs, then their references; one reference where all have the same."""
+    """The ships of all runs, then their references; runs with the same reference share one track."""
     alone = len(records) == 1
-    ships = [Track(r.signals.state, SHIP, SHIP if alone else r.name, run) for run, r in enumerate(records)]
+    ships = [Track(r.run.time, r.run.state, SHIP, SHIP if alone else r.name, run) for run, r in enumerate(records)]
     desired: list[Track] = []
     for run, record in enumerate(records):
-        reference = record.signals.reference
-        if reference is None:
+        if not recorded(record.run.reference):
             continue
-        same = next((i for i, track in enumerate(desired) if np.array_equal(track.poses.values, reference.values)), None)
+        poses = record.run.reference
+        same = next((i for i, track in enumerate(desired) if np.array_equal(track.poses, poses)), None)
         if same is None:
-            desired.append(Track(reference, REFERENCE, REFERENCE if alone else f"{record.name}: reference", run))
+            label = REFERENCE if alone else f"{record.name}: {REFERENCE}"
+            desired.append(Track(record.run.time, poses, REFERENCE, label, run))
         else:
             desired[same] = replace(desired[same], label=REFERENCE, run=None)
     return ships + desired
@@ -70,10 +74,11 @@ def tracks(records: Sequence[Record]) -> list[Track]:
 
 def _with(overlay: Overlay, panel: Panel, name: str, run: int) -> Overlay:
     lines = list(overlay.lines)
+    several = sum(line.role not in (DESIRED, MEASURED) for line in panel.lines) > 1
     for line in panel.lines:
         same = _index_of_equal(line, lines)
         if same is None:
-            label = name if line.role == MAIN else f"{name}: {line.name}"
+            label = name if line.role == MAIN and not several else f"{name}: {line.name}"
             lines.append(Owned(line, label, run))
         else:
             lines[same] = replace(lines[same], label=line.name, run=None)
@@ -81,7 +86,7 @@ def _with(overlay: Overlay, panel: Panel, name: str, run: int) -> Overlay:
 
 
 def _index_of_equal(line: Line, lines: Sequence[Owned]) -> int | None:
-    """Which of the lines is the same reference or truth as another run's, if any."""
+    """Index of the line that is the same reference or truth in another run, if any."""
     for i, owned in enumerate(lines):
         if line.role == owned.line.role == DESIRED and np.array_equal(line.values, owned.line.values, equal_nan=True):
             return i
@@ -89,5 +94,5 @@ def _index_of_equal(line: Line, lines: Sequence[Owned]) -> int | None:
 
 
 def _alone(overlay: Overlay) -> Overlay:
-    """The lines of a single run by their own names."""
+    """The lines of a single run, labelled by their own names."""
     return Overlay(overlay.panel, tuple(replace(owned, label=owned.line.name) for owned in overlay.lines))

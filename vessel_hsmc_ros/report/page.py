@@ -1,6 +1,9 @@
-"""The page of one or several runs: one HTML file that needs nothing but itself."""
+"""The page of one or several runs: a single HTML file without external resources."""
 
+import datetime
 import json
+import shlex
+import sys
 from collections.abc import Sequence
 from functools import cache
 from importlib import resources
@@ -16,56 +19,74 @@ from vessel_hsmc_ros.report import jitter
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Track, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.payload import Payload, packed
-from vessel_hsmc_ros.report.tables import Record, key_figures, parameter_tables, provenance_table
+from vessel_hsmc_ros.report.record import Record
+from vessel_hsmc_ros.report.style import SERIES, css_variables
+from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
+from vessel_hsmc_ros.scenario.run_folder import provenance
 
 SCRIPTS = ("data.js", "clock.js", "chart.js", "track.js", "map.js", "main.js")
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
-"""Values of one line, and of all lines of a page, that are carried at most: 4 bytes each, were there no compression."""
+"""Most values of one line, and of all lines of a page; 4 bytes each before compression."""
 
-COLOURS = 6
+NARROW_RUNS = 3
+"""The metrics of so many runs fit beside the map; those of more take the width of the page."""
+
+COMMAND = "vessel-hsmc"
+
 _ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
 
 
-def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None = None) -> None:
+def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None = None, notes: Sequence[str] = ()) -> None:
     """Write the page of some runs.
+
+    Args:
+        path: The HTML file.
+        records: At least one; the first is the one that others are compared with.
+        title: Headline.
+        hull: Dimensions of the ship that is drawn.
+        notes: Paragraphs below the headline.
 
     Raises:
         ReportError: the file cannot be written.
     """
-    page = render(records, title, hull or Hull())
+    page = render(records, title, hull or Hull(), notes)
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:
         raise ReportError(f"report {path} cannot be written: {error.strerror}") from None
 
 
-def render(records: Sequence[Record], title: str, hull: Hull) -> str:
-    """The text of the page of some runs, at least one."""
-    found, alone = overlays(records), len(records) == 1
-    lines = sum(len(overlay.lines) for overlay in found)
+def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[str] = ()) -> str:
+    """The HTML text of `write`."""
+    overlaid, alone = overlays(records), len(records) == 1
+    lines = sum(len(overlay.lines) for overlay in overlaid)
     payload = Payload(max(2000, min(LINE_VALUES, PAGE_VALUES // max(1, lines))))
-    drawn = [_panel(payload, overlay, alone) for overlay in found]
+    panels = [_panel(payload, overlay, alone) for overlay in overlaid]
     sailed = [_track(payload, track, alone) for track in tracks(records)]
     content = {
-        "begin": min(float(record.signals.state.time[0]) for record in records),
-        "end": max(float(record.signals.state.time[-1]) for record in records),
+        "begin": min(float(record.run.time[0]) for record in records),
+        "end": max(float(record.run.time[-1]) for record in records),
         "hull": {"length": hull.length, "beam": hull.beam},
-        "panels": drawn,
+        "panels": panels,
         "tracks": sailed,
     }
     return _template().render(
         title=title,
         subtitle=_subtitle(records),
+        notes=notes,
+        origin=_origin(),
         names=[record.name for record in records],
+        colours=len(SERIES),
+        wide=len(records) > NARROW_RUNS,
         tracks=sailed,
         hull=hull,
-        groups=_groups(found),
+        groups=_groups(overlaid),
         jitter=jitter.picture(records),
-        figures=key_figures(records),
+        metrics=metrics_table(records),
         parameters=parameter_tables(records),
         provenance=provenance_table(records),
-        resolution=_resolution(drawn, records),
-        style=_asset("style.css"),
+        resolution=_resolution(panels, records),
+        style=css_variables() + _asset("style.css"),
         script="\n".join(_asset(name) for name in SCRIPTS),
         content=json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
         numbers=payload.text(),
@@ -79,7 +100,7 @@ def _asset(name: str) -> str:
 
 @cache
 def _library() -> str:
-    """Plotly's own file, compressed; read without importing its Python half, which the page has no use for."""
+    """Plotly's JavaScript, compressed; read as a file because importing its Python package takes long and is not needed."""
     return packed(resources.files("plotly").joinpath("package_data", "plotly.min.js").read_bytes())
 
 
@@ -88,8 +109,18 @@ def _template() -> jinja2.Template:
     return environment.from_string(_asset("page.html"))
 
 
+def _origin() -> str:
+    """Version, commit and date of the page, and the command that made it."""
+    code = provenance()
+    now = datetime.datetime.now(tz=datetime.timezone.utc)
+    program, *arguments = sys.argv or [""]
+    command = shlex.join([COMMAND, *arguments]) if Path(program).name == COMMAND else "the Python API"
+    commit = f"commit {code['git_commit']}" if code["git_commit"] else "no git checkout"
+    return f"vessel_hsmc_ros {code['version']} · {commit} · {now:%Y-%m-%d %H:%M} UTC · made by {command}"
+
+
 def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
-    """A panel as the page takes it, every line with its label and colour."""
+    """A panel as chart.js expects it, every line with its label and colour."""
     panel = overlay.panel
     lines = [
         {**payload.line(owned.line), "label": owned.label, "colour": _colour(owned.run, owned.line.role, alone)}
@@ -99,45 +130,45 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
 
 
 def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
-    """A ship or a reference as the map takes it."""
+    """A ship or a reference as map.js expects it."""
     colour = _colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
-    return {**payload.poses(track.poses), "role": track.role, "label": track.label, "colour": colour}
+    return {**payload.poses(track.time, track.poses), "role": track.role, "label": track.label, "colour": colour}
 
 
 def _colour(run: int | None, role: str, alone: bool) -> str:
-    """The style sheet's name of a colour: by role where there is one run, else by run."""
+    """CSS variable of a line's colour: by role in the page of one run, by run in the page of several."""
     if alone:
         return _ROLE_COLOURS[role]
-    return "--shared" if run is None else f"--run-{run % COLOURS}"
+    return "--shared" if run is None else f"--run-{run % len(SERIES)}"
 
 
-def _groups(found: Sequence[Overlay]) -> list[dict[str, Any]]:
+def _groups(overlaid: Sequence[Overlay]) -> list[dict[str, Any]]:
     groups: dict[str, list[dict[str, Any]]] = {}
-    for i, overlay in enumerate(found):
+    for i, overlay in enumerate(overlaid):
         panel = overlay.panel
         groups.setdefault(panel.group, []).append({"index": i, "title": panel.title, "unit": panel.unit})
     return [{"name": name, "panels": panels} for name, panels in groups.items()]
 
 
 def _subtitle(records: Sequence[Record]) -> str:
-    """How long, and which law."""
-    words = [f"{max(record.signals.duration for record in records):g} s"]
+    """Durations and laws of the runs."""
+    durations = dict.fromkeys(f"{record.duration:g} s" for record in records)
+    parts = [" and ".join(durations)]
     laws = dict.fromkeys(record.scenario.controller.law for record in records if record.scenario)
     if laws:
-        words.append("law " + ", ".join(laws))
+        parts.append("control law " + ", ".join(laws))
     if len(records) > 1:
-        words.insert(0, f"{len(records)} runs")
-    return " · ".join(words)
+        parts.insert(0, f"{len(records)} runs")
+    return " · ".join(parts)
 
 
-def _resolution(drawn: Sequence[dict[str, Any]], records: Sequence[Record]) -> str:
-    """What the page carries of the samples, in words."""
-    size = max((line["bucket"] for panel in drawn for line in panel["lines"]), default=1)
+def _resolution(panels: Sequence[dict[str, Any]], records: Sequence[Record]) -> str:
+    """Which of the samples the page contains."""
+    size = max((line["bucket"] for panel in panels for line in panel["lines"]), default=1)
     if size == 1:
-        return "The diagrams carry every sample."
-    time = records[0].signals.state.time
-    period = float(np.median(np.diff(time[:1000])))
+        return "The diagrams contain every sample."
+    period = float(np.median(np.diff(records[0].run.time[:1000])))
     return (
-        f"The diagrams carry the least and the greatest of every {size} samples ({size * period:.3g} s),"
-        " so that no peak is lost; the bag has them all."
+        f"The diagrams contain the minimum and the maximum of every {size} samples ({size * period:.3g} s),"
+        " so no peak is lost; the bag contains all samples."
     )

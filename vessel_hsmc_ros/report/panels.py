@@ -1,27 +1,31 @@
-"""Which lines a report draws, one panel above the other; every panel that the signals suffice for."""
+"""The diagrams of a report: which lines are drawn over time in which panel, as far as a run has them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import heading_error, position_error
-from vessel_hsmc_ros.report.signals import Signal, Signals
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.report.record import commanded, held, recorded
 
 Array = NDArray[np.float64]
 
 MAIN, DESIRED, OTHER, THIRD, MEASURED = "main", "desired", "other", "third", "measured"
-"""Roles of a line: what the ship does, what it is held against, further quantities of its own, what noisy sensors said."""
+"""Roles of a line: the ship's own quantity, its desired or true value, further quantities, noisy measurements."""
 
 AXES = ("surge", "sway", "yaw")
 VELOCITIES = ("surge velocity", "sway velocity", "yaw rate")
 ACCELERATION_UNITS = ("m/s²", "m/s²", "rad/s²")
 
+JITTER = 1e-3
+"""Control intervals whose spread is below this are constant, as in lockstep, and not drawn, ms."""
+
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a panel: values (n,) over s (n,)."""
+    """One line of a panel: values (n,) over time (n,) s."""
 
     name: str
     time: Array
@@ -34,8 +38,10 @@ class Panel:
     """One diagram over time.
 
     Attributes:
-        limits: Values that the lines may not pass, either way.
-        step: Whether a value holds until the next.
+        group, title, unit: Its section, its title and the unit of its values.
+        lines: At least one.
+        limits: Magnitudes that saturation does not let the lines exceed.
+        step: Whether a value is held until the next one.
     """
 
     group: str
@@ -46,136 +52,138 @@ class Panel:
     step: bool = False
 
 
-def panels(signals: Signals, limits: tuple[float, float] = (np.inf, np.inf)) -> list[Panel]:
+def panels(run: Run, limits: tuple[float, float] = (np.inf, np.inf)) -> list[Panel]:
     """All panels of a run, group by group.
 
     Args:
-        signals: Whatever there is.
-        limits: Largest surge force [N] and yaw moment [N·m] of the actuators; infinite for none.
+        run: Quantities that were not recorded are NaN.
+        limits: Saturation limits of surge force [N] and yaw moment [N·m]; infinite for none.
     """
-    return [
-        *_errors(signals),
-        *_velocities(signals),
-        *_sensors(signals),
-        *_surfaces(signals),
-        *_wrench(signals, limits),
-        *_networks(signals),
-        *_disturbance(signals),
-        *_timing(signals),
-    ]
+    groups = (
+        _errors(run),
+        _velocities(run),
+        _sensors(run),
+        _surfaces(run),
+        _wrench(run, limits),
+        _networks(run),
+        _disturbance(run),
+        _timing(run),
+    )
+    return [panel for group in groups for panel in group if panel.lines]
 
 
-def _line(name: str, signal: Signal, column: int, role: str = MAIN, scale: float = 1.0) -> Line:
-    values = signal.values[:, column]
-    return Line(name, signal.time, values if scale == 1.0 else scale * values, role)
-
-
-def _control(signals: Signals, names: Sequence[tuple[str, str]], scale: float = 1.0) -> tuple[Line, ...]:
-    """Lines of the law's own terms, three at most, of those that it has: field names with the names to show."""
+def _control(run: Run, names: Sequence[tuple[str, str]], scale: float = 1.0) -> tuple[Line, ...]:
+    """Lines of the law's own terms, three at most, of those that it has: keys of `Run.control` with their labels."""
     lines: list[Line] = []
-    for field, shown in names:
-        signal = signals.control.get(field)
-        if signal is not None and signal.values.ndim == 1 and not np.isnan(signal.values).all():
-            lines.append(Line(shown, signal.time, scale * signal.values, (MAIN, OTHER, THIRD)[len(lines)]))
+    for key, label in names:
+        values = run.control.get(key)
+        if values is not None and values.ndim == 1 and recorded(values):
+            lines.append(Line(label, run.control["time"], scale * values, (MAIN, OTHER, THIRD)[len(lines)]))
     return tuple(lines)
 
 
-def _some(*candidates: Panel) -> Iterator[Panel]:
-    return (panel for panel in candidates if panel.lines)
+def _errors(run: Run) -> Iterator[Panel]:
+    group = "Errors"
+    if recorded(run.reference):
+        distance, angle = position_error(run.state, run.reference), np.degrees(heading_error(run.state, run.reference))
+        yield Panel(group, "position error", "m", (Line("distance", run.time, distance),))
+        yield Panel(group, "heading error", "°", (Line("heading error", run.time, angle),))
+    errors = _control(run, (("surge_error", "surge error"), ("sway_error", "sway error")))
+    yield Panel(group, "position error in the body frame", "m", errors)
 
 
-def _errors(signals: Signals) -> Iterator[Panel]:
-    group, state, reference = "Errors", signals.state, signals.reference
-    if reference is not None:
-        desired = reference.at(state.time)
-        distance, angle = position_error(state.values, desired), np.degrees(heading_error(state.values, desired))
-        yield Panel(group, "position error", "m", (Line("distance", state.time, distance),))
-        yield Panel(group, "heading error", "°", (Line("heading error", state.time, angle),))
-    along = _control(signals, (("surge_error", "along the hull"), ("sway_error", "across")))
-    yield from _some(Panel(group, "errors in the body frame", "m", along))
-
-
-def _velocities(signals: Signals) -> Iterator[Panel]:
+def _velocities(run: Run) -> Iterator[Panel]:
+    candidates = (
+        ("measured", _measurements(run), MEASURED),
+        ("ship", (run.time, run.state), MAIN),
+        ("reference", (run.time, run.reference), DESIRED),
+        ("estimate", _estimate(run), OTHER),
+    )
     for i, name in enumerate(VELOCITIES):
-        scale = 180.0 / np.pi if i == 2 else 1.0
-        candidates = (
-            ("measured", signals.measured, MEASURED),
-            ("ship", signals.state, MAIN),
-            ("reference", signals.reference, DESIRED),
-            ("estimate", signals.control.get("estimate"), OTHER),
-        )
-        lines = tuple(
-            _line(label, signal, 3 + i, role, scale)
-            for label, signal, role in candidates
-            if signal is not None and (role != MEASURED or signal.values[:, 3 + i].any())  # zeros: not measured
-        )
-        yield Panel("Velocities", name, "°/s" if i == 2 else "m/s", lines)
+        scale, unit = (180.0 / np.pi, "°/s") if name == "yaw rate" else (1.0, "m/s")
+        lines = []
+        for label, samples, role in candidates:
+            if samples is None or not recorded(samples[1]):
+                continue
+            time, values = samples[0], samples[1][:, 3 + i]
+            if role != MEASURED or values.any():  # a sensor that does not measure a velocity reports zeros
+                lines.append(Line(label, time, scale * values, role))
+        yield Panel("Velocities", name, unit, tuple(lines))
 
 
-def _sensors(signals: Signals) -> Iterator[Panel]:
-    """How far what the sensors say, and what the observer makes of it, is from the truth."""
-    told = (("measured", signals.measured, MEASURED), ("estimate", signals.control.get("estimate"), MAIN))
-    there = [(name, signal, role) for name, signal, role in told if signal is not None] if signals.measured else []
-
-    def panel(title: str, unit: str, difference: Callable[[Array, Array], Array]) -> Panel:
-        lines = [
-            Line(name, signal.time, difference(signal.values, signals.state.at(signal.time)), role)
-            for name, signal, role in there
-        ]
-        return Panel("Sensors", title, unit, tuple(lines))
-
-    yield from _some(
-        panel("position off by", "m", position_error),
-        panel("heading off by", "°", lambda said, true: np.degrees(heading_error(said, true))),
-    )
+def _measurements(run: Run) -> tuple[Array, Array] | None:
+    """Times and values of noisy measurements; None where the sensors are perfect."""
+    return None if np.array_equal(run.measured, run.state) else (run.time, run.measured)
 
 
-def _surfaces(signals: Signals) -> Iterator[Panel]:
+def _estimate(run: Run) -> tuple[Array, Array] | None:
+    """Times and values of the observer's estimate; None without an observer."""
+    values = run.control.get("estimate")
+    return None if values is None or not recorded(values) else (run.control["time"], values)
+
+
+def _sensors(run: Run) -> Iterator[Panel]:
+    """Deviations of measurements and estimates from the true pose."""
+    measurements = _measurements(run)
+    if measurements is None:
+        return
+    found = [("measured", measurements, MEASURED), ("estimate", _estimate(run), MAIN)]
+    position, heading = [], []
+    for name, samples, role in found:
+        if samples is None:
+            continue
+        time, values = samples
+        truth = held(run.time, run.state, time)
+        position.append(Line(name, time, position_error(values, truth), role))
+        heading.append(Line(name, time, np.degrees(heading_error(values, truth)), role))
+    yield Panel("Sensors", "position, deviation from the truth", "m", tuple(position))
+    yield Panel("Sensors", "heading, deviation from the truth", "°", tuple(heading))
+
+
+def _surfaces(run: Run) -> Iterator[Panel]:
     def panel(title: str, unit: str, *names: tuple[str, str]) -> Panel:
-        return Panel("Surfaces", title, unit, _control(signals, names))
+        return Panel("Surfaces", title, unit, _control(run, names))
 
-    yield from _some(
-        panel("surge and sway surface", "m/s", ("surge_surface", "S₂ surge"), ("sway_surface", "σ₁ sway")),
-        panel("yaw and heading surface", "rad/s", ("yaw_surface", "S₁ yaw"), ("heading_surface", "σ₂ heading")),
-        panel("Lyapunov function", "", ("lyapunov", "V")),
-        panel("Lyapunov function, change", "1/s", ("lyapunov_rate", "dV/dt")),
-    )
+    yield panel("surge and sway surfaces", "m/s", ("surge_surface", "S₂ surge"), ("sway_surface", "σ₁ sway"))
+    yield panel("yaw and heading surfaces", "rad/s", ("yaw_surface", "S₁ yaw"), ("heading_surface", "σ₂ heading"))
+    yield panel("Lyapunov function", "", ("lyapunov", "V"))
+    yield panel("Lyapunov function, time derivative", "1/s", ("lyapunov_rate", "dV/dt"))
 
 
-def _wrench(signals: Signals, limits: tuple[float, float]) -> Iterator[Panel]:
+def _wrench(run: Run, limits: tuple[float, float]) -> Iterator[Panel]:
+    command = commanded(run)
     for i, (name, unit) in enumerate((("surge force", "N"), ("yaw moment", "N·m"))):
         lines = []
-        if signals.wrench is not None:
-            lines.append(_line("applied", signals.wrench, i))
-        if signals.commanded is not None:
-            lines.append(_line("commanded", signals.commanded, i, OTHER if lines else MAIN))
+        if recorded(run.wrench):
+            lines.append(Line("applied", run.time, run.wrench[:, i]))
+        if command is not None:
+            lines.append(Line("commanded", command[0], command[1][:, i], OTHER if lines else MAIN))
         bounds = (limits[i],) if np.isfinite(limits[i]) else ()
-        yield from _some(Panel("Wrench", name, unit, tuple(lines), bounds, step=True))
+        yield Panel("Wrench", name, unit, tuple(lines), bounds, step=True)
 
 
-def _networks(signals: Signals) -> Iterator[Panel]:
+def _networks(run: Run) -> Iterator[Panel]:
     group = "Networks"
     for i, axis in enumerate(AXES):
-        lines = list(_control(signals, ((f"{axis}_estimate", "estimate"),)))
-        if lines and signals.unforced is not None:
-            lines.append(_line("truth", signals.unforced, i, DESIRED))
-        symbol = f"f_{'uvr'[i]}"
-        yield from _some(Panel(group, f"{axis} dynamics {symbol}", ACCELERATION_UNITS[i], tuple(lines)))
-    norms = _control(signals, [(f"{axis}_weight_norm", axis) for axis in AXES])
-    yield from _some(Panel(group, "norms of the weights", "", norms))
+        lines = list(_control(run, ((f"{axis}_estimate", "estimate"),)))
+        if lines and recorded(run.unforced_acceleration):
+            lines.append(Line("truth", run.time, run.unforced_acceleration[:, i], DESIRED))
+        yield Panel(group, f"{axis} dynamics f_{'uvr'[i]}", ACCELERATION_UNITS[i], tuple(lines))
+    yield Panel(group, "weight norms", "", _control(run, [(f"{axis}_weight_norm", axis) for axis in AXES]))
 
 
-def _disturbance(signals: Signals) -> Iterator[Panel]:
-    if signals.disturbance is not None:
+def _disturbance(run: Run) -> Iterator[Panel]:
+    if recorded(run.disturbance):
         for i, axis in enumerate(AXES):
-            line = _line("disturbance", signals.disturbance, i)
+            line = Line("disturbance", run.time, run.disturbance[:, i])
             yield Panel("Disturbance", f"{axis} disturbance", ACCELERATION_UNITS[i], (line,))
 
 
-def _timing(signals: Signals) -> Iterator[Panel]:
-    taken = _control(signals, (("compute_time", "law"),), 1e3)
-    yield from _some(Panel("Timing", "time the law took", "ms", taken))
-    if taken and len(taken[0].time) > 1:
-        intervals = 1e3 * np.diff(taken[0].time)
-        if np.ptp(intervals) > 1e-3:
-            yield Panel("Timing", "time between control steps", "ms", (Line("interval", taken[0].time[1:], intervals),))
+def _timing(run: Run) -> Iterator[Panel]:
+    computing = _control(run, (("compute_time", "law"),), 1e3)
+    yield Panel("Timing", "computation time of the law", "ms", computing)
+    if computing and len(run.control["time"]) > 1:
+        times = run.control["time"]
+        intervals = 1e3 * np.diff(times)
+        if np.ptp(intervals) > JITTER:
+            yield Panel("Timing", "control interval", "ms", (Line("interval", times[1:], intervals),))

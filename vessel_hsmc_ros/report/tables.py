@@ -1,16 +1,12 @@
-"""The tables of a report: key figures with their differences, parameters, where the run comes from."""
+"""The tables of a report: metrics with their differences between runs, parameters, provenance."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.report.signals import Signals
+from vessel_hsmc_ros.report.record import Record, over_shared_interval
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.scenario import Scenario
-
-Row = tuple[str, str]
 
 UNITS = {"deg": "°", "position": " m", "force": " N", "moment": " N·m"}
 LABELS = {
@@ -19,52 +15,35 @@ LABELS = {
     "heading_error_final_deg": "heading error, final",
 }
 FACTS = {
+    "run_duration": ("duration of the run", "g", " s"),
+    "metrics_interval": ("metrics above: over the first, which all runs share", "g", " s"),
     "missed_periods": ("control periods missed", ".0f", ""),
     "control_interval_deviation_max": ("control interval, largest deviation", ".2g", " s"),
     "messages_recorded": ("messages recorded", ".0f", ""),
     "messages_dropped": ("messages dropped", ".0f", ""),
     "start_up": ("from the command to the first control step", ".2f", " s"),
-    "real_time_factor": ("times faster than real time", ".1f", ""),
+    "real_time_factor": ("real-time factor", ".1f", ""),
 }
-
-ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_commit", "host", "system", "python")
-"""What is told of where a run comes from, by the names in run.json."""
+COSTS = ("missed_periods", "messages_dropped")
+"""Facts of which less is better, as it is of every metric."""
 
 NOTABLE = 0.01
-"""A difference below this share is not called better or worse."""
+"""A relative difference below this is called neither better nor worse."""
 
+LARGEST_SHARE = 10.0
+"""A difference of more than ten times the first value is not expressed in percent."""
 
-@dataclass(frozen=True)
-class Record:
-    """One run, as a report tells of it.
-
-    Attributes:
-        name: What to call it, short.
-        limits: Largest surge force [N] and yaw moment [N·m] of the actuators.
-        metrics: None where there is no reference to measure against.
-        facts: What else was measured, by name.
-        scenario: None where the parameters are not known.
-        provenance: Which code, machine and time, in words.
-    """
-
-    name: str
-    signals: Signals
-    metrics: Metrics | None = None
-    facts: Mapping[str, Any] = field(default_factory=dict)
-    scenario: Scenario | None = None
-    provenance: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Largest surge force [N] and yaw moment [N·m] of the actuators, infinite where there are none."""
-        if self.scenario is None:
-            return float("inf"), float("inf")
-        actuators = self.scenario.vessel_sim.actuators
-        return actuators.surge_force_limit, actuators.yaw_moment_limit
+MISSING = "–"
 
 
 class Quantity(NamedTuple):
-    """A key figure; `cost` where less is better."""
+    """A number to show.
+
+    Attributes:
+        label, value: What it is, and how much.
+        form, unit: Format specification and unit of its text.
+        cost: Whether less is better.
+    """
 
     label: str
     value: float
@@ -74,12 +53,45 @@ class Quantity(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The figure with its unit."""
+        """The value with its unit."""
         return f"{self.value:{self.form}}{self.unit}"
 
 
+class MetricRow(NamedTuple):
+    """One quantity of several runs; None for runs that lack it."""
+
+    label: str
+    values: tuple[Quantity | None, ...]
+
+    def text(self, run: int) -> str:
+        """The value of a run with its unit."""
+        value = self.values[run]
+        return value.text if value else MISSING
+
+    def difference(self, run: int) -> str:
+        """How much a run's value differs from the first run's, with sign and unit; empty where it does not or one is missing."""
+        first, other = self.values[0], self.values[run]
+        if first is None or other is None or first.value == other.value:
+            return ""
+        change, size = other.value - first.value, abs(first.value)
+        # A percentage of a value near zero would say nothing but that the value is near zero.
+        meaningful = other.form == ".4g" and abs(change) < LARGEST_SHARE * size
+        share = f" ({100.0 * change / size:+.3g} %)" if meaningful else ""
+        return f"{change:+{other.form}}{other.unit}{share}"
+
+    def sense(self, run: int) -> str:
+        """`better` or `worse` than the first run; empty where that is not notable or not defined."""
+        first, other = self.values[0], self.values[run]
+        if run == 0 or first is None or other is None or not other.cost:
+            return ""
+        gain = abs(first.value) - abs(other.value)
+        if abs(gain) <= NOTABLE * abs(first.value):
+            return ""
+        return "better" if gain > 0.0 else "worse"
+
+
 def quantities(metrics: Metrics | None, facts: Mapping[str, Any]) -> list[Quantity]:
-    """The key figures of a run."""
+    """Every metric and fact of a run that tables show."""
     found = []
     for name, value in metrics._asdict().items() if metrics else ():
         unit = next((unit for part, unit in UNITS.items() if part in name.split("_")), "")
@@ -87,42 +99,23 @@ def quantities(metrics: Metrics | None, facts: Mapping[str, Any]) -> list[Quanti
         found.append(Quantity(LABELS.get(name, f"{' '.join(words)}, {last}"), float(value), ".4g", unit, True))
     for name, (label, form, unit) in FACTS.items():
         if facts.get(name) is not None:
-            found.append(Quantity(label, float(facts[name]), form, unit, name in ("missed_periods", "messages_dropped")))
+            found.append(Quantity(label, float(facts[name]), form, unit, name in COSTS))
     return found
 
 
-def rows(metrics: Metrics | None, facts: Mapping[str, Any]) -> list[Row]:
-    """The table of a run: what, and how much."""
+def rows(metrics: Metrics | None, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The table of a single run: labels and values with their units."""
     return [(quantity.label, quantity.text) for quantity in quantities(metrics, facts)]
 
 
-def key_figures(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """Key figures of every run, and the differences from the first one."""
-    columns = [{quantity.label: quantity for quantity in quantities(record.metrics, record.facts)} for record in records]
+def metrics_table(records: Sequence[Record]) -> list[MetricRow]:
+    """Metrics and facts of some runs side by side, metrics over the interval that all runs cover."""
+    columns = [
+        {quantity.label: quantity for quantity in quantities(record.metrics, record.facts)}
+        for record in over_shared_interval(records)
+    ]
     labels = dict.fromkeys(label for column in columns for label in column)
-    table = []
-    for label in labels:
-        first = columns[0].get(label)
-        cells: list[dict[str, str]] = []
-        for i, column in enumerate(columns):
-            mine = column.get(label)
-            cells.append({"text": mine.text if mine else "–", "sense": ""})
-            if i:
-                cells.append(_difference(first, mine))
-        table.append({"label": label, "cells": cells})
-    return table
-
-
-def _difference(first: Quantity | None, mine: Quantity | None) -> dict[str, str]:
-    """How a figure differs from the first run's, and whether for the better."""
-    if first is None or mine is None:
-        return {"text": "", "sense": ""}
-    change = mine.value - first.value
-    size = abs(first.value)
-    share = f" ({100.0 * change / size:+.3g} %)" if size and mine.form == ".4g" else ""
-    gain = size - abs(mine.value) if mine.cost else 0.0
-    sense = "" if abs(gain) <= NOTABLE * size else "better" if gain > 0.0 else "worse"
-    return {"text": f"{change:+{mine.form}}{mine.unit}{share}", "sense": sense}
+    return [MetricRow(label, tuple(column.get(label) for column in columns)) for label in labels]
 
 
 def parameter_tables(records: Sequence[Record]) -> list[dict[str, Any]]:
@@ -139,23 +132,24 @@ def parameter_tables(records: Sequence[Record]) -> list[dict[str, Any]]:
             changed = any(value != values[0] for value in values) if len(values) > 1 else values[0] != entry.default
             text = f"{node}.{name} {entry.symbol} {entry.description}".lower()
             shown = {"name": name, "unit": entry.unit, "symbol": entry.symbol, "meaning": entry.description}
-            lines.append({**shown, "values": [_value(value) for value in values], "changed": changed, "text": text})
+            lines.append({**shown, "values": [value_text(value) for value in values], "changed": changed, "text": text})
         tables.append({"name": node, "rows": lines})
     return tables
 
 
-def _value(value: object) -> str:
+def value_text(value: object) -> str:
+    """A parameter's value as tables show it."""
     if value is None:
-        return "–"
+        return MISSING
     if isinstance(value, tuple):
-        return "[" + ", ".join(_value(item) for item in value) + "]"
+        return "[" + ", ".join(value_text(item) for item in value) + "]"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def provenance_table(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """Where each run comes from."""
+    """Code version, machine and time of each run."""
     labels = dict.fromkeys(label for record in records for label in record.provenance)
     return [
-        {"label": label.replace("_", " "), "values": [str(record.provenance.get(label, "–")) for record in records]}
+        {"label": label.replace("_", " "), "values": [str(record.provenance.get(label, MISSING)) for record in records]}
         for label in labels
     ]

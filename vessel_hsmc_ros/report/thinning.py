@@ -1,4 +1,4 @@
-"""Fewer points for the same picture: the least and the greatest value of each bucket of samples, so that no peak is lost."""
+"""Decimation for drawing: the minimum and the maximum of each bucket of samples, so that no peak is lost."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ Array = NDArray[np.float64]
 
 
 class Buckets(NamedTuple):
-    """How samples are put together.
+    """A partition of samples.
 
     Attributes:
-        samples: Their number, n.
-        size: Samples in a bucket; 1 keeps every sample.
+        samples: Number of samples, n.
+        size: Samples per bucket; 1 keeps every sample.
     """
 
     samples: int
@@ -21,22 +21,22 @@ class Buckets(NamedTuple):
 
     @property
     def number(self) -> int:
-        """Buckets, m; the last may be short."""
+        """Number of buckets, m; the last one may be shorter."""
         return -(-self.samples // self.size)
 
 
 def buckets(samples: int, limit: int) -> Buckets:
-    """The smallest buckets that leave at most `limit` values of `samples`, two of each bucket.
+    """Choose the smallest buckets that reduce samples to at most `limit` values, two for each bucket.
 
     Args:
-        samples: n, at least 1.
-        limit: At least 2.
+        samples: Number of samples, at least 1.
+        limit: Most values, at least 2.
     """
     return Buckets(samples, 1 if samples <= limit else -(-samples // (limit // 2)))
 
 
 def thin_time(time: Array, chosen: Buckets) -> Array:
-    """The times that belong to `thin`'s values: start and middle of each bucket, (2 m,); all of them for buckets of one."""
+    """Times of the values of `thin`: start and middle of each bucket, (2 m,); all times for buckets of one sample."""
     if chosen.size == 1:
         return time
     starts = np.arange(chosen.number) * chosen.size
@@ -46,13 +46,13 @@ def thin_time(time: Array, chosen: Buckets) -> Array:
 
 
 def thin(values: Array, chosen: Buckets) -> Array:
-    """Least and greatest value of each bucket in the order in which they occur, (2 m,); all values for buckets of one.
+    """Minimum and maximum of each bucket in the order in which they occur, (2 m,); all values for buckets of one sample.
 
-    Values that are not a number count only where a bucket has nothing else.
+    NaN is returned only for buckets that contain nothing else.
 
     Args:
         values: (n,).
-        chosen: From `buckets`.
+        chosen: Buckets of n samples.
     """
     if chosen.size == 1:
         return values

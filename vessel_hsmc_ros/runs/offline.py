@@ -1,7 +1,7 @@
 """The closed loop without ROS: the same plant, virtual ship and law, stepped in one process.
 
-What passes between the parts is passed as their messages would carry it, so a lockstep run of the nodes gives the same
-numbers to the last bit.
+Values are exchanged between the parts as their messages would carry them, for instance the heading as a quaternion, so that a
+lockstep run of the nodes gives bit-identical results.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,14 +32,14 @@ WIDTHS = (1, 6, 6, 6, 2, 3, 3)
 
 @dataclass
 class Desired:
-    """The virtual ship as the controller knows it: its latest published motion."""
+    """The virtual ship as the controller receives it: its latest published motion."""
 
     ship: Reference
     grid: RateGrid
     index: int = -1
 
     def at(self, stamp: int) -> tuple[Array, Array]:
-        """State and acceleration at the last instant not after a time in nanoseconds."""
+        """State and acceleration at the last published instant not after a time, ns."""
         while self.index < self.grid.index(stamp):
             if self.index >= 0:
                 self.ship.advance()
@@ -52,12 +52,15 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     """Run a scenario offline.
 
     Args:
-        scenario: From `load_scenario`.
-        progress: Called with the samples done and to do, after each.
-        law: Instead of the one the scenario asks for.
+        scenario: A scenario from `load_scenario`.
+        progress: Called after each sample with the number of samples done and their total number.
+        law: A law to run instead of the scenario's.
+
+    Returns:
+        The arrays of the run, one row for each odometry message.
 
     Raises:
-        ScenarioError: the scenario has no end.
+        ScenarioError: the scenario has no duration.
         SimulationError: the motion is no longer finite.
         ControlError: the law has no value at a state of the run.
     """
@@ -79,7 +82,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     for k in range(samples):
         stamp = grid.stamp(k)
         time = seconds(stamp)
-        push = plant.disturbance(time)
+        disturbance = plant.disturbance(time)
         state = as_published(plant.state)
         measured = state if plant.odometry_is_true else as_published(plant.measured(stamp))
         reference, reference_acceleration = desired.at(stamp)
@@ -89,21 +92,21 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
                 estimates.append(as_published(loop.estimate))
         wrench = plant.applied(loop.wrench)
         unforced = plant.unforced_acceleration()
-        rows[k] = (time, *state, *measured, *reference, *wrench, *acceleration(push, vessel), *unforced)
+        rows[k] = (time, *state, *measured, *reference, *wrench, *acceleration(disturbance, vessel), *unforced)
         if k + 1 < samples:
-            plant.advance(wrench, push)
+            plant.advance(wrench, disturbance)
         if progress is not None:
             progress(k + 1, samples)
     return _run(rows, terms, estimates)
 
 
 def sample_count(duration: float, grid: RateGrid) -> int:
-    """Odometry messages in a run: one a step, and one for the start."""
+    """Number of odometry messages in a run: one for each step, and one for the start."""
     return round(duration * grid.rate_hz) + 1
 
 
 def _run(rows: Array, terms: Sequence[tuple[float, Terms]], estimates: Sequence[Array]) -> Run:
-    """The run's arrays from its rows, WIDTHS columns each, the law's terms with their times, and the estimates."""
+    """Assemble a run from its rows of WIDTHS columns, the law's terms with their times, and the observer's estimates."""
     control = {"time": np.array([time for time, _ in terms])}
     for name in Terms._fields:
         control[name] = np.array([getattr(term, name) for _, term in terms])

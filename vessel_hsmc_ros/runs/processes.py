@@ -1,4 +1,4 @@
-"""The nodes as processes of the operating system: started, watched, stopped, none left behind."""
+"""The nodes as processes of the operating system: start them, observe their exit, stop them all."""
 
 import ctypes
 import os
@@ -19,13 +19,13 @@ MODULES = {
     "reference_ship": "vessel_hsmc_ros.nodes.reference_ship",
     "vessel_sim": "vessel_sim_node",
 }
-"""In the order of their start; the recorder is the last to be stopped, so that it has everybody's last words."""
+"""Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
 
 WATCHERS = {"markers": "vessel_hsmc_ros.nodes.markers", "live": "vessel_hsmc_ros.nodes.live"}
-"""Nodes that only watch a run: they may fail without harm to it."""
+"""Nodes that only observe a run: their failure does not affect it."""
 
 STOP_LIMIT = 8.0
-"""Time a process gets to end by itself, s; then it is killed. It is much, because a busy machine is no reason to fail."""
+"""Time limit for a process to end after SIGINT, s; then it is killed. It is generous, for busy machines."""
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _PR_SET_PDEATHSIG = 1
@@ -34,19 +34,19 @@ _ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\].*?\]: (.*)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class NodeProcess:
-    """One node's process and the file that takes what it prints."""
+    """The process of a node and the log file of its output."""
 
     name: str
     popen: subprocess.Popen[bytes]
     log: Path
 
-    def outcome(self) -> str:
-        """How an ended process ended, in words."""
+    def describe_exit(self) -> str:
+        """How the process ended, as an error message."""
         code = self.popen.returncode
         if code < 0:
             return f"{self.name} was killed by {signal.Signals(-code).name}"
         if code == 0:
-            return f"{self.name} left before the run was over"
+            return f"{self.name} exited before the end of the run"
         errors = _ERROR_LINE.findall(self.log.read_text(encoding="utf-8", errors="replace"))
         return f"{self.name} failed: {errors[-1] if errors else f'exit code {code}, see {self.log}'}"
 
@@ -56,9 +56,9 @@ class NodeGroup:
 
     Args:
         parameters: The ROS parameters file of all nodes.
-        logs: Folder for what they print.
-        namespace: Their namespace, without slashes at its ends.
-        names: The nodes to start, of MODULES or WATCHERS.
+        logs: Folder for their output.
+        namespace: Their namespace, without leading and trailing slashes.
+        names: The nodes to start, from MODULES or WATCHERS.
     """
 
     def __init__(self, parameters: Path, logs: Path, namespace: str = "", names: Sequence[str] = tuple(MODULES)) -> None:
@@ -79,7 +79,7 @@ class NodeGroup:
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env=environment,
-                start_new_session=True,  # a Ctrl-C meant for the whole run must not reach the nodes by itself
+                start_new_session=True,  # Ctrl-C must reach only the supervisor, which stops the nodes in order
                 preexec_fn=_die_with_parent,
             )
         self.processes.append(NodeProcess(name, popen, log))
@@ -91,15 +91,15 @@ class NodeGroup:
         self.stop()
 
     def ended(self) -> NodeProcess | None:
-        """The first process found to have ended, if any."""
+        """The first process that has ended, if any."""
         return next((process for process in self.processes if process.popen.poll() is not None), None)
 
     def failed(self) -> NodeProcess | None:
-        """The first process that ended otherwise than well, if any."""
+        """The first process that ended with an error, if any."""
         return next((process for process in self.processes if process.popen.returncode), None)
 
     def stop(self) -> None:
-        """Ask all but the recorder to end, then the recorder; kill whoever does not."""
+        """Send SIGINT to all nodes but the recorder, then to the recorder; kill those that do not end in time."""
         self._stop([process for process in self.processes if process.name != "recorder"])
         self._stop([process for process in self.processes if process.name == "recorder"])
 
@@ -116,5 +116,5 @@ class NodeGroup:
 
 
 def _die_with_parent() -> None:
-    """Runs in the child before it becomes a node: end in an orderly way even if the command that started it is killed."""
+    """Let the kernel send SIGINT to this child when its parent dies, even if the parent is killed."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)

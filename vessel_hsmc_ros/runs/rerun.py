@@ -1,4 +1,4 @@
-"""A recorded scenario run again with a change, and both runs side by side."""
+"""Repeat a recorded scenario with changed parameters, and compare both runs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -6,9 +6,9 @@ from pathlib import Path
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.bags.reader import Bag
-from vessel_hsmc_ros.core.metrics import evaluate
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.report.tables import key_figures
+from vessel_hsmc_ros.report.record import measured
+from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -16,11 +16,12 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class Rerun:
-    """Both runs in words, and where their figures are.
+    """A comparison of a recorded run with its repetition.
 
     Attributes:
-        change: What is different, in words.
-        table: Key figure, recorded, again, difference.
+        folder: Where its page and figures are.
+        change: The changed parameters, as text.
+        table: Metric, recorded value, repeated value, difference.
     """
 
     folder: RunFolder
@@ -29,46 +30,44 @@ class Rerun:
 
 
 def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output: Path) -> Rerun:
-    """Run a bag's scenario offline with changed parameters, for as long as the recorded run took.
+    """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted.
 
     Args:
-        bag: With a scenario.
+        bag: A bag with a scenario.
         changes: Values by `node.parameter`.
-        namespace: The vessel's, where the bag has several.
-        output: Where to make the run folder.
+        namespace: ROS namespace of the vessel, where the bag has several.
+        output: Where to create the run folder.
 
     Raises:
-        ScenarioError: the bag does not know its scenario, or the change contradicts it.
+        ScenarioError: the bag has no scenario, or the change contradicts it.
         ParameterError: a parameter is unknown or out of range.
         BagError: the bag has no run.
     """
     from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 
-    scenario = _ending(bag.scenario(dict(changes)), bag, namespace)
-    recorded = report.of_bag(bag.path, namespace)
+    scenario = _shortened(bag.scenario(dict(changes)), bag, namespace)
+    recorded = replace(report.of_bag(bag.path, namespace), name="recorded")
     run = simulate(scenario)
-    told = ", ".join(f"{name} = {value}" for name, value in changes.items())
-    measured = evaluate(run.time, run.state, run.reference, run.wrench)
-    again = report.Record(f"with {told}", report.of_run(run), measured, scenario=scenario)
-    recorded = replace(recorded, name="recorded")
+    change = ", ".join(f"{name} = {value}" for name, value in changes.items())
+    repeated = report.Record(f"with {change}", run, measured(run), scenario=scenario)
     folder = make_run_folder(output, f"{scenario.name}_again")
     folder.write_parameters(scenario)
-    report.write(folder.report, [recorded, again], f"{scenario.name}, recorded and with {told}")
-    figures.draw([recorded, again], folder.figures)
-    table = [_row(line) for line in key_figures([recorded, replace(again, facts={})]) if line["cells"][1]["text"] != "–"]
-    return Rerun(folder, told, table)
+    report.write(folder.report, [recorded, repeated], f"{scenario.name}, recorded and with {change}")
+    figures.draw([recorded, repeated], folder.figures)
+    return Rerun(folder, change, _table(recorded, repeated))
 
 
-def _row(line: Mapping[str, object]) -> tuple[str, str, str, str]:
-    first, second, difference = (cell["text"] for cell in line["cells"])  # type: ignore[attr-defined]
-    return str(line["label"]), first, second, difference
+def _table(recorded: report.Record, repeated: report.Record) -> list[tuple[str, str, str, str]]:
+    """The metrics that both runs have, and their differences."""
+    table = metrics_table([recorded, repeated])
+    return [(row.label, row.text(0), row.text(1), row.difference(1)) for row in table if None not in row.values]
 
 
-def _ending(scenario: Scenario, bag: Bag, namespace: str | None) -> Scenario:
-    """The scenario with the duration of what was recorded, where it was shorter than planned."""
+def _shortened(scenario: Scenario, bag: Bag, namespace: str | None) -> Scenario:
+    """The scenario with the duration of the recording, where that ended earlier than planned."""
     stamps = bag.topics[f"{bag.namespace(namespace)}odom"].stamp
-    lasted = seconds(int(stamps.max() - stamps.min())) if len(stamps) else 0.0
+    recorded = seconds(int(stamps.max() - stamps.min())) if len(stamps) else 0.0
     planned = scenario.vessel_sim.duration
-    if planned and planned <= lasted:
+    if planned and planned <= recorded:
         return scenario
-    return replace(scenario, vessel_sim=replace(scenario.vessel_sim, duration=lasted))
+    return replace(scenario, vessel_sim=replace(scenario.vessel_sim, duration=recorded))

@@ -1,6 +1,7 @@
-"""A run from its scenario to its folder: by the nodes or offline, measured, drawn, written down."""
+"""Run a scenario, by the nodes or offline, and write its run folder: metrics, page, figures, summary."""
 
 import datetime
+import importlib
 import importlib.util
 import os
 import socket
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.core.exceptions import BagError, RunError
+from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs import offline
@@ -26,14 +28,14 @@ Progress = Callable[[float], None]
 
 @dataclass
 class Result:
-    """What a run came to.
+    """The result of a run.
 
     Attributes:
-        folder: Where everything is.
-        exit_code: 0, 1 when a node failed, 128 plus the signal's number when it was interrupted.
-        failure: What went wrong, in one line; empty when nothing did.
-        metrics: None when there is too little to measure.
-        facts: Everything else that was measured, by name.
+        folder: The run folder.
+        exit_code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
+        failure: What failed, in one line; empty if nothing did.
+        metrics: Metrics of the run; None if it is too short for them.
+        facts: All other measured values, by name.
     """
 
     folder: RunFolder
@@ -43,27 +45,35 @@ class Result:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
-def place_for_nodes(namespace: str) -> AbstractContextManager[None]:
-    """A context in which no other run of this machine's uses the ROS domain and namespace.
+def reserve_namespace(namespace: str) -> AbstractContextManager[None]:
+    """A context in which no other run on this machine uses the ROS domain and namespace.
 
     Raises:
-        RunError: ROS is not installed, or another run is in the way.
+        RunError: ROS is not installed, or another run uses them.
     """
     context: AbstractContextManager[None] = _supervisor().exclusive(namespace)
     return context
 
 
-def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None) -> Result:
+def run_nodes(
+    scenario: Scenario,
+    folder: RunFolder,
+    namespace: str,
+    progress: Progress,
+    live_port: int | None = None,
+    requested_at: float | None = None,
+) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
-    A run that fails or is interrupted ends at once: its bag is complete, but nothing is drawn.
+    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made.
 
     Args:
-        scenario: Resolved; its recorder's directory is replaced by one in the run's folder.
-        folder: The run's folder.
-        namespace: The nodes' namespace, without slashes at its ends.
-        progress: Called with the simulated time, s.
-        live_port: Where to let others watch; None for nowhere.
+        scenario: A resolved scenario; its bag is recorded into the run folder.
+        folder: The run folder.
+        namespace: Namespace of the nodes, without leading and trailing slashes.
+        progress: Called with the simulated time.
+        live_port: Port of the live view; None for no live view.
+        requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
 
     Raises:
         RunError: ROS is not installed.
@@ -71,11 +81,11 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
     supervisor = _supervisor()
     origin = _origin(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    outcome = supervisor.run_nodes(folder, namespace, progress, live_port)
-    result = Result(folder, outcome.exit_code, outcome.failure)
+    status = supervisor.supervise(folder, namespace, progress, live_port)
+    result = Result(folder, status.code, status.failure)
     if not result.failure:
         try:
-            _take_bag(result, origin)
+            _evaluate_bag(result, origin, requested_at or _process_start())
         except BagError as error:
             result.exit_code, result.failure = 1, str(error)
     _write_summary(result, origin)
@@ -83,12 +93,17 @@ def run_nodes(scenario: Scenario, folder: RunFolder, namespace: str, progress: P
 
 
 def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
-    """Run a scenario in this process, without ROS; what came of it goes into a new run folder below `parent`.
+    """Run a scenario in this process, without ROS, and write a run folder.
+
+    Args:
+        scenario: A resolved scenario.
+        parent: Folder in which the run folder is created.
+        progress: Called with the simulated time.
 
     Raises:
-        ScenarioError: the scenario has no end.
-        SimulationError, ControlError: the loop cannot go on.
-        RunError: the run's folder cannot be made.
+        ScenarioError: the scenario has no duration.
+        SimulationError, ControlError: the closed loop diverges.
+        RunError: the run folder cannot be created.
     """
     origin = _origin(scenario, "offline", "")
     started = time.monotonic()
@@ -98,16 +113,16 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
     folder = make_run_folder(parent, f"{scenario.name}_offline")
     folder.write_parameters(scenario)
     result = Result(folder, facts={"real_time_factor": float(run.time[-1]) / wall})
-    _take_run(result, scenario, run, origin)
+    _evaluate_run(result, scenario, run, origin)
     _write_summary(result, origin)
     return result
 
 
 def check_live_port(port: int) -> None:
-    """See that a live view can be served.
+    """Check that a live view can be served.
 
     Raises:
-        RunError: its library is missing, or the port is taken.
+        RunError: its library is missing, or the port is in use.
     """
     if importlib.util.find_spec("foxglove") is None:
         raise RunError("the live view needs foxglove-sdk, which is not installed: pip install foxglove-sdk")
@@ -119,51 +134,48 @@ def check_live_port(port: int) -> None:
 
 
 def _supervisor() -> Any:
-    """The module that needs ROS."""
+    """Import the module that needs ROS."""
     try:
         from vessel_hsmc_ros.runs import supervisor
+
+        importlib.import_module("vessel_hsmc_msgs")  # the nodes need it; here its absence is one line instead of a log file
     except ModuleNotFoundError as error:
-        raise RunError(f"{error.name} is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without") from None
+        raise RunError(missing_module(error)) from None
     return supervisor
 
 
-def _take_bag(result: Result, origin: Mapping[str, Any]) -> None:
-    """What the nodes recorded."""
-    from vessel_hsmc_ros import report  # takes longer to load than the nodes take to start
+def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float) -> None:
+    """Evaluate what the nodes recorded."""
+    from vessel_hsmc_ros import report  # takes longer to import than the nodes take to start
 
     record = report.of_bag(result.folder.bag, origin["namespace"])
-    result.facts = {**record.facts, "start_up": _start_up(record.facts.get("first_command_at", 0.0))}
-    _present(result, record, origin)
+    start_up = record.facts.get("first_command_at", 0.0) - requested_at
+    result.facts = {**record.facts, "start_up": start_up if start_up > 0.0 else None}
+    _write_report(result, record, origin)
 
 
-def _take_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any]) -> None:
-    """What was computed in this process."""
+def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any]) -> None:
+    """Evaluate what was computed in this process."""
     from vessel_hsmc_ros import report
 
     metrics = evaluate(run.time, run.state, run.reference, run.wrench)
-    _present(result, report.Record(scenario.name, report.of_run(run), metrics, scenario=scenario), origin)
+    _write_report(result, report.Record(scenario.name, run, metrics, scenario=scenario), origin)
 
 
-def _present(result: Result, record: "Record", origin: Mapping[str, Any]) -> None:
-    """The page and the figures of a run."""
+def _write_report(result: Result, record: "Record", origin: Mapping[str, Any]) -> None:
+    """Write the page and the figures of a run."""
     from vessel_hsmc_ros import report
     from vessel_hsmc_ros.report import figures
 
-    told = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
-    record = replace(record, facts=result.facts, provenance={**told, **record.provenance})
+    shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
+    record = replace(record, facts=result.facts, provenance={**shown, **record.provenance})
     result.metrics = record.metrics
     report.write(result.folder.report, [record], record.name)
     figures.draw([record], result.folder.figures)
 
 
-def _start_up(first_command_at: float) -> float | None:
-    """Time from the command to the first control step, s; None where there was none."""
-    started = _process_start()
-    return first_command_at - started if first_command_at > started else None
-
-
 def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
-    """Which code on which machine runs what, and when: the summary's first lines."""
+    """Provenance of a run, the first lines of its summary: code, machine, scenario, mode, time."""
     return {
         **provenance(),
         "scenario": scenario.name,
@@ -175,10 +187,10 @@ def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
 
 
 def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
-    began = datetime.datetime.fromisoformat(origin["started"])
+    started = datetime.datetime.fromisoformat(origin["started"])
     summary = {
         **origin,
-        "duration": (_now() - began).total_seconds(),
+        "duration": (_now() - started).total_seconds(),
         "exit_code": result.exit_code,
         "failure": result.failure,
         "metrics": result.metrics._asdict() if result.metrics else None,
@@ -192,6 +204,6 @@ def _now() -> datetime.datetime:
 
 
 def _process_start() -> float:
-    """When this process was started, in the seconds of time.time(); from before the interpreter's first line."""
+    """Start of this process on the clock of time.time(), before the interpreter ran its first line, s."""
     after_boot = float(Path("/proc/self/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[19])
     return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + after_boot / os.sysconf("SC_CLK_TCK")

@@ -1,4 +1,4 @@
-"""One run of a scenario by the real nodes: processes over DDS, watched to their end, recorded."""
+"""Supervise one run of a scenario by the real nodes: start their processes, monitor them, stop them, complete the bag."""
 
 import fcntl
 import os
@@ -22,10 +22,10 @@ from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 CONNECT_LIMIT = 20.0
-"""Time the nodes get to find each other, and the live view to listen, s."""
+"""Time limit for the discovery of the nodes, and for the start of the live view, s."""
 
 SILENCE_LIMIT = 3.5
-"""Nodes report once a second; one that has not for this long hangs, s."""
+"""A node publishes diagnostics once a second; one that has not for this long hangs, s."""
 
 INTERRUPTED = 128
 """Added to the number of the signal that ended a run, as shells do."""
@@ -34,20 +34,20 @@ Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ExitStatus:
     """How a run ended.
 
     Attributes:
-        exit_code: 0, 1 when a node failed, 128 plus the signal's number when it was interrupted.
-        failure: What went wrong, in one line; empty when nothing did.
+        code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
+        failure: What failed, in one line; empty if nothing did.
     """
 
-    exit_code: int
+    code: int
     failure: str = ""
 
 
 class Interrupts:
-    """While its context lasts, remembers SIGINT and SIGTERM instead of acting on them."""
+    """A context in which SIGINT and SIGTERM are recorded instead of ending the process."""
 
     def __init__(self) -> None:
         self.received = 0
@@ -64,51 +64,58 @@ class Interrupts:
         self.received = self.received or number
 
 
-def run_nodes(folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None) -> Outcome:
-    """Start the nodes on a folder's parameters, wait for the plant to end the run, stop them.
+def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None) -> ExitStatus:
+    """Start the nodes, wait until the plant ends the run, stop them.
 
     Args:
-        folder: Its parameters are read, its bag and logs are written.
-        namespace: The nodes' namespace, without slashes at its ends.
-        progress: Called with the simulated time whenever it is known anew, s.
-        live_port: Where to let others watch; None for nowhere.
+        folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
+        namespace: Namespace of the nodes, without leading and trailing slashes.
+        progress: Called with the simulated time as diagnostics report it.
+        live_port: Port of the live view; None for no live view.
     """
-    # The processes come first: they start while this one makes its own node, and before it has threads.
+    # The processes come first: they start while this one creates its own node, and before it has threads (they are forked).
     with (
         Interrupts() as interrupts,
-        watchers(folder, namespace, live_port, interrupts),
+        live_view(folder, namespace, live_port, interrupts),
         NodeGroup(folder.parameters, folder.logs, namespace) as nodes,
         StatusListener(namespace) as listener,
     ):
-        outcome = _watch(nodes, listener, interrupts, progress)
-    if not outcome.failure and (bad := nodes.failed()):
-        outcome = Outcome(1, bad.outcome())
+        status = _monitor(nodes, listener, interrupts, progress)
+    if not status.failure and (failed := nodes.failed()):
+        status = ExitStatus(1, failed.describe_exit())
     if folder.bag.exists() and not repair.is_complete(folder.bag):
         repair.repair(folder.bag)
-    return outcome
+    return status
 
 
 @contextmanager
-def watchers(folder: RunFolder, namespace: str, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
-    """The nodes that let others watch, there before the run begins; whatever becomes of them later does not touch it."""
+def live_view(folder: RunFolder, namespace: str, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
+    """Run the nodes of the live view, ready before the run begins; their later failure does not affect the run.
+
+    Args:
+        folder: The run folder.
+        namespace: Namespace of the nodes.
+        live_port: Port of the live view; None for no live view.
+        interrupts: An interrupt ends the wait for the port.
+    """
     if live_port is None:
         yield
         return
     lockstep = load_scenario(folder.parameters).controller.lockstep
-    given = {"live": {"port": live_port, "lockstep": lockstep}, "markers": {"lockstep": lockstep}}
-    document = {f"/**/{node}": {"ros__parameters": parameters} for node, parameters in given.items()}
+    settings = {"live": {"port": live_port, "lockstep": lockstep}, "markers": {"lockstep": lockstep}}
+    document = {f"/**/{node}": {"ros__parameters": parameters} for node, parameters in settings.items()}
     folder.logs.mkdir(parents=True, exist_ok=True)
     parameters = folder.logs / "watchers.yaml"
     parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
     with NodeGroup(parameters, folder.logs, namespace, tuple(WATCHERS)) as group:
         deadline = time.monotonic() + CONNECT_LIMIT
-        while not (_listens(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
+        while not (_is_listening(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
             time.sleep(0.05)
         yield
 
 
-def _listens(port: int) -> bool:
-    """Whether somebody listens on a port of this machine's."""
+def _is_listening(port: int) -> bool:
+    """Whether a process listens on a port of this machine."""
     try:
         with socket.create_connection(("127.0.0.1", port), timeout=1.0):
             return True
@@ -118,10 +125,10 @@ def _listens(port: int) -> bool:
 
 @contextmanager
 def exclusive(namespace: str) -> Iterator[None]:
-    """Keep a second run of this machine's out of a ROS domain and namespace: the nodes of the two would mix.
+    """A context in which no other run on this machine uses the ROS domain and namespace: their nodes would mix.
 
     Raises:
-        RunError: a run is there already.
+        RunError: another run uses them.
     """
     domain = os.environ.get("ROS_DOMAIN_ID", "0")
     name = f"vessel_hsmc_ros_{os.getuid()}_{domain}_{namespace.replace('/', '.')}.lock"
@@ -136,33 +143,33 @@ def exclusive(namespace: str) -> Iterator[None]:
         yield
 
 
-def _watch(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, progress: Progress) -> Outcome:
-    """Until the plant has finished, a node has failed or fallen silent, or the user has had enough."""
+def _monitor(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, progress: Progress) -> ExitStatus:
+    """Wait until the plant has finished, a node has failed or stopped reporting, or the run is interrupted."""
     deadline = time.monotonic() + CONNECT_LIMIT
     while True:
         listener.listen(0.05)
         if interrupts.received:
             name = signal.Signals(interrupts.received).name
-            return Outcome(INTERRUPTED + interrupts.received, f"interrupted by {name}")
+            return ExitStatus(INTERRUPTED + interrupts.received, f"interrupted by {name}")
         if ended := nodes.ended():
             if ended.name == "vessel_sim" and ended.popen.returncode == 0:
-                return Outcome(0)
-            # Whoever has been silent for as long as another waited for him is the likely cause.
-            return Outcome(1, ended.outcome() + _silence(listener, 0.5 * SILENCE_LIMIT))
+                return ExitStatus(0)
+            # A node that gave up waiting names itself; the one it waited for has been silent meanwhile and is the likely cause.
+            return ExitStatus(1, ended.describe_exit() + _silence(listener, 0.5 * SILENCE_LIMIT))
         if silent := _silence(listener, SILENCE_LIMIT):
-            return Outcome(1, f"the run stands still{silent}")
+            return ExitStatus(1, f"the run has stalled{silent}")
         simulated = float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))
         if simulated > 0.0:
             progress(simulated)
         elif time.monotonic() > deadline:
-            return Outcome(1, f"the nodes did not find each other within {CONNECT_LIMIT:g} s, see their logs")
+            return ExitStatus(1, f"the nodes did not discover each other within {CONNECT_LIMIT:g} s, see their logs")
 
 
 def _silence(listener: StatusListener, limit: float) -> str:
-    """Which nodes have said nothing for longer than they should, in words."""
+    """The nodes without diagnostics for longer than a limit, as the end of an error message."""
     now = time.monotonic()
     return "".join(
-        f"; {name} has been silent for {now - at:.1f} s"
-        for name, at in listener.heard_at.items()
-        if name in MODULES and now - at > limit
+        f"; {name} has been silent for {now - heard:.1f} s"
+        for name, heard in listener.heard_at.items()
+        if name in MODULES and now - heard > limit
     )

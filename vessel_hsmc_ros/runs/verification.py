@@ -1,6 +1,6 @@
-"""Recorded commands computed again: the law on the recorded odometry and reference, compared bit for bit.
+"""Recompute recorded commands: the law on the recorded odometry and reference, compared bit by bit.
 
-It goes through `ControlLoop`, as the node does, with the parameters that travel in the bag.
+The inputs pass through `ControlLoop`, as in the node, with the parameters stored in the bag.
 """
 
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import Bag
+from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
@@ -21,15 +22,18 @@ Array = NDArray[np.float64]
 TOPICS = ("odom", "reference", "cmd_wrench")
 SURGE_AND_YAW = [0, 2]
 
+NAMES_OF_VERSIONS = {"version": "vessel_hsmc_ros", "numpy": "NumPy", "python": "Python"}
+"""The software on which recorded numbers depend, by the keys of `Bag.recording`."""
+
 
 @dataclass(frozen=True)
 class Verification:
-    """How recorded commands compare with computed ones.
+    """Recorded and recomputed commands.
 
     Attributes:
-        time: s since the first odometry message, of every command compared, (n,).
+        time: Time of every compared command since the first odometry message, (n,).
         recorded, computed: Surge force [N] and yaw moment [N·m], (n, 2).
-        beyond: Odometry messages after the last one whose command and reference are in the bag, as in one that was cut off.
+        beyond: Number of odometry messages after the last one whose command and reference are in the bag, as in a truncated bag.
     """
 
     time: Array
@@ -39,34 +43,38 @@ class Verification:
 
     @property
     def largest(self) -> tuple[float, float]:
-        """The largest absolute differences, N and N·m; NaN where only one of the two is a number."""
-        both = np.isnan(self.recorded) & np.isnan(self.computed)
-        apart = np.where(both, 0.0, np.abs(self.recorded - self.computed))
-        surge, yaw = (float(np.max(column, initial=0.0)) for column in apart.T)
+        """The largest absolute differences of surge force and yaw moment; NaN where only one of the two values is a number."""
+        both_nan = np.isnan(self.recorded) & np.isnan(self.computed)
+        differences = np.where(both_nan, 0.0, np.abs(self.recorded - self.computed))
+        surge, yaw = (float(np.max(column, initial=0.0)) for column in differences.T)
         return surge, yaw
 
     @property
     def differing(self) -> NDArray[np.intp]:
-        """The commands that are not the same to the last bit."""
-        same = self.recorded.view(np.uint64) == self.computed.view(np.uint64)
-        found: NDArray[np.intp] = np.flatnonzero(~same.all(axis=1))
-        return found
+        """Indices of the commands that are not bit-identical."""
+        # Compared as integers: equal NaNs are identical, and 0.0 and -0.0 are not.
+        identical = self.recorded.view(np.uint64) == self.computed.view(np.uint64)
+        indices: NDArray[np.intp] = np.flatnonzero(~identical.all(axis=1))
+        return indices
 
 
 def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verification:
-    """Compute every command of a recorded lockstep run again.
+    """Recompute every command of a recorded lockstep run.
 
     Args:
-        bag: With `odom`, `reference` and `cmd_wrench`.
-        scenario: The bag's own, or a changed one to see the difference.
-        namespace: The vessel's, where the bag has several.
+        bag: A bag with `odom`, `reference` and `cmd_wrench`.
+        scenario: The bag's own scenario, or a modified one to see the difference.
+        namespace: Namespace of the vessel, if the bag holds several.
 
     Raises:
         BagError: the bag lacks a topic, or was recorded in real time.
         ControlError: the law has no value for a recorded input.
     """
     if not scenario.controller.lockstep:
-        raise BagError(f"bag {bag.path} is of a real-time run: which odometry a command answered is known in lockstep only")
+        raise BagError(
+            f"bag {bag.path} is of a real-time run: only bags of lockstep runs can be verified,"
+            " since in real time it is not recorded which odometry message a command answers"
+        )
     prefix = bag.namespace(namespace)
     for name in TOPICS:
         if not bag.topics.get(prefix + name):
@@ -92,7 +100,7 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
 def _steps(
     scenario: Scenario, stamps: NDArray[np.int64], states: Array, inputs: tuple[NDArray[np.bool_], Array, Array]
 ) -> Iterator[tuple[float, float]]:
-    """The wrench that answers each odometry message, as the node would give it, up to where a reference is missing."""
+    """The wrench for each odometry message, as the node would compute it, up to the first missing reference."""
     controller = scenario.controller
     loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
     known, references, accelerations = inputs
@@ -104,9 +112,22 @@ def _steps(
         yield loop.wrench
 
 
-def retuned_at(bag: Bag, namespace: str | None = None) -> list[float]:
-    """When the controller's parameters were changed while it was recorded, log times in s."""
+def parameter_changes(bag: Bag, namespace: str | None = None) -> list[float]:
+    """Log times, in s, at which parameters of the controller were changed during the recording."""
     if "/parameter_events" not in bag.topics:
         return []
     name = f"{bag.namespace(namespace)}controller"
     return [seconds(t) for _, t, m in bag.messages("/parameter_events") if m.node == name and len(m.changed_parameters)]
+
+
+def version_note(bag: Bag) -> str:
+    """Compare the versions that a bag was recorded with to the present ones, in one line.
+
+    Another version of NumPy or Python may round elementary functions differently, by some 1e-16 of a value, and the law's gains
+    turn that into differences of the command by some 1e-10 N.
+    """
+    recorded = {key: bag.recording.get(key, "of unknown version") for key in VERSIONS}
+    then, now = (", ".join(f"{NAMES_OF_VERSIONS[key]} {versions[key]}" for key in VERSIONS) for versions in (recorded, VERSIONS))
+    if recorded == VERSIONS:
+        return f"recorded with the present versions: {now}"
+    return f"recorded with {then}; recomputed with {now}: other versions may differ by rounding errors"

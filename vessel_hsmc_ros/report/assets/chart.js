@@ -1,4 +1,4 @@
-// One diagram over time: a Plotly figure with a legend that tells the values at the slider's time.
+// One diagram over time: a Plotly figure with a legend that shows the values at the slider's time.
 
 const MARGIN = { l: 62, r: 14, t: 8, b: 24 };
 const DASHES = { main: "solid", desired: "6px,4px", other: "2px,2px", third: "8px,3px,2px,3px", measured: "solid" };
@@ -10,7 +10,7 @@ class Chart {
     this.plot = element.querySelector(".plot");
     this.cursor = element.querySelector(".cursor");
     this.note = element.querySelector(".note");
-    this.whole = false; // whether a lone peak may set the scale
+    this.whole = false; // whether a short peak may determine the scale
     this.hidden = new Set();
     this.onScreen = false;
     this.stale = true;
@@ -23,7 +23,7 @@ class Chart {
   }
 
   makeLegend(list) {
-    this.readings = this.panel.lines.map((line, i) => {
+    this.outputs = this.panel.lines.map((line, i) => {
       const item = document.createElement("button");
       item.type = "button";
       item.title = "show or hide";
@@ -114,7 +114,7 @@ class Chart {
     return this.panel.limits.flatMap((limit) => [-limit, limit]).filter((limit) => limit >= range[0] && limit <= range[1]);
   }
 
-  // Least and greatest value on show; a short peak far above the rest is left out and told in words.
+  // Range of the visible values; a short peak far beyond the others is excluded, and a note gives its value.
   range(traces) {
     const values = traces.flatMap((trace) => Array.from(trace.y)).filter(Number.isFinite).sort((a, b) => a - b);
     const unit = this.panel.unit ? ` ${this.panel.unit}` : "";
@@ -126,7 +126,7 @@ class Chart {
     const room = Math.max(calmHigh - calmLow, 1e-9 * Math.max(Math.abs(low), Math.abs(high)));
     if (high > calmHigh + 4 * room || low < calmLow - 4 * room) {
       const peak = Math.abs(high) > Math.abs(low) ? high : low;
-      this.note.textContent = this.whole ? "leave peaks out" : `peak of ${shown(peak)}${unit} beyond this scale: show`;
+      this.note.textContent = this.whole ? "exclude peaks from the scale" : `peak of ${shown(peak)}${unit} beyond the scale: show`;
       if (!this.whole) [low, high] = [calmLow - 0.5 * room, calmHigh + 0.5 * room];
     }
     const reach = Math.max(Math.abs(low), Math.abs(high));
@@ -148,7 +148,7 @@ class Chart {
     this.cursor.hidden = time < from || time > to;
     this.cursor.style.transform = `translateX(${MARGIN.l + (width * (time - from)) / (to - from || 1)}px)`;
     this.panel.lines.forEach((line, i) => {
-      this.readings[i].textContent = shown(line.values[indexAt(line.time, time)]);
+      this.outputs[i].textContent = shown(line.values[indexAt(line.time, time)]);
     });
   }
 }

@@ -1,4 +1,4 @@
-// What all parts of the page share: the time of the slider, the window of time on show, and who wants to know of changes.
+// State that all parts of the page share: the time of the slider, the visible time window, and listeners for changes of both.
 
 class Clock {
   constructor(begin, end) {
@@ -28,7 +28,7 @@ class Clock {
   }
 }
 
-// Play, pause and speed; what is played is the window.
+// Playback of the visible time window: play, pause, speed.
 class Player {
   constructor(clock) {
     this.clock = clock;
@@ -47,11 +47,11 @@ class Player {
     this.chooseSpeed();
   }
 
-  // The whole run takes about half a minute, unless told otherwise.
+  // The lowest speed that plays the whole run in half a minute.
   chooseSpeed() {
-    const wanted = (this.clock.end - this.clock.begin) / 30;
+    const needed = (this.clock.end - this.clock.begin) / 30;
     const offered = [...this.speed.options].map((option) => Number(option.value));
-    this.speed.value = String(offered.find((speed) => speed >= wanted) ?? offered[offered.length - 1]);
+    this.speed.value = String(offered.find((speed) => speed >= needed) ?? offered[offered.length - 1]);
   }
 
   onKey(event) {

@@ -1,4 +1,4 @@
-// The numbers the page carries: inflated, put back in order, and thinned again for what is on the screen.
+// The numbers of the page: decompressed, reordered, and decimated for the visible time window.
 
 async function inflate(id) {
   const text = atob(document.getElementById(id).textContent.trim());
@@ -7,7 +7,7 @@ async function inflate(id) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// An array of the payload; its bytes were sorted by their place in the number.
+// An array of the payload; its bytes are grouped by significance.
 function unpack(bytes, where) {
   const size = where.kind === "f8" ? 8 : 4;
   const raw = new Uint8Array(where.count * size);
@@ -30,7 +30,7 @@ function indexAt(time, t) {
   return low;
 }
 
-// The points of a line between two times, at most about four for each pixel: of each stretch first the one extreme, then the other.
+// The points of a line between two times, at most about four per pixel: minimum and maximum of each stretch in their order.
 function visible(line, from, to, pixels) {
   const { time, values } = line;
   const first = Math.max(0, indexAt(time, from));
@@ -56,7 +56,7 @@ function visible(line, from, to, pixels) {
   return { x, y };
 }
 
-// A number for people: four significant digits, powers of ten where it is very large or small.
+// A number as text: four significant digits, with a power of ten where it is very large or small.
 function shown(value) {
   if (value === undefined || !Number.isFinite(value)) return "–";
   const size = Math.abs(value);

@@ -1,6 +1,6 @@
-// Puts the page together once its numbers are unpacked.
+// Builds the page once its numbers are unpacked.
 
-// The colours of the style sheet, as they are now: light or dark.
+// The colours of the style sheet in the current theme.
 function makeColours() {
   let known = {};
   const colours = (name) => (known[name] ??= getComputedStyle(document.documentElement).getPropertyValue(name).trim());
@@ -36,7 +36,7 @@ function makeCharts(panels, clock, colours) {
   return charts;
 }
 
-// Draw what is on the screen again, one diagram a frame, so that the page goes on answering; the rest once it is scrolled to.
+// Redraw the visible diagrams, one per frame so that the page stays responsive; others are drawn when they are scrolled into view.
 function redraw(charts) {
   const idle = !charts.some((chart) => chart.onScreen && chart.stale);
   charts.forEach((chart) => (chart.stale = true));

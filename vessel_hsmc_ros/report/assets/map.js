@@ -1,6 +1,6 @@
 // The ship on its track beside its reference, seen from above: tracks on a canvas, hulls as shapes above it.
 
-// Which part of the plane is on the screen: its middle in metres, pixels a metre, its size in pixels.
+// The visible part of the plane: its centre in metres, pixels per metre, its size in pixels.
 class View {
   constructor() {
     Object.assign(this, { x: 0, y: 0, scale: 1, width: 1, height: 1 });
@@ -59,7 +59,7 @@ class ShipMap {
     this.zoom(Math.exp(-0.005 * event.deltaY));
   }
 
-  // A click on a track takes the slider there.
+  // A click on a track moves the slider to that time.
   pick(event) {
     const box = this.box.getBoundingClientRect();
     const [toX, toY] = [event.clientX - box.left, event.clientY - box.top];
@@ -84,7 +84,7 @@ class ShipMap {
     this.setFollowing(false);
   }
 
-  // Keep the first ship in the middle, its hull a fifth of the map.
+  // Keep the first ship in the centre, its hull a fifth of the map's width.
   follow() {
     if (!this.following) this.view.scale = Math.max(this.view.scale, (0.2 * this.view.width) / this.hull.length);
     this.moved = true;
@@ -122,7 +122,7 @@ class ShipMap {
     drawGrid(pen, this.view, this.colours);
     for (const track of this.tracks) drawTrack(pen, track, this.view, time, this.colours);
     poses.forEach((pose, i) => this.placeHull(this.hulls[i], pose));
-    this.tell(poses[0]);
+    this.showPose(poses[0]);
   }
 
   placeHull(shape, pose) {
@@ -131,7 +131,7 @@ class ShipMap {
     shape.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)}) rotate(${degrees.toFixed(3)}) scale(${this.view.scale})`);
   }
 
-  tell({ x, y, heading }) {
+  showPose({ x, y, heading }) {
     const degrees = (180 / Math.PI) * heading;
     const turned = degrees - 360 * Math.ceil((degrees - 180) / 360);
     document.getElementById("pose").textContent = `x ${x.toFixed(1)} m   y ${y.toFixed(1)} m   ψ ${turned.toFixed(1)}°`;

@@ -1,8 +1,8 @@
-// What the map draws: a grid in metres, tracks, and hulls to scale.
+// Elements of the map: a grid in metres, tracks, and hulls to scale.
 
 const SVG = "http://www.w3.org/2000/svg";
 
-// A hull's outline about its middle, bow to the right.
+// Outline of a hull about midships, bow to the right.
 function hullPath({ length, beam }) {
   const [stern, bow, half] = [-length / 2, length / 2, beam / 2];
   return (
@@ -19,7 +19,7 @@ function makeHull(track, hull) {
   return shape;
 }
 
-// Position and heading at a time, in between the poses that the page carries.
+// Position and heading at a time, interpolated between the poses of the page.
 function poseAt(track, time) {
   const i = indexAt(track.time, time);
   const j = Math.min(i + 1, track.time.length - 1);
@@ -29,7 +29,7 @@ function poseAt(track, time) {
   return { x: between(track.x) + track.middle[0], y: between(track.y) + track.middle[1], heading: between(track.heading) };
 }
 
-// Where the tracks are: left, right, low, high, in metres.
+// Bounding box of the tracks: left, right, low, high, in metres.
 function bounds(tracks) {
   let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
   for (const { x, y, middle } of tracks) {
@@ -69,7 +69,7 @@ function drawGrid(pen, view, colours) {
   pen.stroke();
 }
 
-// The whole track faintly, what has been sailed so far in full, a dot at the start.
+// The whole track in a pale colour, its part up to the current time in full, a dot at the start.
 function drawTrack(pen, track, view, time, colours) {
   const now = indexAt(track.time, time);
   const at = (i) => view.place(track.x[i] + track.middle[0], track.y[i] + track.middle[1]);

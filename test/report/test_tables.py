@@ -1,0 +1,85 @@
+"""Tables of metrics, differences and parameters."""
+
+import numpy as np
+import pytest
+from records import circle, record
+
+from vessel_hsmc_ros.core.metrics import evaluate
+from vessel_hsmc_ros.report import Record
+from vessel_hsmc_ros.report.tables import MetricRow, metrics_table, parameter_tables
+
+
+def row_of(records: list[Record], label: str) -> MetricRow:
+    return next(row for row in metrics_table(records) if row.label == label)
+
+
+def changed_parameters(records: list[Record]) -> set[str]:
+    return {f"{node['name']}.{row['name']}" for node in parameter_tables(records) for row in node["rows"] if row["changed"]}
+
+
+def test_metrics_of_several_runs_are_compared_with_the_first() -> None:
+    row = row_of([record("near", 1.0), record("far", 4.0)], "position error, rms")
+    assert [row.text(0), row.text(1)] == ["1 m", "4 m"]
+    assert row.difference(1) == "+3 m (+300 %)"
+    assert (row.sense(0), row.sense(1)) == ("", "worse")
+
+
+def test_a_difference_within_a_percent_is_neither_better_nor_worse() -> None:
+    row = row_of([record("near", 1.0), record("next", 1.005)], "position error, rms")
+    assert row.difference(1) == "+0.005 m (+0.5 %)"
+    assert row.sense(1) == ""
+
+
+def test_a_difference_from_nearly_zero_is_not_expressed_in_percent() -> None:
+    assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms").difference(1) == "+3.999 m"
+
+
+def test_facts_of_every_run_are_shown_in_its_own_column() -> None:
+    first = Record("first", circle(1.0), facts={"missed_periods": 3, "messages_recorded": 700})
+    second = Record("second", circle(1.0), facts={"missed_periods": 8, "messages_dropped": 1})
+    shown = {row.label: (row.text(0), row.text(1), row.difference(1)) for row in metrics_table([first, second])}
+    assert shown["control periods missed"] == ("3", "8", "+5")
+    assert shown["messages recorded"] == ("700", "–", "")
+    assert shown["messages dropped"] == ("–", "1", "")
+
+
+def test_runs_of_different_duration_are_compared_over_the_interval_that_both_cover() -> None:
+    long, short = record("long", 1.0, samples=500), record("short", 2.0, samples=201)
+    late = long.run.time > 2.005
+    long.run.state[late, 0] += 100.0  # an error that only the longer run has time for
+    assert row_of([long, short], "position error, rms").text(0) == "1 m"
+    assert row_of([long, short], "duration of the run").text(0) == "4.99 s"
+    assert row_of([long, short], "metrics above: over the first, which all runs share").text(1) == "2 s"
+
+
+def test_metrics_of_runs_of_equal_duration_cover_the_whole_run() -> None:
+    near = record("near", 1.0)
+    run = near.run
+    labels = [row.label for row in metrics_table([near, record("far", 2.0)])]
+    assert near.metrics == evaluate(run.time, run.state, run.reference, run.wrench)
+    assert not any("duration" in label for label in labels)
+
+
+def test_parameters_that_differ_between_runs_are_marked() -> None:
+    records = [record("near", 1.0), record("far", 4.0, **{"controller.hierarchical.sway_weight": 0.002})]
+    assert changed_parameters(records) == {"controller.hierarchical.sway_weight"}
+
+
+def test_parameters_of_a_single_run_are_marked_where_they_differ_from_their_defaults() -> None:
+    changed = changed_parameters([record("one", 1.0, **{"vessel_sim.rate_hz": 200.0})])
+    assert "vessel_sim.rate_hz" in changed
+    assert "controller.rate_hz" not in changed
+
+
+def test_a_run_without_a_reference_has_no_metrics_and_no_differences() -> None:
+    unknown = Record("unknown", circle(1.0), None)
+    row = row_of([unknown, record("known", 1.0)], "position error, rms")
+    assert (row.text(0), row.text(1), row.difference(1), row.sense(1)) == ("–", "1 m", "", "")
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_samples_in_any_order_are_held_until_the_next(order: int) -> None:
+    from vessel_hsmc_ros.report.record import held
+
+    times, values = np.array([1.0, 2.0, 3.0])[::order], np.array([10.0, 20.0, 30.0])[::order]
+    np.testing.assert_array_equal(held(times, values, np.array([0.0, 1.0, 2.9, 3.0, 9.0])), [10.0, 10.0, 20.0, 30.0, 30.0])

@@ -1,0 +1,52 @@
+"""`vessel-hsmc demo`: the paper's case 2 under two control laws, over real nodes, in one page and one table."""
+
+import sys
+import time
+from pathlib import Path
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
+from vessel_hsmc_ros.cli.options import output_option
+from vessel_hsmc_ros.cli.results import print_result
+from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
+from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
+
+
+@click.command()
+@output_option
+def demo(output: Path) -> None:
+    """Run case 2 of the paper with the paper's law and with the guided law, and compare both runs.
+
+    Both runs use real nodes over ROS 2 in lockstep. Each run keeps a folder of its own within that of the demonstration.
+    """
+    from vessel_hsmc_ros.report.tables import metrics_table  # imports the report's libraries
+    from vessel_hsmc_ros.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags
+
+    with scenario_run.reserve_namespace(""):
+        parent = make_run_folder(output, "demo")
+        folders = [RunFolder(parent.path / law) for law in LAWS]
+        for law, folder in zip(LAWS, folders, strict=True):
+            _run(SCENARIO, DURATION, law, folder)
+    print_status("comparing both runs")
+    found = compare_bags([folder.bag for folder in folders], parent.report)
+    head = ["", *(record.name for record in found.records), "difference"]
+    rows = [(row.label, row.text(0), row.text(1), row.difference(1)) for row in metrics_table(found.records)]
+    print_table(head, rows)
+    for note in found.conclusions:
+        print_line(note)
+    for kind, path in found.files.items():
+        print_line(f"{kind}: {path}")
+
+
+def _run(name: str, duration: float, law: str, folder: RunFolder) -> None:
+    """Run a scenario with a law into a folder; end the command if that fails."""
+    settings = {"controller.law": law, "vessel_sim.duration": duration}
+    scenario = load_scenario(name, {**for_nodes(recorded=True, real_time=False), **settings})
+    folder.path.mkdir()
+    with progress_bar(f"running {name} with law {law}", scenario.vessel_sim.duration) as update:
+        result = scenario_run.run_nodes(scenario, folder, "", update, requested_at=time.time())
+    if result.exit_code:
+        print_result(result)
+        sys.exit(result.exit_code)

@@ -1,0 +1,11 @@
+"""`vessel-hsmc parameters`: the reference page of all parameters."""
+
+import click
+
+from vessel_hsmc_ros.scenario.parameter_page import parameter_page
+
+
+@click.command()
+def parameters() -> None:
+    """Print every parameter of every node as a Markdown page."""
+    click.echo(parameter_page(), nl=False)

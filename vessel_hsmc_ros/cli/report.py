@@ -1,0 +1,41 @@
+"""`vessel-hsmc report`: a page, figures and tables from recorded bags."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_line
+from vessel_hsmc_ros.cli.options import namespace_option
+from vessel_hsmc_ros.cli.results import print_metrics
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.hull import BEAM, LENGTH
+
+
+@click.command()
+@click.argument("bags", nargs=-1, required=True, metavar="BAG...", type=click.Path(path_type=Path))
+@click.option(
+    "--output", type=click.Path(path_type=Path, dir_okay=False), help="Path of the page [default: report.html in the run folder]."
+)
+@click.option("--title", help="Title of the page.")
+@namespace_option
+@click.option("--figures", type=click.Choice(["png", "svg"]), help="Also save the figures, in figures/ beside the page.")
+@click.option("--csv", is_flag=True, help="Also export all signals as CSV, into csv/ beside the page.")
+@click.option("--parquet", is_flag=True, help="Also export all signals as Parquet, if pyarrow is installed.")
+@click.option("--hull-length", type=float, default=LENGTH, show_default=True, help="Length of the drawn hull, m.")
+@click.option("--hull-beam", type=float, default=BEAM, show_default=True, help="Beam of the drawn hull, m.")
+def report(bags: tuple[Path, ...], hull_length: float, hull_beam: float, output: Path | None, **options: Any) -> None:
+    """Write one self-contained page about one or several recorded runs.
+
+    It shows the vessel on its track beside its reference, linked diagrams of all signals, metrics, parameters and versions.
+    Several bags are overlaid, with a table of the differences from the first. The page of a bag outside a run folder is
+    NAME_report.html beside it.
+    """
+    from vessel_hsmc_ros.report import Hull, rows  # imports the report's libraries
+    from vessel_hsmc_ros.report.making import Wanted, make
+
+    hull = schema.build(Hull, {"length": hull_length, "beam": hull_beam}, "hull")
+    made = make(bags, Wanted(page=output, hull=hull, **options))
+    print_metrics([(record.name if len(made.records) > 1 else "", rows(record.metrics, record.facts)) for record in made.records])
+    for what, path in made.files.items():
+        print_line(f"{what}: {path}")

@@ -1,0 +1,47 @@
+"""`vessel-hsmc run`: a scenario by the real nodes over ROS 2, recorded."""
+
+import re
+import sys
+from pathlib import Path
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_status, progress_bar
+from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.results import print_result
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
+
+NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
+
+
+@click.command()
+@scenario_argument
+@set_option
+@output_option
+@click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
+@click.option("--namespace", default="", help="ROS namespace of the vessel.")
+@click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
+@click.option("--live-port", type=click.IntRange(1, 65535), default=8765, show_default=True, help="Port of the live view.")
+def run(
+    scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, namespace: str, live: bool, live_port: int
+) -> None:
+    """Run SCENARIO with real nodes over ROS 2 and record it.
+
+    SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
+    """
+    loaded = load_scenario(scenario, for_nodes(recorded=True, real_time=real_time) | parse_changes(changes))
+    namespace = namespace.strip("/")
+    if not NAMESPACE.fullmatch(namespace):
+        raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
+    if live:
+        scenario_run.check_live_port(live_port)
+        print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")
+    with scenario_run.reserve_namespace(namespace):
+        folder = make_run_folder(output, loaded.name)
+        with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
+            result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None)
+    print_result(result)
+    sys.exit(result.exit_code)

@@ -1,0 +1,78 @@
+"""The one palette and plot style of pages, figures and the paper's pictures.
+
+The line colours are Okabe and Ito's, which the colour-blind can tell apart, green and purple darkened for contrast on white.
+"""
+
+from typing import Any
+
+SERIES = ("#0072b2", "#d55e00", "#00875f", "#b0478a", "#8a6d00", "#4b4bc8")
+"""Blue, vermilion, green, purple, olive, indigo: the colours of lines, or of runs, in this order."""
+
+SHIP, REFERENCE, OTHER, THIRD = SERIES[:4]
+NEUTRAL, LIMIT, INK = "#6b7782", "#b3261e", "#17212b"
+"""Shared or measured quantities, saturation limits, and nearly black for what is true by definition."""
+
+DARK_SERIES = ("#56b4e9", "#f08c3a", "#3ccf9a", "#e58fc3", "#e0c14a", "#9d9dfb")
+"""The same hues on a dark page."""
+
+ROLE_COLOURS = {"main": SHIP, "desired": REFERENCE, "other": OTHER, "third": THIRD, "measured": NEUTRAL}
+"""Colour of a line by its role in a panel, in the figures of a single run."""
+
+PLOT: Any = {
+    "axes.grid": True,
+    "font.size": 9,
+    "grid.alpha": 0.3,
+    "legend.frameon": False,
+    "savefig.dpi": 130,
+}
+"""matplotlib settings that all pictures share."""
+
+_LIGHT_PAGE = {
+    "page": "#f5f7f9",
+    "card": "#ffffff",
+    "ink": INK,
+    "ink-soft": "#566472",
+    "grid": "#e1e7ec",
+    "edge": "#d6dde4",
+    "accent": "#0b62a4",
+    "limit": LIMIT,
+    "cursor": INK,
+    "water": "#eef4f8",
+    "shared": NEUTRAL,
+}
+_DARK_PAGE = {
+    "page": "#10161c",
+    "card": "#182129",
+    "ink": "#e6edf3",
+    "ink-soft": "#9fb0bf",
+    "grid": "#2a3641",
+    "edge": "#2f3c48",
+    "accent": "#6cb6f2",
+    "limit": "#ff8a80",
+    "cursor": "#e6edf3",
+    "water": "#131d26",
+    "shared": "#93a1ad",
+}
+
+
+def series_colour(run: int | None) -> str:
+    """The colour of a run among several; of what all runs share for None."""
+    return NEUTRAL if run is None else SERIES[run % len(SERIES)]
+
+
+def css_variables() -> str:
+    """The palette as CSS custom properties, for a light and a dark page."""
+    light = _variables("light", SERIES, _LIGHT_PAGE)
+    dark = _variables("dark", DARK_SERIES, _DARK_PAGE)
+    return (
+        f":root {{ {light} }}\n"
+        f':root[data-theme="dark"] {{ {dark} }}\n'
+        f'@media (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
+    )
+
+
+def _variables(scheme: str, series: tuple[str, ...], page: dict[str, str]) -> str:
+    roles = dict(zip(("ship", "reference", "other", "third"), series, strict=False))
+    runs = {f"run-{i}": colour for i, colour in enumerate(series)}
+    properties = " ".join(f"--{name}: {colour};" for name, colour in {**page, **roles, **runs}.items())
+    return f"color-scheme: {scheme}; {properties}"

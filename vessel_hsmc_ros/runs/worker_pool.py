@@ -1,0 +1,130 @@
+"""Run a function over many tasks in worker processes: progress, cancellation, and errors of the workers."""
+
+import ctypes
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, TypeVar
+
+from vessel_hsmc_ros.core.exceptions import RunError
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+Progress = Callable[[float], None]
+
+POLL = 0.2
+"""Period at which the progress of all tasks is reported, s."""
+
+_shared: list[Any] = []
+"""In a worker process: the progress of every task, and the flag that cancels them."""
+
+
+def run_all(
+    function: Callable[[Task, Progress], Result],
+    tasks: Sequence[Task],
+    *,
+    workers: int | None = None,
+    on_result: Callable[[Result], None] | None = None,
+    on_progress: Progress | None = None,
+) -> list[Result]:
+    """Call a function with every task, in worker processes, or in this one if a single worker is enough.
+
+    The first error of a task cancels the others, as does an interrupt (Ctrl-C) of this process. A running task is cancelled at
+    its next report of progress.
+
+    Args:
+        function: A function at the top level of a module, called with a task and a callback for the progress of that task.
+        tasks: Its arguments, started in this order: the longest first keeps all workers busy until the end.
+        workers: Number of processes; one per available core by default.
+        on_result: Called with each result as soon as it is there.
+        on_progress: Called several times a second with the sum of the progress of all tasks.
+
+    Returns:
+        The results in the order of the tasks.
+
+    Raises:
+        RunError: a worker process was killed.
+        Exception: what the function raised for the first task that failed.
+    """
+    workers = min(workers or len(os.sched_getaffinity(0)), len(tasks))
+    if workers <= 1:
+        return _run_here(function, tasks, on_result, on_progress)
+    context = multiprocessing.get_context("spawn")  # a forked copy of a process with threads may deadlock
+    progress: Any = context.RawArray(ctypes.c_double, len(tasks))
+    cancelled: Any = context.RawValue(ctypes.c_bool, False)
+    with ProcessPoolExecutor(workers, context, _prepare_worker, (progress, cancelled)) as pool:
+        futures = [pool.submit(_run_task, function, index, task) for index, task in enumerate(tasks)]
+        try:
+            _await(futures, on_result, lambda: on_progress and on_progress(sum(progress)))
+        except BaseException:
+            cancelled.value = True
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        return [future.result() for future in futures]
+
+
+def _run_here(
+    function: Callable[[Task, Progress], Result],
+    tasks: Sequence[Task],
+    on_result: Callable[[Result], None] | None,
+    on_progress: Progress | None,
+) -> list[Result]:
+    progress = [0.0] * len(tasks)
+    results = []
+    for index, task in enumerate(tasks):
+
+        def report(value: float, index: int = index) -> None:
+            progress[index] = value
+            if on_progress is not None:
+                on_progress(sum(progress))
+
+        results.append(function(task, report))
+        if on_result is not None:
+            on_result(results[-1])
+    return results
+
+
+def _await(
+    futures: Sequence[Future[Result]], on_result: Callable[[Result], None] | None, report_progress: Callable[[], object]
+) -> None:
+    """Wait until all tasks are done; raise the first error."""
+    pending = set(futures)
+    while pending:
+        done, pending = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
+        report_progress()
+        for future in done:
+            try:
+                result = future.result()
+            except BrokenProcessPool as error:
+                raise RunError(f"a worker process has died: {error}") from None
+            if on_result is not None:
+                on_result(result)
+
+
+def _prepare_worker(progress: Any, cancelled: Any) -> None:
+    """Initialise a worker process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent cancels the tasks
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
+    _shared[:] = progress, cancelled
+
+
+def _exit_with_parent() -> None:
+    """End this worker when its parent ends, even if the parent was killed."""
+    if (parent := multiprocessing.parent_process()) is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _run_task(function: Callable[[Any, Progress], Result], index: int, task: Any) -> Result:
+    progress, cancelled = _shared
+
+    def report(value: float) -> None:
+        progress[index] = value
+        if cancelled.value:
+            raise RunError("cancelled")
+
+    return function(task, report)
