@@ -1,24 +1,47 @@
 """Each pytest process has a ROS domain of its own, nodes find each other fast, and each test bears the mark of its kind."""
 
 import os
+import sys
+from collections.abc import Iterator
+from importlib.abc import MetaPathFinder
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
 
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))
 
-settings.register_profile("steady", deadline=None)  # how long an example takes is the machine's affair
-settings.load_profile("steady")
+if find_spec("hypothesis") is not None:
+    from hypothesis import settings
+
+    settings.register_profile("steady", deadline=None)  # the time that an example takes depends on the load of the machine
+    settings.load_profile("steady")
+
+
+class SkipWithout(MetaPathFinder):
+    """Skips a test module that imports a test library which is not installed, as may be in a colcon workspace."""
+
+    LIBRARIES = ("hypothesis", "mcap_ros2", "sympy")
+
+    def find_spec(self, fullname: str, *_: object) -> None:
+        """The last finder to be called, when no other has found the module."""
+        if fullname in self.LIBRARIES:
+            pytest.skip(f"{fullname} is not installed", allow_module_level=True)
+
+
+sys.meta_path.append(SkipWithout())
 
 
 @pytest.fixture(scope="session", autouse=True)
-def ros_domain():
+def ros_domain() -> Iterator[int | None]:
     """A domain that no other pytest process on this machine uses, set before any ROS context is made."""
-    from domain_coordinator import domain_id
-
+    try:
+        from domain_coordinator import domain_id
+    except ModuleNotFoundError:  # only tests of nodes need it, and several pytest processes at a time
+        yield None
+        return
     with domain_id() as domain:
         os.environ["ROS_DOMAIN_ID"] = str(domain)
         yield domain
@@ -33,10 +56,11 @@ KINDS = {
     "nodes": "nodes",
     "processes": "processes",
 }
-"""The mark of the tests in each folder; what is not named here works on files."""
+"""The mark of the tests in each folder; those of all other folders work on files."""
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark each test with its kind."""
     for item in items:
         folder = item.path.relative_to(ROOT / "test").parts[0]
         item.add_marker(KINDS.get(folder, "files"))

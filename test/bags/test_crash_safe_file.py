@@ -1,6 +1,9 @@
-"""A bag's file is whole after every system call, and after every page of one that was cut short by SIGKILL."""
+"""A bag's file is valid after every system call, and after every page of a call that SIGKILL cut short."""
 
 import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 from bag_making import made_run, write_run
@@ -8,29 +11,32 @@ from mcap.reader import NonSeekingReader, make_reader
 
 from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer
 from vessel_hsmc_ros.bags.crash_safe_file import PAGE
-from vessel_hsmc_ros.bags.mcap_scan import MAGIC, scan
+from vessel_hsmc_ros.bags.mcap_layout import MAGIC
+from vessel_hsmc_ros.bags.mcap_scan import scan
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
 
 STEPS = 150
 
+Calls = list[tuple[bytes | None, int]]
+
 
 @pytest.fixture
-def calls(monkeypatch):
-    """What is done to files, in order: bytes and where, or a size."""
-    made = []
+def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
+    """The writing system calls in order: bytes and offset, or None and a new size."""
+    made: Calls = []
 
     class Watched:
         """The operating system, as the module under test sees it."""
 
-        def __getattr__(self, name):
+        def __getattr__(self, name: str) -> Any:
             return getattr(os, name)
 
-        def pwrite(self, fd, data, offset):
+        def pwrite(self, fd: int, data: bytes, offset: int) -> int:
             made.append((bytes(data), offset))
             return os.pwrite(fd, data, offset)
 
-        def ftruncate(self, fd, size):
+        def ftruncate(self, fd: int, size: int) -> None:
             made.append((None, size))
             os.ftruncate(fd, size)
 
@@ -38,7 +44,7 @@ def calls(monkeypatch):
     return made
 
 
-def states(calls):
+def states(calls: Calls) -> Iterator[bytearray]:
     """The file's content after every page of every call."""
     content = bytearray()
     for data, offset in calls:
@@ -55,20 +61,24 @@ def states(calls):
             yield content
 
 
-def by_stream(path):
+def count_by_stream(path: Path) -> int:
     with path.open("rb") as stream:
         return sum(1 for _ in NonSeekingReader(stream, validate_crcs=True).iter_messages(log_time_order=False))
 
 
-def by_index(path):
+def count_by_index(path: Path) -> int:
     with path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
-        assert reader.get_summary().chunk_indexes
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.chunk_indexes
         return sum(1 for _ in reader.iter_messages())
 
 
 @pytest.mark.parametrize("compression", ["none", "zstd"])
-def test_at_every_moment_it_is_whole_and_never_has_less_than_before(tmp_path, calls, monkeypatch, compression):
+def test_after_every_page_written_the_file_is_valid_and_has_no_fewer_messages_than_before(
+    tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch, compression: str
+) -> None:
     monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", 64 * 1024)
     writer = BagWriter(tmp_path / "bag", compression)
     writer.attach("scenario.yaml", "a text\n" * 1000)
@@ -82,17 +92,17 @@ def test_at_every_moment_it_is_whole_and_never_has_less_than_before(tmp_path, ca
         path.write_bytes(content)
         contents = scan(path)
         found.append(contents.counts.total())
-        if number % 5 == 0:  # each takes its time
-            assert by_stream(path) == found[-1]
+        if number % 5 == 0:  # reading takes time
+            assert count_by_stream(path) == found[-1]
             if found[-1] > a_chunk:
-                assert found[-1] - a_chunk <= by_index(path) <= found[-1]
+                assert found[-1] - a_chunk <= count_by_index(path) <= found[-1]
     assert len(found) > 200
     assert found == sorted(found)
     assert found[-1] == len(made_run(STEPS))
     assert path.read_bytes() == (tmp_path / "bag" / "bag_0.mcap").read_bytes()
 
 
-def test_what_was_held_in_reserve_is_gone_after_closing_and_after_recovery(tmp_path):
+def test_closing_and_recovery_remove_the_reserved_space(tmp_path: Path) -> None:
     for name, close in (("closed", True), ("left", False)):
         writer = BagWriter(tmp_path / name)
         write_run(None, STEPS, writer=writer, close=close)

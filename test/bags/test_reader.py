@@ -1,48 +1,39 @@
-"""`open_bag`: columns of whole topics, the same numbers that foreign readers find message by message."""
+"""`open_bag`: the columns of topics equal what other readers find message by message."""
 
-import math
-import runpy
 import shutil
-import sys
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from bag_making import PERIOD, TYPES, message, serialized, topic, write_run
+from bag_making import PERIOD, TYPES, Recorded, message, serialized, topic, write_run
 from mcap.writer import Writer
+from message_reading import read_acceleration, read_disturbance
 from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
-from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import extrapolate
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 from vessel_sim_node.plant import VesselParameters
 
 VESSEL = VesselParameters().coefficients()
-EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "open_bag.py"
 
 
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("recorded") / "bag"
-    return directory, write_run(directory, 300)
-
-
-def foreign(directory):
-    """Messages by topic, by PyPI's rosbags."""
-    messages = {}
+def read_by_rosbags(directory: Path) -> dict[str, list[Any]]:
+    """Messages by topic, read by PyPI's rosbags."""
+    messages: dict[str, list[Any]] = {}
     with AnyReader([directory]) as reader:
         for connection, _, data in reader.messages():
             messages.setdefault(connection.topic, []).append(reader.deserialize(data, connection.msgtype))
     return messages
 
 
-def test_every_field_of_every_topic_is_what_rosbags_reads(recorded):
+def test_every_column_equals_what_rosbags_reads(recorded: Recorded) -> None:
     bag = open_bag(recorded[0])
-    for name, messages in foreign(recorded[0]).items():
+    for name, messages in read_by_rosbags(recorded[0]).items():
         series = bag.topics[name]
         assert series.count == len(series) == len(messages)
         for field in series.fields:
@@ -53,7 +44,7 @@ def test_every_field_of_every_topic_is_what_rosbags_reads(recorded):
                 np.testing.assert_array_equal(series[field], np.array(expected), err_msg=f"{name} {field}")
 
 
-def test_columns_are_typed(recorded):
+def test_columns_have_the_types_of_the_message_fields(recorded: Recorded) -> None:
     state = open_bag(recorded[0])["controller/state"]
     assert state["surge_error"].dtype == np.float64
     assert state["missed_periods"].dtype == np.uint64
@@ -64,38 +55,23 @@ def test_columns_are_typed(recorded):
     np.testing.assert_array_equal(state.stamp, np.arange(300) * PERIOD)
 
 
-def test_nothing_is_read_before_it_is_asked_for_and_nothing_twice(recorded, monkeypatch):
-    bag = open_bag(recorded[0])
-    passes = []
-    blocks = bag._blocks
-    monkeypatch.setattr(bag, "_blocks", lambda: passes.append(1) or blocks())
-    assert bag["odom"].count == 300
-    assert not passes
+def test_columns_are_read_on_first_use_and_kept(recorded: Recorded, tmp_path: Path) -> None:
+    shutil.copytree(recorded[0], tmp_path / "bag")
+    bag = open_bag(tmp_path / "bag")
     bag.load("odom", "reference")
+    covariance = bag["odom"]["pose.covariance"]
+    (tmp_path / "bag" / "bag_0.mcap").unlink()  # from here on only columns that have been read are there
+    assert bag["cmd_wrench"].count == 300
     for name in ("odom", "reference"):
         assert bag[name].stamp[-1] == 299 * PERIOD
-    assert len(passes) == 1
-    assert bag["odom"]["pose.covariance"].shape == (300, 36)
-    assert bag["odom"]["pose.covariance"] is bag["odom"]["pose.covariance"]
-    assert len(passes) == 2
+    assert bag["odom"]["pose.covariance"] is covariance
+    with pytest.raises(BagError, match=r"bag_0\.mcap cannot be read: No such file"):
+        bag["reference"]["twist.linear.x"].sum() + bag["cmd_wrench"]["wrench.force.x"].sum()
 
 
-def test_it_says_what_it_holds(recorded):
-    bag = open_bag(recorded[0])
-    assert {name: series.type for name, series in bag.topics.items() if name != "/diagnostics"} == {
-        name if name.startswith("/") else f"/{name}": kind for name, kind in TYPES.items()
-    }
-    assert bag.complete
-    assert bag.count == 10 * 300 + 3
-    assert (bag.start_time, bag.end_time) == (0, 299 * PERIOD)
-    assert bag["odom"].type_hash.startswith("RIHS01_")
-    assert bag["odom"].qos[0]["reliability"] == "reliable"
-    assert bag.information["version"] == 9
-
-
-def test_raw_messages_are_the_bytes_that_were_written_in_their_order(recorded):
+def test_raw_messages_are_the_written_bytes_in_the_written_order(recorded: Recorded) -> None:
     directory, sent = recorded
-    got = {name: [] for name in sent}
+    got: dict[str, list[bytes]] = {name: [] for name in sent}
     order = []
     for raw in open_bag(directory).raw_messages():
         got[raw.topic].append(raw.data)
@@ -104,32 +80,35 @@ def test_raw_messages_are_the_bytes_that_were_written_in_their_order(recorded):
     assert order == sorted(order)
 
 
-def slow_run(messages):
-    """State, reference, wrench and disturbance as the nodes read single messages."""
+Rows = list[Any]
+
+
+def rows_of_messages(messages: dict[str, list[Any]]) -> tuple[Rows, Rows, Rows, Rows]:
+    """State, reference, wrench and disturbance as the nodes read them from single messages."""
     odometry = [conversions.read_odometry(m) for m in messages["/odom"]]
     reference = [conversions.read_reference(m)[0] for m in messages["/reference"]]
     wrench = [conversions.read_wrench(m) for m in messages["/applied_wrench"]]
-    pushes = [conversions.read_disturbance(m) for m in messages["/disturbance"]]
-    return odometry, reference, wrench, [(u / VESSEL.m11, v / VESSEL.m22, r / VESSEL.m33) for u, v, r in pushes]
+    forces = [read_disturbance(m) for m in messages["/disturbance"]]
+    return odometry, reference, wrench, [(u / VESSEL.m11, v / VESSEL.m22, r / VESSEL.m33) for u, v, r in forces]
 
 
-def test_a_run_has_the_bits_that_single_messages_give(recorded):
+def test_a_run_is_bit_identical_to_what_single_messages_give(recorded: Recorded) -> None:
     run = open_bag(recorded[0]).run(VESSEL)
-    messages = foreign(recorded[0])
-    odometry, reference, wrench, pushes = slow_run(messages)
+    messages = read_by_rosbags(recorded[0])
+    odometry, reference, wrench, disturbance = rows_of_messages(messages)
     np.testing.assert_array_equal(run.measured, odometry)
     np.testing.assert_array_equal(run.state, [conversions.read_odometry(m) for m in messages["/odom/truth"]])
-    unforced = [conversions.read_acceleration(m) for m in messages["/dynamics/truth"]]
+    unforced = [read_acceleration(m) for m in messages["/dynamics/truth"]]
     np.testing.assert_array_equal(run.unforced_acceleration, unforced)
     np.testing.assert_array_equal(run.reference, reference)
     np.testing.assert_array_equal(run.wrench, wrench)
-    np.testing.assert_array_equal(run.disturbance, pushes)
+    np.testing.assert_array_equal(run.disturbance, disturbance)
     np.testing.assert_array_equal(run.time, np.arange(300) * PERIOD * 1e-9)
     assert run.control["surge_weights"].shape == (300, 27)
     assert "surge_weights" not in open_bag(recorded[0]).run(VESSEL, weights=False).control
 
 
-def test_where_the_reference_is_of_another_time_it_is_carried_over(tmp_path):
+def test_a_reference_with_another_stamp_is_extrapolated_to_that_of_the_odometry(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     writer = BagWriter(tmp_path / "bag")
     topics = {name: topic(f"/{name}", TYPES[name]) for name in ("odom", "applied_wrench", "disturbance", "reference")}
@@ -151,7 +130,7 @@ def test_where_the_reference_is_of_another_time_it_is_carried_over(tmp_path):
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4"])
-def test_a_bag_that_was_cut_off_is_read_up_to_where_it_breaks(tmp_path, compression):
+def test_a_bag_that_was_cut_off_is_read_up_to_where_it_breaks_off(tmp_path: Path, compression: str) -> None:
     sent = write_run(tmp_path / "bag", 300, compression)
     path = tmp_path / "bag" / "bag_0.mcap"
     content = path.read_bytes()
@@ -167,21 +146,7 @@ def test_a_bag_that_was_cut_off_is_read_up_to_where_it_breaks(tmp_path, compress
     assert counts[-1] > 200
 
 
-def test_two_vessels_are_told_apart(tmp_path):
-    writer = BagWriter(tmp_path / "bag")
-    write_run(None, 10, namespace="/alpha/", close=False, writer=writer)
-    write_run(None, 20, namespace="/beta/", writer=writer)
-    bag = open_bag(tmp_path / "bag")
-    assert bag.namespaces == ["/alpha/", "/beta/"]
-    assert len(bag.run(VESSEL, "beta").time) == 20
-    assert bag["/alpha/odom"].count == 10
-    with pytest.raises(BagError, match="several vessels, in the namespaces /alpha/, /beta/: choose one"):
-        bag.run(VESSEL)
-    with pytest.raises(BagError, match="has 2 topics named odom: it has /alpha/odom, /beta/odom"):
-        bag["odom"]
-
-
-def test_messages_outside_of_chunks_are_read_too(tmp_path):
+def test_messages_outside_of_chunks_are_read(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     each = topic("/odom", TYPES["odom"])
     with (tmp_path / "plain.mcap").open("wb") as stream:
@@ -197,7 +162,7 @@ def test_messages_outside_of_chunks_are_read_too(tmp_path):
     assert series.qos == []
 
 
-def test_messages_out_of_order_are_put_in_order(tmp_path):
+def test_columns_of_messages_written_out_of_order_are_in_order_of_log_time(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     writer = BagWriter(tmp_path / "bag")
     each = topic("/odom", TYPES["odom"])
@@ -210,7 +175,7 @@ def test_messages_out_of_order_are_put_in_order(tmp_path):
     assert series["pose.covariance"].shape == (3, 36)
 
 
-def test_lists_of_different_lengths_come_as_objects(tmp_path):
+def test_lists_of_different_lengths_are_columns_of_objects(tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
     writer = BagWriter(tmp_path / "bag")
     each = topic("/controller/state", TYPES["controller/state"])
@@ -225,7 +190,7 @@ def test_lists_of_different_lengths_come_as_objects(tmp_path):
     assert series.stamp.tolist() == [0, 1, 2, 3]
 
 
-def test_a_topic_without_messages_has_empty_columns(tmp_path):
+def test_a_topic_without_messages_has_empty_columns(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag")
     writer.add_topic(topic("/odom", TYPES["odom"]))
     writer.close()
@@ -235,29 +200,20 @@ def test_a_topic_without_messages_has_empty_columns(tmp_path):
         bag.run(VESSEL)
 
 
-def test_a_bag_without_its_scenario_looks_beside_itself(recorded, tmp_path):
-    shutil.copytree(recorded[0], tmp_path / "bag")
-    with pytest.raises(ScenarioError, match=r"was recorded without its scenario, and .*params.yaml does not exist"):
-        open_bag(tmp_path / "bag").scenario()
-    scenario = load_scenario("case2_tracking", {"vessel_sim.vessel.surge_inertia": 2e5})
-    (tmp_path / "params.yaml").write_text(dump_scenario(scenario))
+def test_messages_written_out_of_order_are_replayed_in_order_of_log_time(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag")
+    topics = [topic(f"/{name}", TYPES[name]) for name in ("odom", "reference")]
+    for each in topics:
+        writer.add_topic(each)
+    rng = np.random.default_rng(6)
+    written = [3, 0, 2, 1, 4]
+    for k in written:
+        for each in topics:
+            writer.write(each, serialized(message(each.kind, k, rng), each.kind), k, k)
+    writer.close()
     bag = open_bag(tmp_path / "bag")
-    assert bag.scenario().vessel_sim.vessel.surge_inertia == 2e5
-    assert (
-        bag.scenario(
-            {"controller.rate_hz": 200.0, "vessel_sim.rate_hz": 200.0, "reference_ship.rate_hz": 200.0}
-        ).controller.rate_hz
-        == 200.0
-    )
-    assert math.isclose(bag.run().disturbance[0, 0] * 2.0, bag.run(VESSEL).disturbance[0, 0] * VESSEL.m11 / 1e5)
-
-
-def test_the_example_runs(recorded, tmp_path, monkeypatch, capsys):
-    shutil.copytree(recorded[0], tmp_path / "bag")
-    (tmp_path / "params.yaml").write_text(dump_scenario(load_scenario("case2_tracking")))
-    monkeypatch.setattr(sys, "argv", ["open_bag.py", str(tmp_path / "bag")])
-    runpy.run_path(str(EXAMPLE), run_name="__main__")
-    told = capsys.readouterr().out
-    assert "3003 messages in 2.99 s" in told
-    assert "/odom: 300 of nav_msgs/msg/Odometry" in told
-    assert "the law was hierarchical" in told
+    assert [raw.log_time for raw in bag.raw_messages("odom")] == written
+    assert [raw.log_time for raw in bag.ordered_messages("odom")] == [0, 1, 2, 3, 4]
+    assert [(raw.log_time, raw.topic) for raw in bag.ordered_messages()] == [
+        (k, name) for k in range(5) for name in ("/odom", "/reference")
+    ]

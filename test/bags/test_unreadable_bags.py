@@ -1,6 +1,8 @@
-"""Bags that cannot be read, and what is asked for and not there: one clear line each."""
+"""Bags that cannot be read, missing topics and missing fields: an error of one clear line each."""
 
 import shutil
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 import yaml
@@ -15,30 +17,30 @@ VESSEL = VesselParameters().coefficients()
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory):
-    directory = tmp_path_factory.mktemp("recorded") / "bag"
-    write_run(directory, 30)
-    return directory
+def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("recorded") / "bag"
+    write_run(made, 30)
+    return made
 
 
-def damaged(path):
+def damaged(path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[1000] ^= 0xFF
     path.write_bytes(content)
 
 
-def newer(path):
-    told = yaml.safe_load((path.parent / "metadata.yaml").read_text())
-    told["rosbag2_bagfile_information"]["version"] = 10
-    (path.parent / "metadata.yaml").write_text(yaml.safe_dump(told))
+def newer(path: Path) -> None:
+    document = yaml.safe_load((path.parent / "metadata.yaml").read_text())
+    document["rosbag2_bagfile_information"]["version"] = 10
+    (path.parent / "metadata.yaml").write_text(yaml.safe_dump(document))
 
 
-def of_sqlite(path):
+def of_sqlite(path: Path) -> None:
     text = (path.parent / "metadata.yaml").read_text()
     (path.parent / "metadata.yaml").write_text(text.replace("storage_identifier: mcap", "storage_identifier: sqlite3"))
 
 
-WRONG = {
+WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "empty": (lambda path: path.write_bytes(b""), r"bag_0\.mcap is empty"),
     "truncated": (lambda path: path.write_bytes(path.read_bytes()[:12]), "not even the beginning of an MCAP file"),
     "foreign": (lambda path: path.write_bytes(b"SQLite format 3\0" * 100), "is not an MCAP file"),
@@ -51,16 +53,16 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_read_is_told_in_one_line(recorded, tmp_path, case):
-    shutil.copytree(recorded, tmp_path / "bag")
-    spoil, told = WRONG[case]
+def test_an_unreadable_bag_is_reported_in_one_line(directory: Path, tmp_path: Path, case: str) -> None:
+    shutil.copytree(directory, tmp_path / "bag")
+    spoil, expected = WRONG[case]
     spoil(tmp_path / "bag" / "bag_0.mcap")
-    with pytest.raises(BagError, match=told) as error:
+    with pytest.raises(BagError, match=expected) as error:
         open_bag(tmp_path / "bag").run(VESSEL)
     assert "\n" not in str(error.value)
 
 
-def test_a_bag_without_odometry_says_what_it_has(tmp_path):
+def test_a_bag_without_odometry_is_refused_with_its_topics(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag")
     writer.add_topic(topic("/reference", TYPES["reference"]))
     writer.close()
@@ -68,11 +70,11 @@ def test_a_bag_without_odometry_says_what_it_has(tmp_path):
         open_bag(tmp_path / "bag").run(VESSEL)
 
 
-def test_a_field_or_topic_that_is_not_there_is_told_with_those_that_are(recorded):
-    bag = open_bag(recorded)
+def test_a_missing_field_or_topic_is_reported_with_those_that_exist(directory: Path) -> None:
+    bag = open_bag(directory)
     with pytest.raises(BagError, match=r"/odom has no field speed: it takes one of header\.stamp\.sec"):
         bag["odom"]["speed"]
     with pytest.raises(BagError, match="has 0 topics named wind: it has /odom"):
         bag["wind"]
     with pytest.raises(BagError, match="does not exist"):
-        open_bag(recorded / "nowhere")
+        open_bag(directory / "nowhere")

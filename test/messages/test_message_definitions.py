@@ -25,11 +25,11 @@ from vessel_hsmc_ros.messages.definitions import SEPARATOR, definition
         ),
     ],
 )
-def test_each_type_used_comes_once_and_depth_first(kind, used):
+def test_a_definition_has_each_used_type_once_and_depth_first(kind: str, used: list[str]) -> None:
     parts = definition(kind).split(SEPARATOR)
     assert [part.split("\n", 1)[0] for part in parts[1:]] == used
 
 
-def test_an_unknown_type_is_named():
+def test_a_type_that_is_not_installed_is_named() -> None:
     with pytest.raises(BagError, match="no_msgs/msg/Nothing is not installed"):
         definition("no_msgs/msg/Nothing")

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 from driving import ACCELERATION, REFERENCE, STATE, STEP
+from message_reading import read_control_state
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
@@ -71,7 +72,7 @@ def test_the_answer_is_the_laws(bench, plant):
     conv.write_reference(reference, conv.time_message(0), REFERENCE, ACCELERATION)
     wrench, terms = law.update(0.0, conv.read_odometry(odometry), *conv.read_reference(reference))
     assert conv.read_wrench(plant.commands[0]) == tuple(wrench)
-    told = conv.read_control_state(plant.states[0])
+    told = read_control_state(plant.states[0])
     for name, value in diagnosed(terms, None, 0.01)._asdict().items():
         np.testing.assert_array_equal(told[name], value)
     assert 0.0 < told["compute_time"] < 1.0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import AccelStamped, WrenchStamped
+from message_reading import read_acceleration, read_disturbance
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -68,7 +69,7 @@ def test_a_step_waits_for_the_command_of_its_own_stamp(bench, helm):
     assert [conv.nanoseconds(c.clock) for c in clocks] == [0, STEP]
     assert helm.odometry[1].twist.twist.linear.x == pytest.approx(0.01 * (1e5 + 1100) / 120e3, rel=1e-2)
     assert conv.read_wrench(helm.applied[0]) == (1e5, 0.0)
-    assert conv.read_disturbance(helm.disturbance[0]) == (1100.0, 2600.0, 95000.0)
+    assert read_disturbance(helm.disturbance[0]) == (1100.0, 2600.0, 95000.0)
 
 
 def test_odometry_is_in_the_frames_of_rep_103(bench, helm):
@@ -167,7 +168,7 @@ def test_the_ships_own_acceleration_is_told_every_step(bench, helm):
     assert [conv.nanoseconds(m.header.stamp) for m in truth] == [0, STEP]
     assert truth[0].header.frame_id == "base_link"
     expected = unforced_acceleration(2.0, 0.5, 0.1, VesselParameters().coefficients())
-    assert conv.read_acceleration(truth[0]) == pytest.approx(expected, rel=1e-12)
+    assert read_acceleration(truth[0]) == pytest.approx(expected, rel=1e-12)
     assert not bench.probe.count_publishers("/odom/truth")
 
 

@@ -1,19 +1,28 @@
 """The executables, started as a user would, each with a deadline."""
 
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
 import pytest
-from harness import BIN, Command
+from harness import Command, executable
+
+
+@pytest.fixture(autouse=True)
+def _installed() -> None:
+    """Skip the tests of the command where it is not installed."""
+    executable("vessel-hsmc")
 
 
 @pytest.fixture
-def start(tmp_path):
-    """Start a command in a folder of the test's own; whatever is left of it afterwards is killed."""
-    commands = []
+def start(tmp_path: Path) -> Iterator[Callable[..., Command]]:
+    """Start a command in a folder of the test's own; if it still runs after the test, it is killed."""
+    commands: list[Command] = []
 
-    def starter(*arguments, environment=None):
+    def starter(program: str | Path, *arguments: object, environment: Mapping[str, str] | None = None) -> Command:
         folder = tmp_path / f"command{len(commands)}"
         folder.mkdir()
-        program = BIN / arguments[0] if isinstance(arguments[0], str) else arguments[0]
-        commands.append(Command([program, *arguments[1:]], folder, environment or {}))
+        path = executable(program) if isinstance(program, str) else program
+        commands.append(Command([path, *arguments], folder, environment or {}))
         return commands[-1]
 
     yield starter

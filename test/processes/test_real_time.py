@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from harness import run_folder
 
-from vessel_hsmc_ros.bags.bag_reading import read_recording
+from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_sim_node.plant import VesselParameters
@@ -29,25 +29,25 @@ def folder_of(command):
 def finish(command, deadline):
     assert command.wait(deadline) == 0, command.text
     folder = folder_of(command)
-    return read_recording(folder / "bag", SHIP), json.loads((folder / "run.json").read_text())
+    return open_bag(folder / "bag"), json.loads((folder / "run.json").read_text())
 
 
 def test_a_real_time_run_keeps_its_rate_and_follows_the_lockstep_run(start):
     """The best of five: what else the machine does can only make it late."""
     for _ in range(5):
         command = begin(start, 8)
-        recording, summary = finish(command, 40.0)
+        bag, summary = finish(command, 40.0)
         if in_time := summary["missed_periods"] <= 8 and summary["real_time_factor"] == pytest.approx(1.0, abs=0.02):
             break
     assert in_time, summary
-    run = recording.run
+    run = bag.run(SHIP)
     assert summary["mode"] == "real time"
     assert summary["messages_dropped"] == 0
     np.testing.assert_allclose(np.diff(run.time), 0.01, atol=1e-9)
     assert len(run.time) == 801
     intervals = np.diff(run.control["time"])
     assert np.median(intervals) == pytest.approx(0.01, rel=0.01)
-    assert "/clock" not in recording.messages
+    assert "/clock" not in bag.topics
     offline = simulate(load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 8.0}))
     distance, expected = (position_error(r.state, r.reference)[-1] for r in (run, offline))
     assert distance == pytest.approx(expected, rel=0.1)  # what is late now and then is not the same
@@ -63,15 +63,16 @@ def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start):
         "--set", "reference_ship.initial_pose=[510.0, 0.0, 0.0]", "--set", "reference_ship.yaw_moment=-1e6",
     )  # fmt: skip
     for command, prefix, x in ((alpha, "/alpha/", 0.0), (beta, "/fleet/beta/", 500.0)):
-        recording, summary = finish(command, 60.0)
-        assert recording.messages.keys() == {
+        bag, summary = finish(command, 60.0)
+        assert bag.topics.keys() == {
             *(prefix + topic for topic in ("odom", "cmd_wrench", "applied_wrench", "disturbance", "controller/state")),
             *(prefix + topic for topic in ("reference", "reference/pose", "dynamics/truth")),
             *("/diagnostics", "/rosout", "/parameter_events"),
         }
         assert summary["messages_dropped"] == 0
-        assert len(recording.run.time) == 1001
-        assert np.all(np.abs(recording.run.state[:, 0] - x) < 100.0)
-        assert recording.status.keys() == {"vessel_sim", "controller", "reference_ship", "recorder"}
-        distance = position_error(recording.run.state, recording.run.reference)
+        run = bag.run(SHIP)
+        assert len(run.time) == 1001
+        assert np.all(np.abs(run.state[:, 0] - x) < 100.0)
+        assert bag.diagnostics().keys() == {"vessel_sim", "controller", "reference_ship", "recorder"}
+        distance = position_error(run.state, run.reference)
         assert distance[-1] < 0.6 * distance[0]

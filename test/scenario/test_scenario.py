@@ -4,7 +4,8 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, read_yaml, scenario_names
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, scenario_names
 
 
 def test_every_scenario_of_the_package_loads():

@@ -5,17 +5,45 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 
-BIN = Path(sys.executable).parent
+from vessel_hsmc_ros.core.install_paths import PACKAGE, prefixes
+
+Found = TypeVar("Found")
+
+
+def _executables() -> Path:
+    """The folder of the package's executables: lib/<package> in a colcon workspace, bin in a Python environment."""
+    folders = [*(prefix / "lib" / PACKAGE for prefix in prefixes()), Path(sys.executable).parent]
+    return next((folder for folder in folders if (folder / "vessel-hsmc").exists()), folders[-1])
+
+
+BIN = _executables()
+
+
+def executable(name: str) -> Path:
+    """The path of an executable of the package, or of the Python interpreter; skips the test if it is not installed."""
+    if name == "python":
+        return Path(sys.executable)
+    if not (BIN / name).exists():
+        pytest.skip(f"{name} is not installed in lib/{PACKAGE} of a sourced workspace, nor beside {sys.executable}")
+    return BIN / name
 
 
 class Command:
-    """A running `vessel-hsmc`, or any other executable, and what it prints."""
+    """A running command, by default `vessel-hsmc`, and its output.
 
-    def __init__(self, arguments, folder, environment):
+    Args:
+        arguments: The executable and its arguments.
+        folder: Its working directory, where `output.txt` takes what it prints.
+        environment: Variables added to the environment of this process.
+    """
+
+    def __init__(self, arguments: Sequence[object], folder: Path, environment: Mapping[str, str]) -> None:
         self.output = folder / "output.txt"
         with self.output.open("wb") as stream:
             self.popen = subprocess.Popen(
@@ -29,27 +57,29 @@ class Command:
             )
 
     @property
-    def text(self):
+    def text(self) -> str:
+        """What it has printed so far."""
         return self.output.read_text(encoding="utf-8", errors="replace")
 
-    def wait(self, deadline):
-        """The exit code; a command that does not end in time is a failure and leaves nothing behind."""
+    def wait(self, deadline: float) -> int:
+        """The exit code; a command that does not end within the deadline, s, is killed and fails the test."""
         try:
             return self.popen.wait(deadline)
         except subprocess.TimeoutExpired:
             self.kill()
             pytest.fail(f"still running after {deadline} s:\n{self.text}")
 
-    def until(self, condition, deadline):
-        """Wait for a condition while the command runs."""
+    def until(self, condition: Callable[[], Found], deadline: float) -> Found:
+        """Wait for a condition while the command runs; the test fails after the deadline, s, or if the command ends."""
         end = time.monotonic() + deadline
         while not (result := condition()):
             assert self.popen.poll() is None, f"ended with {self.popen.returncode}:\n{self.text}"
-            assert time.monotonic() < end, f"it did not come to that in {deadline} s:\n{self.text}"
+            assert time.monotonic() < end, f"the condition was not met within {deadline} s:\n{self.text}"
             time.sleep(0.02)
         return result
 
-    def kill(self):
+    def kill(self) -> None:
+        """Kill it and its children."""
         for pid in (*children(self.popen.pid), self.popen.pid):
             try:
                 os.kill(pid, signal.SIGKILL)
@@ -58,9 +88,9 @@ class Command:
         self.popen.wait(10.0)
 
 
-def children(pid):
-    """Process ids of all children, by /proc."""
-    found = []
+def children(pid: int) -> list[int]:
+    """Process ids of all children, from /proc."""
+    found: list[int] = []
     for path in Path(f"/proc/{pid}/task").glob("*/children"):
         try:
             found += [int(child) for child in path.read_text().split()]
@@ -69,14 +99,15 @@ def children(pid):
     return found
 
 
-def command_line(pid):
+def command_line(pid: int) -> list[str]:
+    """The arguments of a process; none if it has ended."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
     except OSError:
         return []
 
 
-def run_folder(output):
-    """The one run folder below an output folder, once it is there."""
+def run_folder(output: Path) -> Path | None:
+    """The first run folder below an output folder, once it is there."""
     folders = sorted(output.glob("*_*")) if output.exists() else []
     return folders[0] if folders else None

@@ -1,8 +1,10 @@
-"""The readers of other people that a bag must satisfy; each gives the bytes of a bag's messages by topic."""
+"""Readers of other projects, each of which must read our bags: they give the serialised messages of a bag by topic."""
 
+import shutil
 import struct
 import subprocess
 from collections import defaultdict
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -14,15 +16,20 @@ from rosbags.highlevel import AnyReader
 
 ROOT = Path(__file__).parents[2]
 NODE = ROOT / "build" / "node"
-PACKAGES = ("@mcap/core@2.2.2", "@mcap/support@1.1.0", "@foxglove/rosmsg@5.0.5", "@foxglove/rosmsg2-serialization@3.1.0")
+PACKAGES = ("@mcap/core", "@mcap/support", "@foxglove/rosmsg", "@foxglove/rosmsg2-serialization")
+"""Installed into NODE by `make node-readers`."""
+
+Found = dict[str, list[bytes]]
 
 
-def files(directory):
+def files(directory: Path) -> list[Path]:
+    """The MCAP files of a bag in order."""
     return sorted(directory.glob("*.mcap"), key=lambda path: int(path.stem.rsplit("_", 1)[1]))
 
 
-def rosbags(directory):
-    found = defaultdict(list)
+def rosbags(directory: Path) -> Found:
+    """PyPI's rosbags, which needs metadata.yaml and the end of each file."""
+    found: Found = defaultdict(list)
     with AnyReader([directory]) as reader:
         for connection, _, data in reader.messages():
             reader.deserialize(data, connection.msgtype)
@@ -30,8 +37,9 @@ def rosbags(directory):
     return found
 
 
-def mcap_ros2_support(directory):
-    found = defaultdict(list)
+def mcap_ros2_support(directory: Path) -> Found:
+    """PyPI's mcap-ros2-support, which reads by the index."""
+    found: Found = defaultdict(list)
     for path in files(directory):
         with path.open("rb") as stream:
             reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
@@ -40,9 +48,9 @@ def mcap_ros2_support(directory):
     return found
 
 
-def mcap_stream(directory):
-    """What comes before the file breaks off, by a reader that does not look at its end."""
-    found = defaultdict(list)
+def mcap_stream(directory: Path) -> Found:
+    """PyPI's mcap from front to back, up to where a file breaks off."""
+    found: Found = defaultdict(list)
     for path in files(directory):
         with path.open("rb") as stream:
             try:
@@ -53,21 +61,21 @@ def mcap_stream(directory):
     return found
 
 
-def mcap_core(directory):
-    """npm's @mcap/core, that of Foxglove and other programs in a browser: by the index."""
+def mcap_core(directory: Path) -> Found:
+    """npm's @mcap/core, which Foxglove and other programs in a browser use, by the index."""
     return _by_mcap_core(tuple(files(directory)))["indexed"]
 
 
-def mcap_core_stream(directory):
-    """The same package, from front to back."""
+def mcap_core_stream(directory: Path) -> Found:
+    """npm's @mcap/core from front to back."""
     return _by_mcap_core(tuple(files(directory)))["stream"]
 
 
 @cache
-def _by_mcap_core(paths):
+def _by_mcap_core(paths: tuple[Path, ...]) -> dict[str, Found]:
     done = subprocess.run(["node", node_program(), *paths], capture_output=True, text=True, timeout=60.0)
     assert done.returncode == 0, done.stderr
-    found = {"indexed": defaultdict(list), "stream": defaultdict(list)}
+    found: dict[str, Found] = {"indexed": defaultdict(list), "stream": defaultdict(list)}
     for line in filter(None, done.stdout.split("\n")):
         how, topic, data = line.split(" ")
         found[how][topic].append(bytes.fromhex(data))
@@ -75,23 +83,19 @@ def _by_mcap_core(paths):
 
 
 @cache
-def node_program():
-    """The script beside an installation of its packages in the build folder; a skip where there is none and can be none."""
-    if not all((NODE / "node_modules" / package.rpartition("@")[0]).is_dir() for package in PACKAGES):
-        NODE.mkdir(parents=True, exist_ok=True)
-        command = ["npm", "install", "--no-audit", "--no-fund", "--silent", "--prefix", NODE, *PACKAGES]
-        try:
-            subprocess.run(command, check=True, capture_output=True, timeout=120.0)
-        except FileNotFoundError:
-            pytest.skip("Node is not installed: @mcap/core cannot be tried")
-        except (subprocess.CalledProcessError, subprocess.TimeoutExpired):
-            pytest.skip("npm cannot install @mcap/core here: it cannot be tried")
+def node_program() -> Path:
+    """The script beside its installed packages; skips the test if they are not installed."""
+    if not shutil.which("node"):
+        pytest.skip("Node.js is not installed: install it and run `make node-readers` to test @mcap/core")
+    missing = [package for package in PACKAGES if not (NODE / "node_modules" / package).is_dir()]
+    if missing:
+        pytest.skip(f"{', '.join(missing)} not installed in build/node: `make node-readers` installs them")
     program = NODE / "read.mjs"
     program.write_text((ROOT / "test" / "support" / "read_with_mcap_core.mjs").read_text())
     return program
 
 
-READERS = {
+READERS: dict[str, Callable[[Path], Found]] = {
     "rosbags": rosbags,
     "mcap-ros2-support": mcap_ros2_support,
     "mcap stream": mcap_stream,

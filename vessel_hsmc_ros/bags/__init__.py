@@ -1,1 +1,1 @@
-"""MCAP bags: written, scanned, repaired, read by columns."""
+"""MCAP bags: writing, reading by columns, repairing. Needs no ROS."""

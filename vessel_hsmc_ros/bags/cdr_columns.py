@@ -1,7 +1,7 @@
-"""Serialised messages to columns: where each field lies in the bytes, worked out once for all messages of one layout.
+"""Serialised messages (CDR) to columns: the byte layout of one message, used to decode all messages of the same layout at once.
 
-CDR has no table of contents: a field's place depends on the lengths of the texts and sequences before it. Within a topic these
-lengths hardly ever change, so the first message's layout serves for all that have the same lengths in the same places.
+CDR has no table of contents: the location of a field depends on the lengths of the strings and sequences before it. Within a
+topic these lengths hardly ever change, so the first message's layout serves for all messages that have the same lengths.
 """
 
 import math
@@ -20,7 +20,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 Array = NDArray[Any]
 
 ENCAPSULATION = 4
-"""Bytes before the first field; alignment counts from their end."""
+"""Bytes of the encapsulation header before the first field; alignment counts from its end."""
 
 _NUMBERS = {
     "bool": "?", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
@@ -28,12 +28,12 @@ _NUMBERS = {
 }  # fmt: skip
 
 
-class NoLayout(Exception):  # noqa: N818 - caught where a slower way is open
-    """A message has parts whose places differ from message to message, such as a list of messages."""
+class NoLayout(Exception):  # noqa: N818 - no error for the user: messages are then decoded one by one
+    """A message has no layout that other messages could share, for instance because it holds a list of messages."""
 
 
-class Place(NamedTuple):
-    """Where a field lies, from the start of the serialised message: bytes, numpy type, shape."""
+class Location(NamedTuple):
+    """Where a field lies in a serialised message: offset in bytes, NumPy type, shape."""
 
     offset: int
     dtype: str
@@ -47,46 +47,47 @@ class Place(NamedTuple):
 
 @dataclass
 class Layout:
-    """The places of all fields of a message, by dotted names, for messages of one size with the same `lengths`.
+    """The locations of all fields of a message, for messages of one size with the same `lengths`.
 
     Attributes:
-        size: Bytes of the message, encapsulation included.
-        lengths: The places of the lengths of texts and sequences, and what they are.
+        size: Bytes of the message with its encapsulation header.
+        fields: Locations by dotted names.
+        lengths: Locations of the lengths of strings and sequences, and their values.
     """
 
     size: int
-    places: dict[str, Place] = field(default_factory=dict)
-    lengths: dict[Place, int] = field(default_factory=dict)
+    fields: dict[str, Location] = field(default_factory=dict)
+    lengths: dict[Location, int] = field(default_factory=dict)
 
     def gather(self, data: Array, starts: Array, names: Sequence[str]) -> dict[str, Array] | None:
-        """Fields of many messages at once; None if one of them has another layout.
+        """Columns of some fields of many messages; None if one of the messages has another layout.
 
         Args:
-            data: Bytes that hold the messages.
-            starts: Where each message starts in them; all have `size` bytes.
-            names: The fields to take.
+            data: Bytes that contain the messages, uint8, (m,).
+            starts: Offsets of the messages, (n,); each message has `size` bytes.
+            names: The fields.
         """
-        for place, expected in self.lengths.items():
-            if not (_take(data, starts, place) == expected).all():
+        for location, expected in self.lengths.items():
+            if not (_gather(data, starts, location) == expected).all():
                 return None
-        return {name: _take(data, starts, self.places[name]) for name in names}
+        return {name: _gather(data, starts, self.fields[name]) for name in names}
 
 
-def _take(data: Array, starts: Array, place: Place) -> Array:
-    wanted = data[starts[:, None] + np.arange(place.offset, place.offset + place.size)]
-    column = wanted.view(place.dtype) if place.size else np.empty((len(starts), 0), place.dtype)
-    return column.reshape((len(starts), *place.shape))
+def _gather(data: Array, starts: Array, location: Location) -> Array:
+    chosen = data[starts[:, None] + np.arange(location.offset, location.offset + location.size)]
+    column = chosen.view(location.dtype) if location.size else np.empty((len(starts), 0), location.dtype)
+    return column.reshape((len(starts), *location.shape))
 
 
 class MessageType:
-    """A message type as a bag's schema describes it.
+    """A message type as the schema in a bag describes it.
 
     Args:
         name: Such as `nav_msgs/msg/Odometry`.
-        definition: Its text in the form ros2msg, all types that it uses included.
+        definition: Its text in the form ros2msg with all types that it uses.
 
     Raises:
-        BagError: the text is not such a definition.
+        BagError: The text is not such a definition.
     """
 
     def __init__(self, name: str, definition: str) -> None:
@@ -97,7 +98,7 @@ class MessageType:
             raise BagError(f"the definition of {name} cannot be read: {' '.join(str(error).split())}") from None
 
     def fields(self) -> tuple[str, ...]:
-        """The dotted names of all fields down to numbers, texts and lists."""
+        """The dotted names of all fields, down to numbers, strings and lists."""
         return tuple(self._names(self.name, ""))
 
     def _names(self, kind: str, prefix: str) -> Iterator[str]:
@@ -108,7 +109,7 @@ class MessageType:
                 yield prefix + name
 
     def lists(self, longest: int) -> set[str]:
-        """The fields that are lists, but for arrays of at most `longest` numbers."""
+        """The fields that are lists, except for arrays of at most `longest` elements."""
         return set(self._lists(self.name, "", longest))
 
     def _lists(self, kind: str, prefix: str, longest: int) -> Iterator[str]:
@@ -122,13 +123,13 @@ class MessageType:
         """The layout of one message.
 
         Raises:
-            NoLayout: there is none that could serve for others too, or the message is not what the definition says.
+            NoLayout: Other messages cannot share it, or the message does not match the definition.
         """
-        if len(message) < ENCAPSULATION or message[0] or message[1] > 1:
+        if len(message) < ENCAPSULATION or message[0] or message[1] > 1:  # neither CDR_BE nor CDR_LE
             raise NoLayout
         walk = _Walk(message, "<" if message[1] else ">", Layout(len(message)), self._types)
         try:
-            walk.take_struct(self.name, "")
+            walk.struct(self.name, "")
         except (struct.error, KeyError):
             raise NoLayout from None
         if walk.position > len(message):
@@ -138,7 +139,7 @@ class MessageType:
 
 @dataclass
 class _Walk:
-    """Goes through one message and notes where everything is."""
+    """Visits the fields of one message in order and notes their locations."""
 
     message: bytes
     order: str
@@ -146,43 +147,43 @@ class _Walk:
     types: Mapping[str, Any]
     position: int = ENCAPSULATION
 
-    def take_struct(self, kind: str, prefix: str) -> None:
+    def struct(self, kind: str, prefix: str) -> None:
         for name, (node, detail) in self.types[kind][1]:
             if node == Nodetype.NAME:
-                self.take_struct(detail, f"{prefix}{name}.")
+                self.struct(detail, f"{prefix}{name}.")
             elif node == Nodetype.BASE:
-                self.take_value(detail[0], prefix + name)
+                self.value(detail[0], prefix + name)
             else:
                 (element, inner), count = detail
                 if element != Nodetype.BASE or inner[0] not in _NUMBERS:
                     raise NoLayout
-                count = count if node == Nodetype.ARRAY else self.take_length()
-                self.take_numbers(inner[0], prefix + name, (count,))
+                count = count if node == Nodetype.ARRAY else self.length()
+                self.numbers(inner[0], prefix + name, (count,))
 
-    def take_value(self, kind: str, name: str) -> None:
+    def value(self, kind: str, name: str) -> None:
         if kind != "string":
-            self.take_numbers(kind, name, ())
+            self.numbers(kind, name, ())
             return
-        length = self.take_length()
-        if not length:  # a text without even its closing zero
+        length = self.length()
+        if not length:  # a string without even its terminating zero
             raise NoLayout
-        self.layout.places[name] = Place(self.position, f"S{length}", ())
+        self.layout.fields[name] = Location(self.position, f"S{length}", ())
         self.position += length
 
-    def take_numbers(self, kind: str, name: str, shape: tuple[int, ...]) -> None:
+    def numbers(self, kind: str, name: str, shape: tuple[int, ...]) -> None:
         if kind not in _NUMBERS:
             raise NoLayout
         code = _NUMBERS[kind]
-        if shape != (0,):
+        if shape != (0,):  # an empty sequence is not followed by padding
             self.align(np.dtype(code).itemsize)
-        place = Place(self.position, code if code in ("?", "u1", "i1") else self.order + code, shape)
-        self.layout.places[name] = place
-        self.position += place.size
+        location = Location(self.position, code if code in ("?", "u1", "i1") else self.order + code, shape)
+        self.layout.fields[name] = location
+        self.position += location.size
 
-    def take_length(self) -> int:
+    def length(self) -> int:
         self.align(4)
         length: int = struct.unpack_from(self.order + "I", self.message, self.position)[0]
-        self.layout.lengths[Place(self.position, self.order + "u4", ())] = length
+        self.layout.lengths[Location(self.position, self.order + "u4", ())] = length
         self.position += 4
         return length
 
@@ -190,36 +191,15 @@ class _Walk:
         self.position += -(self.position - ENCAPSULATION) % size
 
 
-def texts(column: Array) -> Array:
-    """A column of texts as CDR has them, in UTF-8, in Python's."""
-    if len(column) and (column == column[0]).all():
+def strings(column: Array) -> Array:
+    """A column of UTF-8 byte strings as a column of Python's strings."""
+    if len(column) and (column == column[0]).all():  # frame names: decoded once
         return np.full(len(column), column[0].decode())
     return np.char.decode(column, "utf-8")
 
 
-class Parts:
-    """A column that grows part by part. They are joined as they come: few large arrays take less memory than many small ones."""
-
-    AT_ONCE = 256
-
-    def __init__(self) -> None:
-        self._large: list[Array] = []
-        self._small: list[Array] = []
-
-    def append(self, part: Array) -> None:
-        """Add a part at the end."""
-        self._small.append(part)
-        if len(self._small) == self.AT_ONCE:
-            self._large.append(joined(self._small))
-            self._small.clear()
-
-    def whole(self) -> Array:
-        """The column."""
-        return joined([*self._large, *self._small])
-
-
 def joined(parts: Iterable[Array]) -> Array:
-    """Parts of a column in one; as objects where their shapes differ."""
+    """Parts of a column as one; of objects where their shapes differ."""
     columns = list(parts)
     if len({column.shape[1:] for column in columns}) <= 1:
         return np.concatenate(columns) if columns else np.empty(0)

@@ -1,47 +1,46 @@
-"""A file that is a whole MCAP file after every single system call, so that it may be left behind at any moment.
+"""A crash-consistent MCAP file: it is valid after every single system call, so that its writer may be killed at any moment.
 
-    [data][hole ... | summary slot 0 | summary slot 1][end of data][footer][closing mark]
+    [data][reserve ... | summary slot 0 | summary slot 1][end of data][footer][magic]
 
-The hole is a record of a private kind, which readers skip. New data is written into it out of sight, and comes into sight when
-the nine bytes of its first record's head are put in place of the hole's. A new summary goes into the slot that is not in use,
-and into use when the footer is told where it is. Such heads and the footer never lie across the border of a page, so that the
-operating system writes each of them at once or not at all, even for a process that is being killed.
+The reserve is a record with a private opcode, which readers skip. New data are written into it, still hidden by its header, and
+become visible when the nine bytes of their first record's header replace those of the reserve. A new summary is written into
+the slot that is not in use, and becomes valid when the footer is pointed to it. Such headers and the footer never cross a page
+boundary, so that the operating system writes each of them entirely or not at all, even for a process that is being killed.
 """
 
 import os
-import struct
 from collections.abc import Sequence
 from pathlib import Path
 
 from mcap.opcode import Opcode
 
-from vessel_hsmc_ros.bags.mcap_scan import DATA_END, MAGIC, PRIVATE, RECORD_HEADER
+from vessel_hsmc_ros.bags.mcap_layout import DATA_END, FIRST_PRIVATE, FOOTER, MAGIC, RECORD_HEADER
 
 Bytes = bytes | bytearray
 
 PAGE = 4096
-HEAD = RECORD_HEADER.size
-LEAST_ROOM, ROOM_SHARE = 128 * 1024, 8
-"""Where the hole is too small it is made this large, or as large as this fraction of the file."""
+HEADER = RECORD_HEADER.size
 
-_HOLE, _SPACER, _FILLER = PRIVATE, PRIVATE + 1, PRIVATE + 2
-_FOOTER = struct.Struct("<BQQQI")
+LEAST_RESERVE, RESERVE_SHARE = 128 * 1024, 8
+"""A reserve that is too small is extended to this many bytes, or to this fraction of the file if that is more."""
 
-TRAILER = len(DATA_END) + _FOOTER.size + len(MAGIC)
+_RESERVE, _SPACER, _FILLER = FIRST_PRIVATE, FIRST_PRIVATE + 1, FIRST_PRIVATE + 2
+
+TRAILER = len(DATA_END) + FOOTER.size + len(MAGIC)
 
 
-class GrowingFile:
-    """A new MCAP file that grows by whole records.
+class CrashSafeFile:
+    """A new MCAP file that grows by complete records.
 
     Args:
         path: The file, which must not exist.
         start: Its first bytes.
 
     Attributes:
-        end: Where the next record will lie.
+        end: Offset at which the next record will lie.
 
     Raises:
-        OSError: from every method, when the operating system does not take what is written.
+        OSError: From every method, when the operating system refuses to write.
     """
 
     def __init__(self, path: Path, start: bytes) -> None:
@@ -49,77 +48,78 @@ class GrowingFile:
         self.end = len(start)
         self._slots = self._slot_size = self._trailer = 0
         self._summary: tuple[int, int] | None = None
-        self._put([start], 0)
-        self._grow(0, 0)
+        self._write([start], 0)
+        self._extend(0, 0)
 
     def append(self, parts: Sequence[Bytes]) -> None:
-        """Whole records after those that are there."""
+        """Add complete records after the present ones; the first part begins with a record's header."""
         size = sum(map(len, parts))
         if self.end + size + PAGE > self._slots:
-            self._grow(size, 0)
-        behind = self.end + size
+            self._extend(size, 0)
+        new_end = self.end + size
         filler = b""
-        if 0 < (gap := -behind % PAGE) < HEAD:  # the hole's head would lie across the border of a page
+        if 0 < (gap := -new_end % PAGE) < HEADER:  # the reserve's header would cross a page boundary
             filler = RECORD_HEADER.pack(_FILLER, gap) + bytes(gap)
-            behind += len(filler)
+            new_end += len(filler)
         first, *others = parts
-        self._put([memoryview(first)[HEAD:], *others, filler, self._hole(behind)], self.end + HEAD)
-        self._put([first[:HEAD]], self.end)
-        self.end = behind
+        # All but the first header goes in while the old header still hides it; the header then shows everything at once.
+        self._write([memoryview(first)[HEADER:], *others, filler, self._reserve(new_end)], self.end + HEADER)
+        self._write([first[:HEADER]], self.end)
+        self.end = new_end
 
     def set_summary(self, parts: Sequence[Bytes]) -> None:
-        """The summary of all there is so far, for readers that begin at the end."""
+        """Replace the summary, for readers that begin at the end of the file."""
         size = sum(map(len, parts))
-        if len(DATA_END) + size + HEAD > self._slot_size:
-            self._grow(0, size)
-        used = self._summary is not None and self._summary[0] < self._slots + self._slot_size
-        self._show(parts, self._slots + (self._slot_size if used else 0))
+        if len(DATA_END) + size + HEADER > self._slot_size:
+            self._extend(0, size)
+        first_in_use = self._summary is not None and self._summary[0] < self._slots + self._slot_size
+        self._write_summary(parts, self._slots + (self._slot_size if first_in_use else 0))
 
     def close(self, parts: Sequence[Bytes]) -> None:
-        """Put the ending in place of hole and slots, and close the file."""
-        size = sum(map(len, parts))
+        """Replace reserve and slots by the final records, and close the file."""
+        ending = b"".join(parts)
         try:
-            if self.end + size > self._slots:
-                self._grow(size, 0)
-            self._put([b"".join(parts)[HEAD:]], self.end + HEAD)
-            self._put([b"".join(parts)[:HEAD]], self.end)
-            os.ftruncate(self._fd, self.end + size)
+            if self.end + len(ending) > self._slots:
+                self._extend(len(ending), 0)
+            self._write([ending[HEADER:]], self.end + HEADER)
+            self._write([ending[:HEADER]], self.end)
+            os.ftruncate(self._fd, self.end + len(ending))
         finally:
             os.close(self._fd)
 
-    def _grow(self, data_size: int, summary_size: int) -> None:
-        """Make hole and slots larger; the summary moves along."""
-        old = self._summary and os.pread(self._fd, self._summary[1], self._summary[0])
-        room = max(LEAST_ROOM, 2 * data_size, self.end // ROOM_SHARE)
+    def _extend(self, data_size: int, summary_size: int) -> None:
+        """Enlarge reserve and slots behind the present trailer; the summary moves along."""
+        summary = self._summary and os.pread(self._fd, self._summary[1], self._summary[0])
+        reserve = max(LEAST_RESERVE, 2 * data_size, self.end // RESERVE_SHARE)
         self._slot_size = max(self._slot_size, _pages(2 * summary_size + PAGE), 4 * PAGE)
         after = self._trailer + TRAILER if self._trailer else 0
-        self._slots = max(_pages(self.end + HEAD + room), after)
+        self._slots = max(_pages(self.end + HEADER + reserve), after)
         self._trailer = self._slots + 2 * self._slot_size + PAGE - TRAILER
-        self._put([DATA_END, self._footer(), MAGIC], self._trailer)
-        if old:
-            self._show([old], self._slots)
-        self._put([self._hole(self.end)], self.end)
+        self._write([DATA_END, self._footer(), MAGIC], self._trailer)
+        if summary:
+            self._write_summary([summary], self._slots)
+        self._write([self._reserve(self.end)], self.end)  # last: until now the old trailer was the file's valid end
 
-    def _show(self, parts: Sequence[Bytes], slot: int) -> None:
-        """Write a summary into a slot that is not in use, behind a mark of the data's end, and let the footer point to it."""
+    def _write_summary(self, parts: Sequence[Bytes], slot: int) -> None:
+        """Write a summary into an unused slot, preceded by a DataEnd record, and point the footer to it."""
         size = sum(map(len, parts))
-        at = slot + len(DATA_END)
-        rest = self._trailer + len(DATA_END) - at - size - HEAD
-        self._put([DATA_END, *parts, RECORD_HEADER.pack(_SPACER, rest)], slot)
-        self._summary = at, size
-        self._put([self._footer()], self._trailer + len(DATA_END))
+        start = slot + len(DATA_END)
+        rest = self._trailer + len(DATA_END) - start - size - HEADER
+        self._write([DATA_END, *parts, RECORD_HEADER.pack(_SPACER, rest)], slot)
+        self._summary = start, size
+        self._write([self._footer()], self._trailer + len(DATA_END))
 
     def _footer(self) -> bytes:
-        return _FOOTER.pack(Opcode.FOOTER, _FOOTER.size - HEAD, self._summary[0] if self._summary else 0, 0, 0)
+        return FOOTER.pack(Opcode.FOOTER, FOOTER.size - HEADER, self._summary[0] if self._summary else 0, 0, 0)
 
-    def _hole(self, at: int) -> bytes:
-        return RECORD_HEADER.pack(_HOLE, self._trailer - at - HEAD)
+    def _reserve(self, start: int) -> bytes:
+        return RECORD_HEADER.pack(_RESERVE, self._trailer - start - HEADER)
 
-    def _put(self, parts: Sequence[Bytes | memoryview], offset: int) -> None:
+    def _write(self, parts: Sequence[Bytes | memoryview], offset: int) -> None:
         data = b"".join(parts)
-        done = 0
-        while done < len(data):
-            done += os.pwrite(self._fd, data[done:], offset + done)
+        written = 0
+        while written < len(data):
+            written += os.pwrite(self._fd, data[written:], offset + written)
 
 
 def _pages(size: int) -> int:

@@ -1,59 +1,141 @@
-"""The files of a bag, in order, whether it is complete or not."""
+"""The files of a bag in order, complete or not, and the messages in them."""
 
+import heapq
 import re
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from mcap.opcode import Opcode
 
-from vessel_hsmc_ros.bags.mcap_scan import RECORD_HEADER, Contents, chunk_bytes, records
-from vessel_hsmc_ros.bags.writer import METADATA, VERSION
+from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_HEADER, RECORD_HEADER, file_records, message_offsets
+from vessel_hsmc_ros.bags.mcap_scan import Contents, chunk_bytes, read_contents
+from vessel_hsmc_ros.bags.rosbag2_compression import SUFFIX, decompress_file, decompress_messages, messages_are_compressed
+from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
 from vessel_hsmc_ros.core.exceptions import BagError
 
 BLOCK = 1 << 22
-"""Bytes of records that are handed out together: many messages of each topic, and little memory."""
+"""Bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory."""
 
-_NUMBERED = re.compile(r"_(\d+)\.mcap$")
+_NUMBERED = re.compile(rf"_(\d+)\.mcap({SUFFIX})?$")
+
+
+class RawMessage(NamedTuple):
+    """A message as it was recorded: topic, times in ns, CDR with its encapsulation header."""
+
+    topic: str
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+class BagFiles:
+    """The files of an opened bag; those that rosbag2 compressed are decompressed into a temporary folder.
+
+    Args:
+        path: The bag's folder, or one file.
+
+    Attributes:
+        information: The content of metadata.yaml; empty for a bare file.
+        contents: What each file contains, in order.
+
+    Raises:
+        BagError: The path is not a bag, or is a bag of a kind that this package does not read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        files = bag_files(path)
+        self.information = bag_information(path) if path.is_dir() else {}
+        self._compressed_messages = messages_are_compressed(path, self.information)
+        if any(file.suffix == SUFFIX for file in files):
+            self._folder = tempfile.TemporaryDirectory(prefix="vessel_hsmc_bag_")  # removed together with this object
+            files = [decompress_file(f, Path(self._folder.name)) if f.suffix == SUFFIX else f for f in files]
+        self.contents = [read_contents(file) for file in files]
+
+    def blocks(self) -> Iterator[tuple[Contents, bytes]]:
+        """Uncompressed records, many chunks at a time, with the file that each block comes from.
+
+        Raises:
+            BagError: A chunk is damaged, or a file cannot be read any more.
+        """
+        for contents in self.contents:
+            block: list[bytes] = []
+            size = 0
+            for data in self._chunks(contents):
+                block.append(data)
+                size += len(data)
+                if size > BLOCK:
+                    yield contents, b"".join(block)
+                    block, size = [], 0
+            yield contents, b"".join(block)
+
+    def raw_messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+        """The messages of some topics in the recorded order.
+
+        Raises:
+            BagError: A chunk is damaged, or a file cannot be read any more.
+        """
+        for contents, block in self.blocks():
+            offsets = message_offsets(block)
+            chosen = [[(start, i) for start in offsets[i]] for i in offsets if contents.channels[i].topic in topics]
+            for start, channel in heapq.merge(*chosen):
+                _, length, _, _, log_time, publish_time = MESSAGE_HEADER.unpack_from(block, start)
+                data = block[start + MESSAGE_HEADER.size : start + RECORD_HEADER.size + length]
+                yield RawMessage(contents.channels[channel].topic, log_time, publish_time, data)
+
+    def _chunks(self, contents: Contents) -> Iterator[bytes]:
+        try:
+            for data in _chunks(contents):
+                yield decompress_messages(contents.path, data) if self._compressed_messages else data
+        except OSError as error:
+            raise BagError(f"{contents.path} cannot be read: {error.strerror}") from None
 
 
 def bag_files(path: Path, strict: bool = True) -> list[Path]:
-    """The MCAP files of a bag: a folder with or without its metadata.yaml, or one file.
+    """The MCAP files of a bag: a folder with or without its metadata.yaml, or a single file.
 
-    A file that was only begun when the recorder was killed, one among others, is not counted.
+    An empty file among others is left out: its recorder was killed when it had only begun the file.
 
     Args:
         path: The folder or file.
         strict: Whether its metadata.yaml must be readable.
 
     Raises:
-        BagError: there are none, or the bag is one that this package does not read.
+        BagError: There are no such files, or the bag is of a kind that this package does not read.
     """
     if path.is_file():
         return [path]
     if not path.is_dir():
         raise BagError(f"bag {path} does not exist")
-    information(path, strict)
-    files = sorted(path.glob("*.mcap"), key=_number)
+    bag_information(path, strict)
+    plain = list(path.glob("*.mcap"))
+    # rosbag2 decompresses a file beside itself when it plays it: both are the same file of the bag.
+    packed = [file for file in path.glob(f"*.mcap{SUFFIX}") if file.with_suffix("") not in plain]
+    files = sorted(plain + packed, key=_number)
     if not files:
         raise BagError(f"{path} is not a bag: it holds no MCAP file")
     return [file for file in files if file.stat().st_size] or files[:1]
 
 
-def information(directory: Path, strict: bool = True) -> dict[str, Any]:
-    """What a bag's metadata.yaml says; nothing where it is missing, or is no such thing and need not be.
+def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
+    """The content of a bag's metadata.yaml; empty where there is none.
+
+    Args:
+        directory: The bag's folder.
+        strict: Whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
 
     Raises:
-        BagError: it cannot be read, is newer than this package or speaks of another storage than MCAP.
+        BagError: It cannot be parsed, is newer than this package, or names another storage than MCAP.
     """
     path = directory / METADATA
     if not path.is_file():
         return {}
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
-        told = document["rosbag2_bagfile_information"]
-        version, storage = int(told["version"]), str(told["storage_identifier"])
+        information: dict[str, Any] = document["rosbag2_bagfile_information"]
+        version, storage = int(information["version"]), str(information["storage_identifier"])
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         if not strict:
             return {}
@@ -62,38 +144,21 @@ def information(directory: Path, strict: bool = True) -> dict[str, Any]:
         raise BagError(f"{path} has version {version}, which is newer than {VERSION}, the last that this package reads")
     if storage != "mcap":
         raise BagError(f"bag {directory} is stored as {storage}: only mcap is read; `ros2 bag convert` makes it one")
-    result: dict[str, Any] = told
-    return result
+    return information
 
 
-def record_blocks(contents: Contents) -> Iterator[bytes]:
-    """The records of a file's messages, many chunks at a time.
-
-    Raises:
-        BagError: a chunk is damaged.
-    """
-    block: list[bytes] = []
-    size = 0
-    for data in _pieces(contents):
-        block.append(data)
-        size += len(data)
-        if size > BLOCK:
-            yield b"".join(block)
-            block, size = [], 0
-    yield b"".join(block)
-
-
-def _pieces(contents: Contents) -> Iterator[bytes]:
+def _chunks(contents: Contents) -> Iterator[bytes]:
     with contents.path.open("rb") as stream:
         for index in contents.chunks:
             yield chunk_bytes(contents.path, stream, index)
     if contents.loose:
-        for opcode, _, data in records(contents.path):
+        for opcode, _, content in file_records(contents.path):
             if opcode == Opcode.MESSAGE:
-                yield RECORD_HEADER.pack(opcode, len(data)) + data
+                yield RECORD_HEADER.pack(opcode, len(content)) + content
 
 
 def _number(path: Path) -> tuple[int, str]:
+    # By number, because _10 comes after _9.
     found = _NUMBERED.search(path.name)
     return int(found[1]) if found else 0, path.name
 

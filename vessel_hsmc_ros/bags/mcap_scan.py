@@ -1,9 +1,8 @@
-"""What an MCAP file holds: from its summary, or by reading it from the front where the summary is missing."""
+"""What an MCAP file contains: from its summary, or by a scan from the front where the summary is missing."""
 
 import io
 import struct
-from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -16,35 +15,41 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, MessageIndex, Metadata, Schema
 from mcap.stream_reader import get_chunk_data_stream
 
+from vessel_hsmc_ros.bags.mcap_layout import (
+    DATA_END,
+    FIRST_PRIVATE,
+    FOOTER,
+    LONGEST_RECORD,
+    MAGIC,
+    MESSAGE_HEADER,
+    RECORD_HEADER,
+    chunk_records,
+    file_records,
+)
 from vessel_hsmc_ros.core.exceptions import BagError
 
-MAGIC = b"\x89MCAP0\r\n"
-RECORD_HEADER = struct.Struct("<BQ")
-LONGEST_RECORD = 2**32
-
-PRIVATE = 0x80
-"""The first opcode of records that are nobody's but their writer's; readers skip them."""
-
-DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, 4) + bytes(4)
-"""The record that ends the data; right before the footer in a file that is still growing, or was left behind so."""
-
-_FOOTER_SIZE = 29
-
-_ENDS = (0, Opcode.DATA_END, Opcode.FOOTER)
-_MESSAGE_START = struct.Struct("<BQHIQ")
 DAMAGE = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, EOFError, KeyError, TypeError)
-"""What the libraries raise at bytes that are not what they should be; RuntimeError is lz4's."""
+"""What the libraries raise for damaged bytes; RuntimeError is lz4's."""
+
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
 @dataclass
 class Contents:
-    """What is in a file and where.
+    """What a file contains and where.
 
     Attributes:
-        end: Where the last whole record of the data section ends.
-        complete: Whether the file has a summary, with an index of its chunks, and all that belongs to an end.
-        damaged: Where the chunks are whose bytes are not those that were written; they are not among `chunks`.
-        unindexed: The index of the last chunk, as far as the file lacks it.
+        path: The file.
+        end: Offset of the end of the last complete record in the data section.
+        complete: Whether the file was closed: it has a summary with an index of its chunks, and a footer.
+        profile: The profile in the file's header, `ros2` for rosbag2.
+        schemas, channels: By their ids.
+        chunks: Index of the undamaged chunks.
+        counts: Messages by channel id.
+        metadata, attachments: Offset, length and content of each record.
+        start_time, end_time: First and last log time, ns; None and 0 without messages.
+        damaged: Offsets of the chunks whose bytes do not match their checksums; they are not among `chunks`.
+        unindexed: The last chunk's message indexes that are missing in the file, by channel id.
         loose: Whether messages lie outside of chunks.
     """
 
@@ -64,18 +69,25 @@ class Contents:
     unindexed: dict[int, MessageIndex] = field(default_factory=dict)
     loose: bool = False
 
+    def extend_times(self, start: int, end: int) -> None:
+        """Include messages with log times from `start` to `end` in the file's time range."""
+        self.start_time = start if self.start_time is None else min(self.start_time, start)
+        self.end_time = max(self.end_time, end)
+
 
 def read_contents(path: Path) -> Contents:
-    """Look into a file.
+    """Contents of a file, by the fastest way that it allows.
 
     Raises:
-        BagError: it cannot be read or is no MCAP file.
+        BagError: The file cannot be read or is not an MCAP file.
     """
     try:
         with path.open("rb") as stream:
             start = stream.read(len(MAGIC))
             if not start:
                 raise BagError(f"{path} is empty")
+            if start.startswith(ZSTD_MAGIC):
+                raise BagError(f"{path} is compressed as a whole: `zstd -d {path.name}` makes it an MCAP file")
             if start != MAGIC:
                 raise BagError(f"{path} is not an MCAP file")
             return _from_summary(path, stream) or scan(path)
@@ -86,95 +98,73 @@ def read_contents(path: Path) -> Contents:
 def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     """The uncompressed records of a chunk.
 
+    Args:
+        path: The file, for error messages.
+        stream: The file, opened for reading.
+        index: Where the chunk lies.
+
     Raises:
-        BagError: they are damaged.
+        BagError: The chunk is damaged.
     """
+    offset = index.chunk_start_offset
     try:
-        stream.seek(index.chunk_start_offset + RECORD_HEADER.size)
-        return _unpacked(Chunk.read(ReadDataStream(stream)))
+        stream.seek(offset + RECORD_HEADER.size)
+        return _uncompressed(Chunk.read(ReadDataStream(stream)))
     except DAMAGE:
-        where = index.chunk_start_offset
-        raise BagError(f"{path} is damaged at byte {where}: `vessel-hsmc recover` makes the rest of it readable") from None
-
-
-def message_places(data: bytes) -> dict[int, list[int]]:
-    """Where the message records of each channel start in a chunk's records."""
-    places: dict[int, list[int]] = defaultdict(list)
-    unpack, size, end, position = _MESSAGE_START.unpack_from, RECORD_HEADER.size, len(data), 0
-    padded = data + bytes(_MESSAGE_START.size)
-    while position < end:
-        opcode, length, channel, _, _ = unpack(padded, position)
-        if opcode == Opcode.MESSAGE:
-            places[channel].append(position)
-        position += size + length
-    return places
+        raise BagError(f"{path} is damaged at byte {offset}: `vessel-hsmc recover` makes the rest of it readable") from None
 
 
 def scan(path: Path) -> Contents:
-    """Read whole records from the front until the file's data ends or breaks off.
+    """Read complete records from the front until the file's data ends or breaks off.
 
     Raises:
-        BagError: there is not even a beginning.
+        BagError: The file has no complete record.
     """
     contents, doubtful = Contents(path), []
-    for opcode, start, data in records(path):
-        if opcode >= PRIVATE:  # nothing of ours; at the end, what a growing file has in reserve
+    for opcode, start, content in file_records(path):
+        if opcode >= FIRST_PRIVATE:  # reserved space of a file that was not closed, or a damaged chunk that was disabled
             continue
         try:
-            _take(contents, opcode, start, data)
+            _add_record(contents, opcode, start, content)
         except DAMAGE:
             if opcode != Opcode.CHUNK:
                 break
-            doubtful.append(start)  # the last one may be what was being written when the writer was killed
+            doubtful.append(start)
         else:
-            contents.end = start + RECORD_HEADER.size + len(data)
+            contents.end = start + RECORD_HEADER.size + len(content)
+    # A bad chunk behind the last good record was being written when the writer was killed: it is cut off, not damaged.
     contents.damaged = [start for start in doubtful if start < contents.end]
     if not contents.end:
-        raise BagError(f"{path} holds nothing readable: not even the beginning of an MCAP file")
+        raise BagError(f"{path} has nothing readable, not even the beginning of an MCAP file")
     return contents
 
 
-def records(path: Path) -> Iterator[tuple[int, int, bytes]]:
-    """Opcode, place and content of the whole records of a file's data section."""
-    with path.open("rb") as stream:
-        start = stream.seek(len(MAGIC))
-        while len(header := stream.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
-            opcode, length = RECORD_HEADER.unpack(header)
-            if opcode in _ENDS or Opcode.DATA_END < opcode < PRIVATE or length > LONGEST_RECORD:
-                return
-            data = stream.read(length)
-            if len(data) < length:
-                return
-            yield opcode, start, data
-            start += len(header) + length
-
-
-def _take(contents: Contents, opcode: int, start: int, data: bytes) -> None:
-    end = start + RECORD_HEADER.size + len(data)
+def _add_record(contents: Contents, opcode: int, start: int, content: bytes) -> None:
+    size = RECORD_HEADER.size + len(content)
     if opcode == Opcode.CHUNK:
-        _take_chunk(contents, Chunk.read(_stream(data)), start, end)
+        _add_chunk(contents, Chunk.read(_stream(content)), start, size)
     elif opcode == Opcode.MESSAGE_INDEX and contents.chunks:
-        channel = MessageIndex.read(_stream(data)).channel_id
+        channel = _stream(content).read2()
         if contents.unindexed.pop(channel, None):
             contents.chunks[-1].message_index_offsets[channel] = start
-            contents.chunks[-1].message_index_length += end - start
+            contents.chunks[-1].message_index_length += size
     elif opcode == Opcode.METADATA:
-        contents.metadata.append((start, end - start, Metadata.read(_stream(data))))
+        contents.metadata.append((start, size, Metadata.read(_stream(content))))
     elif opcode == Opcode.ATTACHMENT:
-        contents.attachments.append((start, end - start, Attachment.read(_stream(data))))
+        contents.attachments.append((start, size, Attachment.read(_stream(content))))
     elif opcode == Opcode.HEADER:
-        contents.profile = Header.read(_stream(data)).profile
+        contents.profile = Header.read(_stream(content)).profile
     else:
-        _take_records(contents, RECORD_HEADER.pack(opcode, len(data)) + data)
+        _add_messages(contents, RECORD_HEADER.pack(opcode, len(content)) + content)
         contents.loose |= opcode == Opcode.MESSAGE
 
 
-def _take_chunk(contents: Contents, chunk: Chunk, start: int, end: int) -> None:
-    contents.unindexed = {}
-    contents.unindexed = _take_records(contents, _unpacked(chunk))
+def _add_chunk(contents: Contents, chunk: Chunk, start: int, size: int) -> None:
+    contents.unindexed = {}  # also when the chunk turns out damaged: the message indexes that follow belong to it
+    contents.unindexed = _add_messages(contents, _uncompressed(chunk))
     contents.chunks.append(
         ChunkIndex(
-            chunk_length=end - start,
+            chunk_length=size,
             chunk_start_offset=start,
             compression=chunk.compression,
             compressed_size=len(chunk.data),
@@ -187,32 +177,28 @@ def _take_chunk(contents: Contents, chunk: Chunk, start: int, end: int) -> None:
     )
 
 
-def _take_records(contents: Contents, data: bytes) -> dict[int, MessageIndex]:
-    """Schemas, channels and messages of a chunk; the index of its messages."""
-    index: dict[int, MessageIndex] = {}
-    position = 0
-    while position < len(data):
-        opcode, length = RECORD_HEADER.unpack_from(data, position)
-        content = position + RECORD_HEADER.size
-        if opcode == Opcode.SCHEMA:
-            schema = Schema.read(_stream(data[content : content + length]))
+def _add_messages(contents: Contents, data: bytes) -> dict[int, MessageIndex]:
+    """Count a chunk's messages and take its schemas and channels; returns the message indexes by channel."""
+    indexes: dict[int, MessageIndex] = {}
+    for opcode, start, end in chunk_records(data):
+        content = start + RECORD_HEADER.size
+        if opcode == Opcode.MESSAGE:
+            _, _, number, _, log_time, _ = MESSAGE_HEADER.unpack_from(data, start)
+            indexes.setdefault(number, MessageIndex(channel_id=number, records=[])).records.append((log_time, start))
+        elif opcode == Opcode.SCHEMA:
+            schema = Schema.read(_stream(data[content:end]))
             contents.schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(_stream(data[content : content + length]))
+            channel = Channel.read(_stream(data[content:end]))
             contents.channels[channel.id] = channel
-        elif opcode == Opcode.MESSAGE:
-            _, _, number, _, time = _MESSAGE_START.unpack_from(data, position)
-            index.setdefault(number, MessageIndex(channel_id=number, records=[])).records.append((time, position))
-        position = content + length
-    for number, entry in index.items():
-        contents.counts[number] += len(entry.records)
-        times = [time for time, _ in entry.records]
-        contents.start_time = min(times) if contents.start_time is None else min(contents.start_time, *times)
-        contents.end_time = max(contents.end_time, *times)
-    return index
+    for number, index in indexes.items():
+        contents.counts[number] += len(index.records)
+        times = [log_time for log_time, _ in index.records]
+        contents.extend_times(min(times), max(times))
+    return indexes
 
 
-def _unpacked(chunk: Chunk) -> bytes:
+def _uncompressed(chunk: Chunk) -> bytes:
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     if size != chunk.uncompressed_size:
         raise ValueError("cut off")
@@ -225,10 +211,11 @@ def _stream(data: bytes) -> ReadDataStream:
 
 
 def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
-    """What a finished file says of itself; None where it says too little, or nothing."""
+    """Contents according to the summary of a closed file; None where there is no summary or it has too little."""
     size = path.stat().st_size
-    stream.seek(max(0, size - len(MAGIC) - _FOOTER_SIZE - len(DATA_END)))
+    stream.seek(max(0, size - len(MAGIC) - FOOTER.size - len(DATA_END)))
     tail = stream.read()
+    # DataEnd directly before the footer: the file was not closed, its summary may be older than its data.
     if size < 2 * len(MAGIC) or not tail.endswith(MAGIC) or tail.startswith(DATA_END):
         return None
     stream.seek(0)
@@ -237,19 +224,21 @@ def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
         profile, summary = reader.get_header().profile, reader.get_summary()
         if summary is None or summary.statistics is None:
             return None
-        told = summary.statistics
+        statistics = summary.statistics
         contents = Contents(path, size, True, profile, summary.schemas, summary.channels, summary.chunk_indexes)
-        contents.counts = Counter(told.channel_message_counts)
-        if told.message_count:
-            contents.start_time, contents.end_time = told.message_start_time, told.message_end_time
-        contents.metadata = [(i.offset, i.length, _at(stream, i.offset, Metadata)) for i in summary.metadata_indexes]
-        contents.attachments = [(i.offset, i.length, _at(stream, i.offset, Attachment)) for i in summary.attachment_indexes]
+        contents.counts = Counter(statistics.channel_message_counts)
+        if statistics.message_count:
+            contents.extend_times(statistics.message_start_time, statistics.message_end_time)
+        contents.metadata = [(i.offset, i.length, _record_at(stream, i.offset, Metadata)) for i in summary.metadata_indexes]
+        contents.attachments = [
+            (i.offset, i.length, _record_at(stream, i.offset, Attachment)) for i in summary.attachment_indexes
+        ]
     except DAMAGE:
         return None
-    listed = sum(1 for channel in contents.counts if channel not in contents.channels)
-    return None if listed or (told.message_count and not contents.chunks) else contents
+    unknown_channels = contents.counts.keys() - contents.channels.keys()
+    return None if unknown_channels or (statistics.message_count and not contents.chunks) else contents
 
 
-def _at(stream: IO[bytes], offset: int, kind: Any) -> Any:
+def _record_at(stream: IO[bytes], offset: int, kind: Any) -> Any:
     stream.seek(offset + RECORD_HEADER.size)
     return kind.read(ReadDataStream(stream))

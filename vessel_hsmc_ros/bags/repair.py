@@ -1,4 +1,4 @@
-"""Completing a bag whose recorder was killed: what was broken off is cut away, index and metadata are written anew."""
+"""Repairs a bag whose recorder was killed: cuts off what is incomplete, and writes index and metadata anew."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,23 +7,25 @@ from pathlib import Path
 import yaml
 from mcap.data_stream import RecordBuilder
 
-from vessel_hsmc_ros.bags.files import bag_files, information
-from vessel_hsmc_ros.bags.mcap_scan import PRIVATE, Contents, read_contents, scan
-from vessel_hsmc_ros.bags.mcap_writer import ending_of
-from vessel_hsmc_ros.bags.writer import RECORDING, FileFacts, Topic, metadata, write_metadata
+from vessel_hsmc_ros.bags.files import bag_files, bag_information
+from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE
+from vessel_hsmc_ros.bags.mcap_scan import Contents, read_contents, scan
+from vessel_hsmc_ros.bags.mcap_summary import ending_of
+from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, metadata, write_metadata
+from vessel_hsmc_ros.bags.writer import RECORDING
 from vessel_hsmc_ros.core.exceptions import BagError
 
 
 @dataclass(frozen=True)
 class Repair:
-    """What became of a bag.
+    """The result of a repair.
 
     Attributes:
-        messages: Those that are readable now.
-        files: How many files were completed.
-        cut: Bytes at the ends of files that hold nothing whole.
-        damaged: Chunks left out, because their bytes are not those that were written.
-        described: Whether metadata.yaml had to be written.
+        messages: Number of readable messages.
+        files: Number of files that were completed.
+        cut: Bytes cut off at the ends of files, which did not make a complete record.
+        damaged: Chunks disabled, because their bytes do not match their checksums.
+        described: Whether metadata.yaml was written anew.
     """
 
     messages: int
@@ -34,51 +36,52 @@ class Repair:
 
 
 def is_complete(directory: Path) -> bool:
-    """Whether the bag's files have their indexes and its metadata speaks of all their messages.
+    """Whether the bag's files were closed and metadata.yaml lists all their messages.
 
     Raises:
-        BagError: the folder holds no bag.
+        BagError: The folder holds no bag.
     """
     found = [read_contents(file) for file in bag_files(directory, strict=False)]
-    return all(c.complete for c in found) and _described(directory, found)
+    return all(c.complete for c in found) and _metadata_matches(directory, found)
 
 
 def repair(directory: Path) -> Repair:
-    """Give a bag that was cut off its index and metadata, in place; what is complete and undamaged is left as it is.
+    """Write the missing index and metadata of a bag, in place; what is complete and undamaged is not changed.
 
     Raises:
-        BagError: the folder holds no bag, or a file of it has not even a beginning.
+        BagError: The folder holds no bag, or a file of it has nothing readable.
     """
     files = bag_files(directory, strict=False)
     found, repaired, cut, damaged = [], 0, 0, 0
     for file in files:
-        told, contents = read_contents(file), scan(file)
-        if contents.damaged or not (told.complete and told.counts == contents.counts):
-            cut += max(0, file.stat().st_size - contents.end) if not told.complete else 0
+        summarised, contents = read_contents(file), scan(file)
+        # A summary alone does not show damage, and may be older than the data.
+        if contents.damaged or not (summarised.complete and summarised.counts == contents.counts):
+            cut += max(0, file.stat().st_size - contents.end) if not summarised.complete else 0
             _complete(contents)
             repaired += 1
         found.append(contents)
         damaged += len(contents.damaged)
-    undescribed = repaired > 0 or not _described(directory, found)
+    undescribed = repaired > 0 or not _metadata_matches(directory, found)
     if undescribed:
         _write_metadata(directory, found)
     return Repair(sum(c.counts.total() for c in found), repaired, cut, damaged, undescribed)
 
 
-def _described(directory: Path, found: Sequence[Contents]) -> bool:
-    listed = information(directory, strict=False).get("files", [])
+def _metadata_matches(directory: Path, found: Sequence[Contents]) -> bool:
+    listed = bag_information(directory, strict=False).get("files", [])
     return [(e.get("path"), e.get("message_count")) for e in listed] == [(c.path.name, c.counts.total()) for c in found]
 
 
 def _complete(contents: Contents) -> None:
-    """Turn damaged chunks into records that every reader skips, cut off what makes no sense, write the end."""
+    """Turn damaged chunks into records that readers skip, cut off an incomplete record, write index, summary and footer."""
     if contents.loose:
         raise BagError(f"{contents.path} has messages outside of chunks: `ros2 bag convert` can index it")
     try:
         with contents.path.open("r+b") as stream:
-            for place in contents.damaged:
-                stream.seek(place)
-                stream.write(bytes([PRIVATE]))
+            for offset in contents.damaged:
+                stream.seek(offset)
+                stream.write(bytes([FIRST_PRIVATE]))
             stream.truncate(contents.end)
             stream.seek(contents.end)
             stream.write(_ending(contents))
@@ -87,27 +90,33 @@ def _complete(contents: Contents) -> None:
 
 
 def _write_metadata(directory: Path, files: Sequence[Contents]) -> None:
-    """Topics in the order of their first appearance, counts over all files."""
+    """Write metadata.yaml: topics in the order of their first appearance, counts over all files."""
     topics: dict[str, Topic] = {}
-    facts = []
-    noted = dict(information(directory, strict=False).get("custom_data") or {})
+    entries = []
+    before = bag_information(directory, strict=False)
+    notes = dict(before.get("custom_data") or {})
     for contents in files:
         for channel in contents.channels.values():
             schema = contents.schemas[channel.schema_id]
             qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "[]"))
-            hashed = channel.metadata.get("topic_type_hash", "")
-            topic = topics.setdefault(channel.topic, Topic(channel.topic, schema.name, schema.data.decode(), hashed, qos))
-            topic.count += contents.counts[channel.id]
-        facts.append(FileFacts(contents.path.name, contents.start_time, contents.end_time, contents.counts.total()))
-        noted |= {k: v for _, _, record in contents.metadata if record.name == RECORDING for k, v in record.metadata.items()}
-    write_metadata(directory, metadata(list(topics.values()), facts, noted | {"recovered": "true"}))
+            type_hash = channel.metadata.get("topic_type_hash", "")
+            new = Topic(channel.topic, schema.name, schema.data.decode(), type_hash, qos)
+            topics.setdefault(channel.topic, new).count += contents.counts[channel.id]
+        entries.append(FileEntry(contents.path.name, contents.start_time, contents.end_time, contents.counts.total()))
+        for _, _, record in contents.metadata:
+            if record.name == RECORDING:
+                notes |= record.metadata
+    information = metadata(list(topics.values()), entries, notes | {"recovered": "true"})
+    # How rosbag2 compressed each message is written nowhere else.
+    kept = {key: before[key] for key in ("compression_format", "compression_mode") if key in before}
+    write_metadata(directory, information | kept)
 
 
 def _ending(contents: Contents) -> bytes:
-    """What the last chunk lacks of its index, and the end of the file, as the writer would have put them."""
+    """The missing message indexes of the last chunk and the end of the file, as the writer would have written them."""
     index = RecordBuilder()
-    for number, entry in contents.unindexed.items():
-        contents.chunks[-1].message_index_offsets[number] = contents.end + index.count
+    for channel, entry in contents.unindexed.items():
+        contents.chunks[-1].message_index_offsets[channel] = contents.end + index.count
         entry.write(index)
     if contents.unindexed:
         contents.chunks[-1].message_index_length += index.count

@@ -1,6 +1,6 @@
-"""A run from the columns of its topics; the twin of `conversions` for whole topics, and the other place that knows fields.
+"""A run from the columns of its topics; the counterpart of `messages.conversions` for all messages of a topic at once.
 
-Whatever is computed here has the bits that the nodes computed from single messages.
+The results are bit-identical to what the nodes compute from single messages.
 """
 
 import math
@@ -29,14 +29,15 @@ def states(series: Series) -> Array:
     pose, twist = ("pose.pose", "twist.twist") if "pose.pose.position.x" in series else ("pose", "twist")
     x, y, z, w = (series[f"{pose}.orientation.{axis}"] for axis in "xyzw")
     sines, cosines = 2.0 * (w * z + x * y), w * w + x * x - y * y - z * z
-    heading = np.array([*map(math.atan2, sines.tolist(), cosines.tolist())])  # numpy's may differ in the last bit
+    # As in `heading_from_quaternion`; NumPy's arc tangent may differ from Python's in the last bit.
+    heading = np.array([*map(math.atan2, sines.tolist(), cosines.tolist())])
     columns = [series[f"{pose}.position.x"], series[f"{pose}.position.y"], heading]
     columns += [series[f"{twist}.{name}"] for name in ("linear.x", "linear.y", "angular.z")]
     return np.column_stack(columns)
 
 
 def accelerations(series: Series, group: str) -> Array:
-    """Surge, sway and yaw acceleration of messages with such a group, (n, 3)."""
+    """Surge, sway and yaw acceleration from a message field with linear and angular parts, (n, 3)."""
     return series.stack(*(f"{group}.{name}" for name in ("linear.x", "linear.y", "angular.z")))
 
 
@@ -46,7 +47,14 @@ def wrenches(series: Series) -> Array:
 
 
 def control(series: Series, start: int, lists: bool, estimates: Series | None) -> dict[str, Array]:
-    """What the law computed, by field names, with or without lists, `time` since a start in nanoseconds, and `estimate`."""
+    """The terms that the law computed, by field names, with their `time` and, where there is an observer, `estimate`.
+
+    Args:
+        series: The topic controller/state.
+        start: Stamp that `time` counts from, ns.
+        lists: Whether to include the networks' weights and other lists.
+        estimates: The topic controller/estimate; None without an observer.
+    """
     names = [name for name in series.fields if not name.startswith("header.") and (lists or name not in series.wide)]
     columns = {"time": seconds_of(series.stamp - start), **{name: series[name] for name in names}}
     if estimates is not None:
@@ -55,22 +63,22 @@ def control(series: Series, start: int, lists: bool, estimates: Series | None) -
 
 
 def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> Run:
-    """Rows at the stamps of the odometry that have a disturbance and an applied wrench.
+    """The run of one vessel, with a row for each stamp that odometry, disturbance and applied wrench have in common.
 
     Args:
         topics: Of TOPICS, those that the bag has.
-        vessel: The plant's coefficients, which turn disturbing forces into accelerations.
-        weights: Whether to take the networks' weights too.
+        vessel: The plant's coefficients, which convert the disturbance from forces to accelerations.
+        weights: Whether to include the networks' weights.
 
     Raises:
-        BagError: no odometry has them.
+        BagError: There is no such stamp.
     """
     odometry = topics["odom"]
     order = np.argsort(odometry.stamp, kind="stable")
     stamps = odometry.stamp[order]
     wrench, has_wrench = matched(stamps, topics["applied_wrench"])
-    push, has_push = matched(stamps, topics["disturbance"])
-    rows = np.flatnonzero(has_wrench & has_push)
+    disturbance, has_disturbance = matched(stamps, topics["disturbance"])
+    rows = np.flatnonzero(has_wrench & has_disturbance)
     if not len(rows):
         raise BagError("no odometry message has an applied wrench and a disturbance of its stamp")
     stamps, start = stamps[rows], int(stamps[rows[0]])
@@ -82,7 +90,7 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         measured,
         references_at(stamps, topics["reference"]),
         wrenches(topics["applied_wrench"])[wrench[rows]][:, [0, 2]],
-        wrenches(topics["disturbance"])[push[rows]] / (vessel.m11, vessel.m22, vessel.m33),
+        wrenches(topics["disturbance"])[disturbance[rows]] / (vessel.m11, vessel.m22, vessel.m33),
         np.full((len(rows), 3), math.nan)
         if unforced is None
         else at_stamps(stamps, unforced, accelerations(unforced, "accel"), np.nan),
@@ -93,13 +101,20 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
 
 
 def at_stamps(stamps: Stamps, series: Series, values: Array, otherwise: Any) -> Array:
-    """The values of the messages of each stamp, (n, k), and others where there is no such message."""
+    """The values of the message with each stamp, (n, k).
+
+    Args:
+        stamps: (n,), ns.
+        series: A topic.
+        values: A row for each of its messages, (m, k).
+        otherwise: The value where no message has the stamp.
+    """
     index, found = matched(stamps, series)
     return np.where(found[:, None], values[index], otherwise)
 
 
 def matched(stamps: Stamps, series: Series) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """The last message of each stamp, and whether there is one; (n,) each."""
+    """Index of the last message with each stamp, and whether there is one; (n,) each."""
     order = np.argsort(series.stamp, kind="stable")
     times = series.stamp[order]
     index = np.searchsorted(times, stamps, side="right") - 1
@@ -107,17 +122,18 @@ def matched(stamps: Stamps, series: Series) -> tuple[NDArray[np.intp], NDArray[n
 
 
 def inputs_at(stamps: Stamps, reference: Series) -> tuple[NDArray[np.bool_], Array, Array]:
-    """Whether there is a reference of each stamp, its state (n, 6) and its acceleration (n, 3)."""
+    """Whether there is a reference with each stamp (n,), its state (n, 6) and its acceleration (n, 3)."""
     index, found = matched(stamps, reference)
     return found, states(reference)[index], accelerations(reference, "acceleration")[index]
 
 
 def references_at(stamps: Stamps, series: Series) -> Array:
-    """The latest reference not after each stamp, or the first, carried to that stamp; (n, 6)."""
+    """The latest reference that is not newer than each stamp, or the first, extrapolated to the stamp; (n, 6)."""
     order = np.argsort(series.stamp, kind="stable")
     times, reference, acceleration = series.stamp[order], states(series)[order], accelerations(series, "acceleration")[order]
     latest = np.maximum(np.searchsorted(times, stamps, side="right") - 1, 0)
     rows: Array = reference[latest]
+    # One by one and only where needed: in lockstep every reference has the stamp of its odometry.
     for row in np.flatnonzero(times[latest] != stamps):
         at = latest[row]
         rows[row] = extrapolate(reference[at], acceleration[at], seconds(int(stamps[row] - times[at])))
@@ -125,5 +141,5 @@ def references_at(stamps: Stamps, series: Series) -> Array:
 
 
 def seconds_of(nanoseconds: Any) -> Array:
-    """Nanoseconds as seconds, with the bits of `timing.seconds`."""
+    """Nanoseconds as seconds, bit-identical to `timing.seconds`."""
     return np.asarray(nanoseconds, np.float64) * 1e-9

@@ -7,7 +7,7 @@ import click
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.scenario import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 
 scenario_argument = click.argument("scenario")
 

@@ -1,1 +1,1 @@
-"""ROS messages and topics to plain values and back."""
+"""ROS messages and topics: conversions, definitions, checks. Needs no running ROS."""

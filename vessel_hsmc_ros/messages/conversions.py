@@ -1,8 +1,10 @@
-"""Messages to arrays and back; the only place that knows the fields of messages.
+"""Conversions between ROS messages and NumPy arrays.
 
-The writers fill a message that the caller keeps, because making one costs more than filling it. The readers take whatever has
-the fields: messages of ROS, or those that a bag reader made without it; so ROS is imported only where a message is made.
-Frames are REP-103: poses in the ENU frame `odom`, velocities and wrenches in the FLU frame `base_link`.
+The `write_` functions fill a message that the caller keeps, because creating a message costs more than filling it. The `read_`
+functions accept any object with the fields of the message: one of rclpy's, or one that a bag reader has deserialised without
+ROS. ROS is imported only where a message is created.
+
+Frames follow REP-103: poses in the ENU frame `odom`, velocities and wrenches in the FLU frame `base_link`.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kinematics import heading_from_quaternion, quaternion_from_heading
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.messages.raw import message_class
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time
@@ -28,99 +31,95 @@ Array = NDArray[np.float64]
 
 WORLD, BODY = "odom", "base_link"
 
-CONTROL_FIELDS = (*Terms._fields, "compute_time", "missed_periods")
-
 _AXES = ("surge", "sway", "yaw")
-NAMES = ("x", "y", "heading", *(f"{axis} velocity" for axis in _AXES), *(f"{axis} acceleration" for axis in _AXES))
+STATE_NAMES = ("x", "y", "heading", *(f"{axis} velocity" for axis in _AXES), *(f"{axis} acceleration" for axis in _AXES))
 
 
 def nanoseconds(stamp: Any) -> int:
-    """A message's stamp as whole nanoseconds."""
+    """A builtin_interfaces/Time as whole nanoseconds."""
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
 def time_message(stamp: int) -> Time:
-    """Whole nanoseconds as a message's stamp."""
+    """Whole nanoseconds as a builtin_interfaces/Time."""
     from builtin_interfaces.msg import Time
 
     sec, nanosec = divmod(stamp, NANOSECONDS)
     return Time(sec=sec, nanosec=nanosec)
 
 
-def new_odometry() -> Odometry:
-    """An empty odometry message in the right frames."""
-    from nav_msgs.msg import Odometry
+def _new(kind: str, frame: str) -> Any:
+    """An empty message of a type with a header, in a frame."""
+    message = message_class(kind)()
+    message.header.frame_id = frame
+    return message
 
-    message = Odometry(child_frame_id=BODY)
-    message.header.frame_id = WORLD
+
+def new_odometry() -> Odometry:
+    """An empty odometry message: pose in the world frame, twist in the body frame."""
+    message = _new("nav_msgs/msg/Odometry", WORLD)
+    message.child_frame_id = BODY
     return message
 
 
 def new_wrench() -> WrenchStamped:
     """An empty wrench message in the body frame."""
-    from geometry_msgs.msg import WrenchStamped
-
-    message = WrenchStamped()
-    message.header.frame_id = BODY
-    return message
+    return _new("geometry_msgs/msg/WrenchStamped", BODY)
 
 
 def new_acceleration() -> AccelStamped:
     """An empty acceleration message in the body frame."""
-    from geometry_msgs.msg import AccelStamped
-
-    message = AccelStamped()
-    message.header.frame_id = BODY
-    return message
+    return _new("geometry_msgs/msg/AccelStamped", BODY)
 
 
 def new_pose() -> PoseStamped:
     """An empty pose message in the world frame."""
-    from geometry_msgs.msg import PoseStamped
-
-    message = PoseStamped()
-    message.header.frame_id = WORLD
-    return message
+    return _new("geometry_msgs/msg/PoseStamped", WORLD)
 
 
 def new_reference() -> ReferenceState:
     """An empty reference message in the world frame."""
-    from vessel_hsmc_msgs.msg import ReferenceState
-
-    message = ReferenceState()
-    message.header.frame_id = WORLD
-    return message
+    return _new("vessel_hsmc_msgs/msg/ReferenceState", WORLD)
 
 
 def new_control_state() -> ControlState:
-    """An empty control-state message."""
-    from vessel_hsmc_msgs.msg import ControlState
-
-    message = ControlState()
-    message.header.frame_id = BODY
-    return message
+    """An empty control-state message in the body frame."""
+    return _new("vessel_hsmc_msgs/msg/ControlState", BODY)
 
 
 def write_pose(pose: Any, state: Array) -> None:
-    """x, y, psi of a state into a geometry_msgs/Pose."""
+    """Write x, y, psi of a state into a geometry_msgs/Pose."""
     pose.position.x, pose.position.y = float(state[0]), float(state[1])
     pose.orientation.z, pose.orientation.w = quaternion_from_heading(float(state[2]))
 
 
 def write_twist(twist: Twist, state: Array) -> None:
-    """u, v, r of a state into a geometry_msgs/Twist."""
+    """Write u, v, r of a state into a geometry_msgs/Twist."""
     twist.linear.x, twist.linear.y, twist.angular.z = float(state[3]), float(state[4]), float(state[5])
 
 
 def write_odometry(message: Odometry, stamp: Time, state: Array) -> None:
-    """A state, shape (6,), into an odometry message."""
+    """Write a state into an odometry message.
+
+    Args:
+        message: From `new_odometry`.
+        stamp: Its time stamp.
+        state: x, y, psi, u, v, r, shape (6,).
+    """
     message.header.stamp = stamp
     write_pose(message.pose.pose, state)
     write_twist(message.twist.twist, state)
 
 
 def write_reference(message: ReferenceState, stamp: Time, state: Array, acceleration: Array) -> None:
-    """A state (6,) and a body acceleration (3,) into a reference message."""
+    """Write a reference into its message.
+
+    Args:
+        message: From `new_reference`.
+        stamp: Its time stamp.
+        state: x, y, psi, u, v, r, shape (6,).
+        acceleration: Surge, sway and yaw acceleration in the body frame, shape (3,).
+    """
     message.header.stamp = stamp
     write_pose(message.pose, state)
     write_twist(message.twist, state)
@@ -129,31 +128,61 @@ def write_reference(message: ReferenceState, stamp: Time, state: Array, accelera
 
 
 def write_pose_stamped(message: PoseStamped, stamp: Time, state: Array) -> None:
-    """The pose of a state, shape (6,), into a stamped pose."""
+    """Write the pose of a state into a stamped pose.
+
+    Args:
+        message: From `new_pose`.
+        stamp: Its time stamp.
+        state: x, y, psi, u, v, r, shape (6,).
+    """
     message.header.stamp = stamp
     write_pose(message.pose, state)
 
 
 def write_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float]) -> None:
-    """Surge force and yaw moment into a wrench message."""
+    """Write a control wrench into a wrench message.
+
+    Args:
+        message: From `new_wrench`.
+        stamp: Its time stamp.
+        wrench: Surge force, N, and yaw moment, N·m.
+    """
     message.header.stamp = stamp
     message.wrench.force.x, message.wrench.torque.z = wrench
 
 
 def write_disturbance(message: WrenchStamped, stamp: Time, wrench: tuple[float, float, float]) -> None:
-    """Surge force, sway force and yaw moment into a wrench message."""
+    """Write a disturbance into a wrench message.
+
+    Args:
+        message: From `new_wrench`.
+        stamp: Its time stamp.
+        wrench: Surge and sway force, N, and yaw moment, N·m.
+    """
     message.header.stamp = stamp
     message.wrench.force.x, message.wrench.force.y, message.wrench.torque.z = wrench
 
 
 def write_acceleration(message: AccelStamped, stamp: Time, acceleration: tuple[float, float, float]) -> None:
-    """Surge, sway and yaw acceleration into an acceleration message."""
+    """Write an acceleration into its message.
+
+    Args:
+        message: From `new_acceleration`.
+        stamp: Its time stamp.
+        acceleration: Of surge, sway and yaw, in the body frame.
+    """
     message.header.stamp = stamp
     message.accel.linear.x, message.accel.linear.y, message.accel.angular.z = acceleration
 
 
 def write_terms(message: ControlState, stamp: Time, terms: Terms) -> None:
-    """What the law computed into a control-state message, field by field of the same name."""
+    """Write the terms of the control law into a control-state message, each into the field of the same name.
+
+    Args:
+        message: From `new_control_state`.
+        stamp: Its time stamp.
+        terms: The law's surfaces, errors, network outputs and weights.
+    """
     message.header.stamp = stamp
     for name, value in zip(Terms._fields, terms, strict=True):
         setattr(message, name, array.array("d", value.tobytes()) if isinstance(value, np.ndarray) else value)
@@ -165,7 +194,7 @@ def read_odometry(message: Any) -> Array:
 
 
 def read_reference(message: Any) -> tuple[Array, Array]:
-    """The state (6,) and the body acceleration (3,) of a reference message."""
+    """The state (6,) and the acceleration in the body frame (3,) of a reference message."""
     a = message.acceleration
     return _state(message.pose, message.twist), np.array([a.linear.x, a.linear.y, a.angular.z])
 
@@ -175,23 +204,13 @@ def read_wrench(message: Any) -> tuple[float, float]:
     return message.wrench.force.x, message.wrench.torque.z
 
 
-def read_disturbance(message: Any) -> tuple[float, float, float]:
-    """Surge force, sway force and yaw moment of a wrench message."""
-    return message.wrench.force.x, message.wrench.force.y, message.wrench.torque.z
-
-
-def read_acceleration(message: Any) -> tuple[float, float, float]:
-    """Surge, sway and yaw acceleration of an acceleration message."""
-    return message.accel.linear.x, message.accel.linear.y, message.accel.angular.z
-
-
-def read_control_state(message: Any) -> dict[str, Any]:
-    """The numbers of a control-state message by their names."""
-    return {name: getattr(message, name) for name in CONTROL_FIELDS}
-
-
 def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
-    """The figures of a diagnostics message by node, for the nodes directly in a namespace such as `` or `alpha/`."""
+    """The values in a diagnostics message by node, for the nodes directly in a namespace, not in one below it.
+
+    Args:
+        message: A diagnostic_msgs/DiagnosticArray.
+        namespace: Without its leading slash: empty for the root, or such as `alpha/`.
+    """
     return {
         status.name.removeprefix(namespace): {"message": status.message, **{v.key: v.value for v in status.values}}
         for status in message.status
@@ -200,11 +219,11 @@ def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
 
 
 def not_finite(state: Array, acceleration: Array | None = None) -> str | None:
-    """Which numbers of a state (6,) and an acceleration (3,) are not finite, as `x = nan`; None when all are."""
+    """The values of a state (6,) and an acceleration (3,) that are not finite, as `x = nan`; None when all are finite."""
     values = state if acceleration is None else np.concatenate((state, acceleration))
     if np.isfinite(values).all():
         return None
-    named = zip(NAMES, values, strict=False)
+    named = zip(STATE_NAMES, values, strict=False)
     return ", ".join(f"{name} = {value}" for name, value in named if not math.isfinite(value))
 
 

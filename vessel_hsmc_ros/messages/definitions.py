@@ -1,4 +1,4 @@
-"""The full text of a message type, as bags carry it: the .msg file and, once each, those of the types it uses."""
+"""The full definition of a message type, as bags store it: its .msg file and, once each, those of the types it uses."""
 
 import re
 from functools import cache
@@ -12,10 +12,10 @@ _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w
 
 
 def definition(kind: str) -> str:
-    """The text of a type such as `nav_msgs/msg/Odometry` with all it depends on, depth first.
+    """The definition of a type such as `nav_msgs/msg/Odometry` with all types that it uses, depth first.
 
     Raises:
-        BagError: a type is not installed.
+        BagError: A type is not installed.
     """
     package, _, name = kind.split("/")
     seen = [f"{package}/{name}"]
@@ -38,7 +38,7 @@ def _used_types(package: str, text: str) -> list[str]:
     found = []
     for line in text.splitlines():
         match = _FIELD.match(line.split("#", 1)[0])
-        if match and not match[1].islower():  # only the names of primitive types have no capital
+        if match and not match[1].islower():  # names of primitive types have no capital letter
             found.append(match[1] if "/" in match[1] else f"{package}/{match[1]}")
     return found
 

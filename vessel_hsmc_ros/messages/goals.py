@@ -1,4 +1,4 @@
-"""Goals and paths from the messages of others, checked: the part of `conversions` that trusts nothing."""
+"""Goals and paths from messages of other packages; unlike in `conversions`, everything in them is checked."""
 
 import math
 from typing import Any
@@ -9,14 +9,17 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import WORLD, nanoseconds
 
 SHORTEST_QUATERNION = 1e-6
-"""Squared length below which a quaternion says nothing."""
+"""Squared length below which a quaternion has no direction."""
 
 
 def read_goal(message: Any) -> tuple[float, float, float, float | None]:
-    """The goal x, y, heading of a stamped pose, and its stamp, s; None when it has none.
+    """The goal of a geometry_msgs/PoseStamped.
+
+    Returns:
+        x, y, heading and stamp, s; the stamp is None where the message has none (0).
 
     Raises:
-        GoalError: a number is not finite, the orientation is none, or the frame is another.
+        GoalError: A number is not finite, the quaternion has length 0, or the frame is not `odom`.
     """
     _require_world(message.header.frame_id, "goal")
     position, q = message.pose.position, message.pose.orientation
@@ -29,17 +32,17 @@ def read_goal(message: Any) -> tuple[float, float, float, float | None]:
 
 
 def read_path(message: Any) -> list[tuple[float, float]]:
-    """The waypoints of a path; orientations are disregarded.
+    """The waypoints x, y of a nav_msgs/Path; orientations are ignored.
 
     Raises:
-        GoalError: there is no pose, a number is not finite, or a frame is another.
+        GoalError: There is no pose, a number is not finite, or a frame is not `odom`.
     """
     _require_world(message.header.frame_id, "path")
     if not message.poses:
         raise GoalError("path of 0 poses is not allowed: it takes at least one")
     points = []
     for number, stamped in enumerate(message.poses):
-        if stamped.header.frame_id:
+        if stamped.header.frame_id:  # often left empty: then the path's own frame counts
             _require_world(stamped.header.frame_id, f"pose {number} of the path")
         position = stamped.pose.position
         _require_finite({"x": position.x, "y": position.y}, f"pose {number} of the path")

@@ -1,4 +1,4 @@
-"""Messages as bytes: their class by its name, and the stamp at their beginning."""
+"""Serialised messages: their Python class by type name, and the time stamp at their beginning."""
 
 import struct
 from importlib import import_module
@@ -14,18 +14,19 @@ def message_class(kind: str) -> Any:
     """The class of a type such as `nav_msgs/msg/Odometry`.
 
     Raises:
-        ImportError, AttributeError: its package is not installed, or does not have it.
+        ImportError: The package is not installed.
+        AttributeError: The package has no such message.
     """
     package, _, name = kind.split("/")
     return getattr(import_module(f"{package}.msg"), name)
 
 
 def begins_with_stamp(message_type: Any) -> bool:
-    """Whether `stamp` can be asked for a class's messages."""
+    """Whether the serialised messages of a class begin with a time stamp, so that `stamp` reads it."""
     return next(iter(message_type.get_fields_and_field_types().values()), "") in _STAMPED
 
 
 def stamp(data: bytes) -> int:
-    """Nanoseconds of the stamp that CDR data begin with, after the four bytes of encapsulation."""
+    """The time stamp, ns, at the beginning of a serialised message, after the four bytes of encapsulation."""
     sec, nanosec = _STAMP.unpack_from(data, 4)
     return int(sec * NANOSECONDS + nanosec)

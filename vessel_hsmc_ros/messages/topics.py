@@ -1,4 +1,4 @@
-"""The topics of a run and their types; names are relative to the nodes' namespace."""
+"""The topics of a run and their message types; names are relative to the nodes' namespace."""
 
 RECORDED_TOPICS = {
     "odom": "nav_msgs/msg/Odometry",
@@ -20,13 +20,13 @@ RECORDED_TOPICS = {
 }
 
 FOREIGN_TOPICS = ("goal_pose", "path")
-"""Of these, those that come from outside, with stamps of their own."""
+"""Those of them that other programs publish, with time stamps of their own."""
 
 OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
-"""Of these, those that not every run has."""
+"""Those of them that are not present in every run."""
 
 TYPES_OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent")
-"""What every node publishes; its stamps are not the run's."""
+"""What every ROS node publishes; these time stamps are not in the time of the run."""
 
 WATCHED_TOPICS = {
     **RECORDED_TOPICS,

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.task import Future
 
-from vessel_hsmc_ros.scenario.scenario import tree
+from vessel_hsmc_ros.scenario.parameters_file import tree
 
 if TYPE_CHECKING:
     from rclpy.client import Client

@@ -1,1 +1,1 @@
-"""The paper's cases run, measured, drawn and held against what the paper says of them."""
+"""The reproduction of the paper: its cases, measured and drawn, and its claims tested against the results."""

@@ -1,6 +1,6 @@
-"""The paper's law with the ship known exactly: what its networks would do if they had learnt everything.
+"""The paper's law with the exact model of the ship: the limit of networks that have converged.
 
-No node may know the plant, so this law exists offline only, to tell what the networks cost from what the surfaces cost.
+No node may know the plant, so this law exists offline only, to separate the errors of the networks from those of the surfaces.
 """
 
 import math
@@ -25,20 +25,20 @@ class ExactModelLaw(Law[HierarchicalParameters]):
 
     Args:
         parameters: Gains of the law; its networks are not used.
-        known: What the law knows of the ship besides.
+        known: The model parameters that the law knows.
         vessel: The plant's coefficients.
     """
 
     def __init__(self, parameters: HierarchicalParameters, known: KnownVessel, vessel: Vessel) -> None:
         self._ship = vessel
-        super().__init__(parameters, known, math.nan)  # it learns nothing, so the period does not matter
+        super().__init__(parameters, known, math.nan)  # nothing adapts, so there is no period
 
     def retune(self, parameters: HierarchicalParameters) -> None:
-        """Take other gains."""
+        """Replace the gains."""
         self._gains = gains(parameters, self._vessel)
 
     def reset(self) -> None:
-        """Nothing was learnt."""
+        """There is no state to reset."""
 
     def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
         """As `HierarchicalController`; each network is one neuron that says what is true."""

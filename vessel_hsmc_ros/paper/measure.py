@@ -1,4 +1,4 @@
-"""What the claims of the paper ask of a run, from its arrays."""
+"""Measure the numbers to which the claims of the paper refer, from the arrays of a run."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,25 +17,25 @@ Array = NDArray[np.float64]
 GRAVITY = 9.81
 
 EARLY = 50.0
-"""When the errata look at case 3 for the first time, s."""
+"""Time of the first position error of case 3 that the errata quote, s."""
 
 SETTLED_DEG, SETTLED = 1.0, 0.1
-"""Heading and surge errors that stay below these have settled, degrees and m."""
+"""Tolerances of the settling times of heading and surge error, degrees and m."""
 
 REACHED = 0.01
-"""A surface that stays below this part of its first value has been reached."""
+"""A surface is reached when it stays below this fraction of its initial value."""
 
 ON_SURFACES, STRIDE = 20.0, 10
-"""From this time on a run is held against the reduced dynamics, s, in steps of twice so many samples."""
+"""Time from which a run is compared with the reduced dynamics, s, and half the step of the comparison in samples."""
 
 
 def measure(run: Run, vessel: Vessel, gains: HierarchicalParameters | None) -> Numbers:
-    """All numbers of a run.
+    """Measure all numbers of a run.
 
     Args:
-        run: Of at least two samples, evenly spaced.
+        run: A run of at least two samples, evenly spaced.
         vessel: The plant's coefficients.
-        gains: Of the paper's law; None for a run with another one.
+        gains: Parameters of the paper's law; None for a run with another law.
     """
     numbers = _motion(run) | _effort(run, vessel)
     if gains is not None:
@@ -44,7 +44,7 @@ def measure(run: Run, vessel: Vessel, gains: HierarchicalParameters | None) -> N
 
 
 def settling_time(time: Array, values: Array, limit: float) -> float:
-    """The time from which on |values| stay below a limit; NaN if they are above it in the end."""
+    """The time from which |values| stay below a limit; NaN if they end above it."""
     above = np.flatnonzero(~(np.abs(values) < limit))
     if len(above) == 0:
         return float(time[0])
@@ -52,7 +52,7 @@ def settling_time(time: Array, values: Array, limit: float) -> float:
 
 
 def _quarter(time: Array, number: int) -> NDArray[np.bool_]:
-    """Which samples lie in quarter 0, 1, 2 or 3 of a run."""
+    """A mask of the samples in quarter 0, 1, 2 or 3 of a run."""
     part = (time - time[0]) / (time[-1] - time[0])
     inside: NDArray[np.bool_] = (part >= 0.25 * number) & (part <= 0.25 * (number + 1))
     return inside
@@ -89,7 +89,7 @@ def _motion(run: Run) -> dict[str, float]:
 def _effort(run: Run, vessel: Vessel) -> dict[str, float]:
     late = _quarter(run.time, 3)
     u = np.abs(run.state[late, 3])
-    bent = vessel.d_u2 * u + vessel.d_u3 * u * u
+    nonlinear = vessel.d_u2 * u + vessel.d_u3 * u * u
     peak = np.max(np.abs(run.wrench), axis=0)
     step = np.diff(run.wrench[late], axis=0)
     return {
@@ -100,7 +100,7 @@ def _effort(run: Run, vessel: Vessel) -> dict[str, float]:
         "surge_peak_in_g": float(peak[0]) / vessel.m11 / GRAVITY,
         "surge_force_step": rms(step[:, 0]),
         "yaw_moment_step": rms(step[:, 1]),
-        "nonlinear_damping_share": float(np.mean(bent / (vessel.d_u + bent))),
+        "nonlinear_damping_share": float(np.mean(nonlinear / (vessel.d_u + nonlinear))),
     }
 
 
@@ -109,7 +109,7 @@ def _surfaces(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
     time, S1, S2 = control["time"], control["yaw_surface"], control["surge_surface"]
     late = _quarter(time, 3)
     steps = (time[1] - time[0]) * np.array([gains.yaw_switching_gain, gains.surge_switching_gain])
-    floor = 5.0 * float(np.dot(steps, steps))  # a sampled sgn overshoots by a step, and cannot do better
+    floor = 5.0 * float(np.dot(steps, steps))  # a sampled sgn overshoots by up to one step
     return {
         "surge_error_late": rms(control["surge_error"][late]),
         "surge_error_settling_time": settling_time(time, control["surge_error"], SETTLED),
@@ -129,7 +129,7 @@ def _surfaces(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
 
 
 def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
-    """Outputs against what they stand for, f with the disturbance in it, relative to its root mean square."""
+    """Errors of the network outputs relative to the rms of what they approximate: f plus the disturbance."""
     control = run.control
     late = _quarter(run.time, 3)
     truth = (run.unforced_acceleration[late] + run.disturbance[late]).T
@@ -143,7 +143,7 @@ def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
 
 
 def _switching(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
-    """The switching gains beside the least that (34) asks for in this run, networks without any error assumed."""
+    """The switching gains and their lower bounds by (34) in this run, for networks without errors."""
     d1, d2, d3 = np.max(np.abs(run.disturbance), axis=0)
     x, y, psi = run.state[:, :3].T
     z1, z2 = x * np.cos(psi) + y * np.sin(psi), -x * np.sin(psi) + y * np.cos(psi)
@@ -160,7 +160,12 @@ def _switching(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
 def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tuple[Array, Array]:
     """Times and lateral errors that the reduced dynamics predict from ON_SURFACES on; empty for a run that ends before.
 
-    They hold for a constant weight a only: with one that switches its sign the surfaces are others all the time.
+    The prediction holds only for a constant weight a: a weight of switching sign changes the surfaces at every switch.
+
+    Args:
+        run: The run to compare with, which provides the initial state, the reference and the disturbance.
+        vessel: Coefficients of (6).
+        gains: Parameters of the paper's law.
     """
     rows = np.flatnonzero(run.time >= ON_SURFACES)[::STRIDE]
     rows = rows[: len(rows) - 1 + len(rows) % 2]
@@ -174,10 +179,10 @@ def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tu
 
 
 def _reduced(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> dict[str, float]:
-    grows = {"growth_rate": growth_rate(rms(run.reference[_quarter(run.time, 3), 5]), vessel)}
+    growth = {"growth_rate": growth_rate(rms(run.reference[_quarter(run.time, 3), 5]), vessel)}
     time, predicted = reduced_error(run, vessel, gains)
     if len(time) == 0:
-        return grows
+        return growth
     actual = np.interp(time, run.control["time"], run.control["sway_error"])
     deviation = float(np.max(np.abs(predicted - actual)) / np.max(np.abs(actual)))
-    return {**grows, "reduced_sway_error_final": float(predicted[-1]), "reduced_deviation": deviation}
+    return {**growth, "reduced_sway_error_final": float(predicted[-1]), "reduced_deviation": deviation}

@@ -1,4 +1,4 @@
-"""The numbers that are taken from a run; results.json holds them, the claims and the errata look them up."""
+"""The numbers measured in a run, to which the claims and the errata refer and which results.json stores."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Numbers:
-    """One run's numbers; m, rad, s, N and N·m, suffixed where a unit is another.
+    """The numbers of one run; NaN where a number does not exist.
 
-    `late` is the last quarter of the run and stands for a root mean square over it; `step` is the root mean square of the
-    change from one control period to the next over that quarter.
+    `late` denotes the root mean square over the last quarter of the run; `step` the root mean square, over that quarter, of the
+    change from one control period to the next.
     """
 
     duration: float = NAN

@@ -1,17 +1,18 @@
-"""What is left of the closed loop once both surfaces are reached: the reduced dynamics.
+"""The reduced dynamics: the closed loop on both sliding surfaces.
 
 S1 = 0 and S2 = 0 are two linear equations for the surge and the yaw velocity,
 
     (b - a·z1)·r = b·(r_d - c2·z3e) - a·(c1·z2e + v - dz2d)
     u = dz1d - c3·z1e - z2·r
 
-so position, heading and sway velocity remain, moved by (6) and by no input. With the printed weights, b/a = 1e5, the first of
-them is dz3e = -c2·z3e but for a hundred-thousandth: the heading follows its reference, and so does z1e; then
+so position, heading and sway velocity remain as states of (6), without an input. With the printed weights, b/a = 1e5, the first
+equation is dz3e = -c2·z3e up to a relative error of 1e-5: the heading converges to its reference, and so does z1e; then
 u = u_d - r_d·z2e and, to first order in z2e and with r = r_d,
 
     ddz2e + (d_v/m22)·dz2e - (m11/m22)·r²·z2e = tau_vw
 
-which is neutral on a straight line and unstable in every turn, and which a constant push moves on for ever.
+which is marginally stable on a straight line and unstable in every turn, and in which a constant disturbance causes a drift
+without bound.
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|
@@ -33,11 +34,11 @@ from vessel_sim_node.plant import Vessel, unforced_acceleration
 Array = NDArray[np.float64]
 
 RUNAWAY = 1e6
-"""A position, heading or velocity beyond this is none of a ship's."""
+"""A position, heading or velocity beyond this is not physical."""
 
 
 class Surfaces(NamedTuple):
-    """The constants of both surfaces, by the paper's symbols."""
+    """The constants of both surfaces, by the paper's symbols: slopes c1, c2, c3 and weights a, b."""
 
     c1: float
     c2: float
@@ -47,7 +48,7 @@ class Surfaces(NamedTuple):
 
 
 def on_surfaces(x: float, y: float, psi: float, v: float, reference: Array, g: Surfaces) -> tuple[float, float, float]:
-    """The velocities that keep S1 = S2 = 0, and the lateral error there.
+    """Velocities that keep S1 = S2 = 0, and the lateral error.
 
     Args:
         x, y, psi, v: Position, heading and sway velocity of the ship.
@@ -64,19 +65,19 @@ def on_surfaces(x: float, y: float, psi: float, v: float, reference: Array, g: S
     return dz_d.z1 - g.c3 * z_e.z1 - z.z2 * r, r, z_e.z2
 
 
-def lateral_error(time: Array, reference: Array, push: Array, start: Array, g: Surfaces, vessel: Vessel) -> Array:
+def lateral_error(time: Array, reference: Array, disturbance: Array, start: Array, g: Surfaces, vessel: Vessel) -> Array:
     """Integrate the reduced dynamics along a reference, by RK4 in steps of two samples.
 
     Args:
         time: Evenly spaced, (2·n + 1,) s.
         reference: x, y, psi, u, v, r of the virtual ship at those times, (2·n + 1, 6).
-        push: tau_vw at those times, (2·n + 1,) m/s².
+        disturbance: tau_vw at those times, (2·n + 1,) m/s².
         start: x, y, psi, v of the ship at the first time, (4,).
         g: Constants of the surfaces.
         vessel: Coefficients of (6).
 
     Returns:
-        z2e at every other time, (n + 1,) m; NaN from where the motion has run away from anything a ship could do.
+        z2e at every other time, (n + 1,) m; NaN from where the motion exceeds RUNAWAY.
     """
 
     def rate(state: Array, k: int) -> Array:
@@ -84,7 +85,7 @@ def lateral_error(time: Array, reference: Array, push: Array, start: Array, g: S
         u, r, _ = on_surfaces(x, y, psi, v, reference[k], g)
         _, f_v, _ = unforced_acceleration(u, v, r, vessel)
         c, s = math.cos(psi), math.sin(psi)
-        return np.array([u * c - v * s, u * s + v * c, r, f_v + push[k]])
+        return np.array([u * c - v * s, u * s + v * c, r, f_v + disturbance[k]])
 
     def lateral(k: int) -> float:
         x, y, psi, v = (float(value) for value in state)
@@ -106,10 +107,10 @@ def lateral_error(time: Array, reference: Array, push: Array, start: Array, g: S
 
 
 def growth_rate(r: float, vessel: Vessel) -> float:
-    """The larger root of s² + (d_v/m22)·s - (m11/m22)·r² = 0: how fast z2e grows in a turn, 1/s.
+    """The larger root of s² + (d_v/m22)·s - (m11/m22)·r² = 0: the growth rate of z2e in a turn, 1/s.
 
     Args:
-        r: Yaw velocity, rad/s; on a straight line nothing grows and the root is 0.
+        r: Yaw velocity, rad/s; on a straight line the root is 0.
         vessel: Coefficients of (6).
     """
     damping = vessel.d_v / vessel.m22

@@ -1,6 +1,7 @@
 """Run a scenario, by the nodes or offline, and write its run folder: metrics, page, figures, summary."""
 
 import datetime
+import importlib
 import importlib.util
 import os
 import socket
@@ -136,6 +137,8 @@ def _supervisor() -> Any:
     """Import the module that needs ROS."""
     try:
         from vessel_hsmc_ros.runs import supervisor
+
+        importlib.import_module("vessel_hsmc_msgs")  # the nodes need it; here its absence is one line instead of a log file
     except ModuleNotFoundError as error:
         raise RunError(missing_module(error)) from None
     return supervisor

@@ -3,7 +3,6 @@
 The inputs pass through `ControlLoop`, as in the node, with the parameters stored in the bag.
 """
 
-import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -12,10 +11,10 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import Bag
+from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
 
 Array = NDArray[np.float64]
@@ -23,8 +22,8 @@ Array = NDArray[np.float64]
 TOPICS = ("odom", "reference", "cmd_wrench")
 SURGE_AND_YAW = [0, 2]
 
-VERSIONS = {"version": "vessel_hsmc_ros", "numpy": "NumPy", "python": "Python"}
-"""What the notes of a recording call the versions that it was made with, and their names."""
+NAMES_OF_VERSIONS = {"version": "vessel_hsmc_ros", "numpy": "NumPy", "python": "Python"}
+"""The software on which recorded numbers depend, by the keys of `Bag.recording`."""
 
 
 @dataclass(frozen=True)
@@ -127,9 +126,8 @@ def version_note(bag: Bag) -> str:
     Another version of NumPy or Python may round elementary functions differently, by some 1e-16 of a value, and the law's gains
     turn that into differences of the command by some 1e-10 N.
     """
-    present = {"version": __version__, "numpy": np.__version__, "python": platform.python_version()}
-    recorded = {key: bag.recording.get(key, "unknown version") for key in VERSIONS}
-    then, now = (", ".join(f"{VERSIONS[key]} {versions[key]}" for key in VERSIONS) for versions in (recorded, present))
-    if recorded == present:
+    recorded = {key: bag.recording.get(key, "of unknown version") for key in VERSIONS}
+    then, now = (", ".join(f"{NAMES_OF_VERSIONS[key]} {versions[key]}" for key in VERSIONS) for versions in (recorded, VERSIONS))
+    if recorded == VERSIONS:
         return f"recorded with the present versions: {now}"
     return f"recorded with {then}; recomputed with {now}: other versions may differ by rounding errors"

@@ -1,4 +1,4 @@
-"""The parameters of every node, each declared once; ROS, YAML, the command line and the docs all read them from here."""
+"""The parameters of every node, each declared once for ROS, YAML files, the command line and the docs."""
 
 from dataclasses import dataclass
 
@@ -21,19 +21,19 @@ from vessel_sim_node.simulator import PlantParameters
 
 
 def rate(description: str) -> float:
-    """Declare a rate, 100 Hz unless said otherwise."""
+    """Declare a rate with a default of 100 Hz."""
     return parameter(100.0, description, unit="Hz", low=1.0, high=1000.0)
 
 
 @dataclass(frozen=True)
 class CommonParameters:
-    """What every node of the closed loop takes."""
+    """Parameters of every node of the closed loop."""
 
     lockstep: bool = parameter(
         True, "Step for step with the plant, as fast as the machine can; false runs in real time on the node's clock."
     )
     recorded: bool = parameter(
-        False, "A recorder takes part: publish nothing before it and the readers of every topic are connected."
+        False, "A recorder takes part: wait with publishing until it and the readers of every topic are connected."
     )
 
 
@@ -41,14 +41,14 @@ class CommonParameters:
 class SimParameters(PlantParameters, CommonParameters):
     """Parameters of vessel_sim."""
 
-    rate_hz: float = rate("Odometry messages, and plant steps, per second.")
+    rate_hz: float = rate("Rate of the odometry messages and of the plant's time steps.")
     duration: float = parameter(
-        0.0, "Simulated time after which the plant ends the run; 0 goes on for ever.", unit="s", low=0.0, high=1e6
+        0.0, "Simulated time after which the plant ends the run; 0 means no end.", unit="s", low=0.0, high=1e6
     )
     command_timeout: float = parameter(
         2.0,
-        "In lockstep, the wall time to wait for a command before giving up; in real time, the age of a command after"
-        " which the wrench is zero.",
+        "In lockstep, the longest wait for a command, in wall time; in real time, the age of a command after which the"
+        " wrench is set to zero.",
         unit="s",
         low=0.01,
         high=60.0,
@@ -59,7 +59,7 @@ class SimParameters(PlantParameters, CommonParameters):
 class ReferenceParameters(ReferenceShipParameters, CommonParameters):
     """Parameters of reference_ship."""
 
-    rate_hz: float = rate("Reference messages per second.")
+    rate_hz: float = rate("Rate of the reference messages.")
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,13 @@ class ControllerParameters(CommonParameters):
     """Parameters of controller."""
 
     law: str = parameter("hierarchical", "The control law.", choices=tuple(LAWS))
-    rate_hz: float = rate("Updates of the law per second.")
+    rate_hz: float = rate("Rate of the control law.")
     input_timeout: float = parameter(
-        0.5, "In real time, the age of odometry or reference after which the wrench is zero.", unit="s", low=0.01, high=60.0
+        0.5,
+        "In real time, the age of odometry or reference after which the wrench is set to zero.",
+        unit="s",
+        low=0.01,
+        high=60.0,
     )
     vessel: KnownVessel = group(KnownVessel)
     observer: ObserverParameters = group(ObserverParameters)
@@ -87,37 +91,39 @@ class RecorderParameters(CommonParameters):
 
     directory: str = parameter("bag", "The bag's folder, which must not exist yet.")
     topics: tuple[str, ...] = parameter(tuple(RECORDED_TOPICS), "Topics to record, relative to the recorder's namespace.")
-    all_topics: bool = parameter(False, "Record every topic.")
-    regex: str = parameter("", "Record the topics besides whose full names this regular expression matches.")
-    exclude: str = parameter("", "Leave out what this regular expression matches, unless it is among the topics by name.")
+    all_topics: bool = parameter(False, "Record all topics.")
+    regex: str = parameter("", "Also record the topics whose full names match this regular expression.")
+    exclude: str = parameter("", "Do not record topics that match this regular expression, unless they are listed by name.")
     compression: str = parameter("zstd", "Compression of the bag's chunks.", choices=("none", "lz4", "zstd"))
-    split_size: int = parameter(0, "Begin another file after so many bytes; 0 does not.", unit="B", low=0, high=2**62)
-    split_duration: float = parameter(0.0, "Begin another file after so much time; 0 does not.", unit="s", low=0.0, high=1e9)
-    scenario: str = parameter("", "What the recorded scenario is called.")
-    scenario_file: str = parameter("", "A ROS parameters file that is to travel in the bag, so that it can be run again.")
+    split_size: int = parameter(0, "Size at which to start a new file; 0 means a single file.", unit="B", low=0, high=2**62)
+    split_duration: float = parameter(
+        0.0, "Duration after which to start a new file; 0 means a single file.", unit="s", low=0.0, high=1e9
+    )
+    scenario: str = parameter("", "Name of the recorded scenario.")
+    scenario_file: str = parameter("", "ROS parameters file to store in the bag, so that the run can be repeated.")
 
 
 @dataclass(frozen=True)
 class LiveParameters(CommonParameters):
     """Parameters of live."""
 
-    host: str = parameter("127.0.0.1", "Address the live view listens on; 0.0.0.0 lets other machines in.")
-    port: int = parameter(8765, "Its port; 0 takes any that is free.", low=0, high=65535)
-    topics: tuple[str, ...] = parameter(tuple(WATCHED_TOPICS), "Topics it offers, relative to its namespace.")
+    host: str = parameter("127.0.0.1", "Address on which the live view listens; 0.0.0.0 admits other machines.")
+    port: int = parameter(8765, "Port of the live view; 0 means any free port.", low=0, high=65535)
+    topics: tuple[str, ...] = parameter(tuple(WATCHED_TOPICS), "Topics of the live view, relative to its namespace.")
 
 
 @dataclass(frozen=True)
 class MarkerParameters(CommonParameters):
     """Parameters of markers."""
 
-    rate_hz: float = parameter(10.0, "Markers published a second.", unit="Hz", low=0.1, high=100.0)
-    path_rate_hz: float = parameter(1.0, "Paths published a second.", unit="Hz", low=0.1, high=100.0)
-    path_poses: int = parameter(4000, "Poses of a path; older ones are forgotten.", low=2, high=100_000)
+    rate_hz: float = parameter(10.0, "Rate of the markers.", unit="Hz", low=0.1, high=100.0)
+    path_rate_hz: float = parameter(1.0, "Rate of the paths.", unit="Hz", low=0.1, high=100.0)
+    path_poses: int = parameter(4000, "Number of poses of a path; older ones are dropped.", low=2, high=100_000)
     hull: Hull = group(Hull)
 
 
 WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters}
-"""Nodes that take no part in the loop, and whose parameters are no part of a scenario."""
+"""Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
 NODES: dict[str, type] = {
     "vessel_sim": SimParameters,

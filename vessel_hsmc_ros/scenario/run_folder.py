@@ -1,4 +1,4 @@
-"""The folder a run leaves behind: parameters, bag, logs, figures, report and how it went."""
+"""The folder of a run: parameters, bag, logs, figures, report, summary."""
 
 import datetime
 import json
@@ -16,13 +16,13 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Paths inside a run's folder."""
+    """Paths inside a run folder."""
 
     path: Path
 
     @property
     def bag(self) -> Path:
-        """The recorded bag's folder."""
+        """Folder of the recorded bag."""
         return self.path / "bag"
 
     @property
@@ -32,17 +32,17 @@ class RunFolder:
 
     @property
     def logs(self) -> Path:
-        """What the nodes printed, one file each."""
+        """Folder of the nodes' output, one log file each."""
         return self.path / "logs"
 
     @property
     def figures(self) -> Path:
-        """The pictures."""
+        """Folder of the figures."""
         return self.path / "figures"
 
     @property
     def report(self) -> Path:
-        """The page that shows it all."""
+        """The report page."""
         return self.path / "report.html"
 
     def write_parameters(self, scenario: Scenario) -> None:
@@ -51,11 +51,11 @@ class RunFolder:
 
     @property
     def summary(self) -> Path:
-        """How it went, and where."""
+        """The summary: provenance, exit code, metrics."""
         return self.path / "run.json"
 
     def read_summary(self) -> dict[str, Any]:
-        """What run.json says; nothing where there is none that can be read."""
+        """Read run.json; an empty mapping if it is missing or unreadable."""
         try:
             content = json.loads(self.summary.read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -68,10 +68,10 @@ class RunFolder:
 
 
 def make_run_folder(parent: Path, name: str) -> RunFolder:
-    """Make `<parent>/<time>_<name>`, in UTC, numbered if two runs start within a second.
+    """Create the folder `<parent>/<time>_<name>`, in UTC, numbered if several runs start within a second.
 
     Raises:
-        RunError: the folder cannot be made.
+        RunError: the folder cannot be created.
     """
     now = datetime.datetime.now(tz=datetime.timezone.utc)
     stem = f"{now:%Y%m%dT%H%M%S}_{re.sub(r'[^A-Za-z0-9_.-]+', '_', name)}"
@@ -86,11 +86,11 @@ def make_run_folder(parent: Path, name: str) -> RunFolder:
             raise RunError(f"run folder {path} cannot be made: {error.strerror}") from None
         else:
             return RunFolder(path)
-    raise RunError(f"run folder {parent / stem} cannot be made: a thousand like it exist")
+    raise RunError(f"run folder {parent / stem} cannot be made: a thousand of that name exist")
 
 
 def provenance() -> dict[str, Any]:
-    """Which code on which machine."""
+    """Version of the code, and the machine it runs on."""
     return {
         "version": __version__,
         "git_commit": _git_commit(),
@@ -101,7 +101,7 @@ def provenance() -> dict[str, Any]:
 
 
 def _git_commit() -> str | None:
-    """The checkout's commit, with a plus when there are changes on top; None outside a checkout."""
+    """The commit of the checkout, with a plus if there are uncommitted changes; None outside a checkout."""
     here = Path(__file__).resolve().parent
     try:
         described = subprocess.run(

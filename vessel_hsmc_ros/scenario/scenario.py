@@ -1,12 +1,9 @@
-"""A scenario: one ROS parameters file for all nodes, read here without ROS and checked as a whole."""
+"""A scenario: the parameters of all nodes from one ROS parameters file, read without ROS and checked as a whole."""
 
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-
-import yaml
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
@@ -22,27 +19,12 @@ from vessel_hsmc_ros.scenario.parameters import (
     ReferenceParameters,
     SimParameters,
 )
-
-USE_SIM_TIME = "use_sim_time"
-
-
-class _Loader(yaml.SafeLoader):
-    """Reads numbers as ROS does: 1e5 is one, though YAML 1.1 wants a point and a sign."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
-)
-
-
-def read_yaml(text: str) -> Any:
-    """A YAML text with the numbers of a ROS parameters file; raises yaml.YAMLError."""
-    return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe loader
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """Everything a closed loop needs, resolved and checked."""
+    """The parameters of a closed loop, resolved and checked."""
 
     name: str
     vessel_sim: SimParameters
@@ -51,51 +33,51 @@ class Scenario:
     recorder: RecorderParameters
 
     def with_bag(self, directory: Path, parameters: Path) -> "Scenario":
-        """The same scenario recorded into another folder, with its parameters file inside the bag."""
+        """The same scenario, recorded into a directory, with a parameters file to store inside the bag."""
         recorder = replace(self.recorder, directory=str(directory), scenario_file=str(parameters), scenario=self.name)
         return replace(self, recorder=recorder)
 
 
 def scenario_names() -> list[str]:
-    """The scenarios that come with the package."""
+    """Names of the scenarios that come with the package."""
     return sorted(path.stem for path in (share_directory() / "config").glob("*.yaml"))
 
 
 def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None) -> Scenario:
-    """Read a scenario, apply changes, check everything.
+    """Read a scenario, apply changes and check it.
 
     Args:
-        name: A scenario of the package, `case2_tracking`, or the path of a ROS parameters file.
+        name: A scenario of the package, such as `case2_tracking`, or the path of a ROS parameters file.
         changes: Values by `node.parameter`, such as {"controller.rate_hz": 50.0}.
 
     Raises:
-        ScenarioError: the scenario is unknown, unreadable or contradicts itself.
+        ScenarioError: the scenario is unknown or unreadable, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
     path = _find(name)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"scenario file {path} cannot be read: {_line(error)}") from None
+        raise ScenarioError(f"scenario file {path} cannot be read: {in_one_line(error)}") from None
     return parse_scenario(text, path.stem, changes, f"scenario file {path}")
 
 
 def parse_scenario(
     text: str, name: str, changes: Mapping[str, object] | None = None, source: str = "the bag's scenario"
 ) -> Scenario:
-    """The same from the text of a ROS parameters file.
+    """Make a scenario from the text of a ROS parameters file.
 
     Args:
-        text: The file's content.
-        name: What the scenario is called.
+        text: The content of the file.
+        name: Name of the scenario.
         changes: Values by `node.parameter`.
         source: Where the text comes from, for error messages.
 
     Raises:
-        ScenarioError: the text is not a parameters file, or contradicts itself.
+        ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    values = _read(text, source)
+    values = read_parameters(text, tuple(NODES), source)
     for key, value in (changes or {}).items():
         node, _, parameter = key.partition(".")
         if node not in NODES or not parameter:
@@ -110,7 +92,7 @@ def parse_scenario(
 
 
 def for_nodes(recorded: bool, real_time: bool) -> dict[str, object]:
-    """The changes that make a scenario one for nodes of its own process each."""
+    """The changes that turn a scenario into one for the nodes, instead of for a run in this process."""
     changes: dict[str, object] = {f"{node}.recorded": recorded for node in NODES}
     if real_time:
         changes |= {f"{node}.lockstep": False for node in NODES}
@@ -118,7 +100,7 @@ def for_nodes(recorded: bool, real_time: bool) -> dict[str, object]:
 
 
 def make_law(parameters: ControllerParameters) -> Law[Any]:
-    """The law a controller's parameters ask for.
+    """Make the law that the parameters of a controller select.
 
     Raises:
         ParameterError: a gain is unstable at the controller's rate.
@@ -130,37 +112,13 @@ def make_law(parameters: ControllerParameters) -> Law[Any]:
 
 
 def make_observer(parameters: ControllerParameters) -> Observer | None:
-    """The observer a controller's parameters ask for, if they do."""
+    """Make the observer of a controller, if its parameters enable one."""
     return Observer(parameters.observer, parameters.vessel) if parameters.observer.enabled else None
 
 
 def dump_scenario(scenario: Scenario) -> str:
-    """The whole scenario as a ROS parameters file, every parameter with its value."""
-    document: dict[str, Any] = {}
-    for node in NODES:
-        document[f"/**/{node}"] = {"ros__parameters": tree(schema.flatten(getattr(scenario, node)))}
-    return yaml.safe_dump(document, sort_keys=False)
-
-
-def tree(values: Mapping[str, object]) -> dict[str, Any]:
-    """Values by dotted names as a ROS parameters file nests them."""
-    nested: dict[str, Any] = {}
-    for name, value in values.items():
-        *groups, leaf = name.split(".")
-        branch = nested
-        for part in groups:
-            branch = branch.setdefault(part, {})
-        branch[leaf] = list(value) if isinstance(value, tuple) else value
-    return nested
-
-
-def flat(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted names and values of what a ROS parameters file nests."""
-    for key, value in nested.items():
-        if isinstance(value, Mapping):
-            yield from flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
+    """Write a scenario as a ROS parameters file, with the value of every parameter."""
+    return dump_parameters({node: schema.flatten(getattr(scenario, node)) for node in NODES})
 
 
 def _find(name: str | Path) -> Path:
@@ -175,42 +133,12 @@ def _find(name: str | Path) -> Path:
     return share_directory() / "config" / f"{name}.yaml"
 
 
-def _read(text: str, source: str) -> dict[str, dict[str, object]]:
-    """Flat parameters by node, later sections over earlier ones, as ROS reads a parameters file."""
-    try:
-        document = read_yaml(text)
-    except yaml.YAMLError as error:
-        raise ScenarioError(f"{source} cannot be read: {_line(error)}") from None
-    if not isinstance(document, dict):
-        raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
-    values: dict[str, dict[str, object]] = {node: {} for node in NODES}
-    for section, content in document.items():
-        nested = content.get("ros__parameters") if isinstance(content, dict) else None
-        if not isinstance(nested, dict):
-            raise ScenarioError(f"{source}: section {section} has no ros__parameters")
-        given = dict(flat(nested))
-        given.pop(USE_SIM_TIME, None)
-        for node in _addressed(str(section), source):
-            values[node].update(given)
-    return values
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())
-
-
-def _addressed(section: str, source: str) -> list[str]:
-    """The nodes a section of a parameters file speaks of, in whatever namespace."""
-    node = section.rsplit("/", 1)[-1]
-    if node in ("*", "**"):
-        return list(NODES)
-    if node not in NODES:
-        raise ScenarioError(f"{source}: section {section} names no node: it takes /** or one of {', '.join(NODES)}")
-    return [node]
-
-
 def _check_rates(scenario: Scenario) -> None:
-    """In lockstep every period of the law must find an odometry and a reference of its own time."""
+    """Check that in lockstep every control period coincides with an odometry and a reference message.
+
+    Raises:
+        ScenarioError: a message rate is not a whole multiple of the control rate.
+    """
     if not scenario.controller.lockstep:
         return
     law = RateGrid(scenario.controller.rate_hz)

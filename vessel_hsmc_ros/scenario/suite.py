@@ -1,13 +1,14 @@
-"""A suite: a list of cases, each with the accuracy it asks for, and the judging of a run against it.
+"""A suite: a list of cases with limits of their position error, and the evaluation of a run against these limits.
 
-A suite is a YAML file: what is `set` for all of its rows, and the rows.
+A suite is a YAML file with the parameters to `set` for all of its rows, and the rows:
 
     set: {vessel_sim.duration: 400.0, controller.rate_hz: 50.0}
     rows:
       - {name: straight, set: {reference_ship.yaw_moment: 0.0}, over: last_quarter, at_most: 0.01}
 
-A row may name its `scenario` (else case2_tracking); it takes `at_most`, the rms position error over the end of the run,
-`largest`, the largest one there, and `excursion`, the largest of the whole run as a multiple of the first.
+A row may name its `scenario` (default: case2_tracking) and limits: `at_most` of the rms position error over a window at the end
+of the run, `largest` of the largest position error in that window, and `excursion` of the largest position error of the whole
+run as a multiple of the initial one.
 """
 
 from collections.abc import Mapping
@@ -21,12 +22,12 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.scenario.scenario import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_yaml
 
 SCENARIO = "case2_tracking"
 
 WINDOWS = {"last_quarter": 0.75, "last_half": 0.5}
-"""The ends of a run that a row may judge, and the part of the run that goes before."""
+"""The windows at the end of a run, and the fraction of the run before each."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +35,13 @@ class Row:
     """One case of a suite.
 
     Attributes:
-        name: How the tables call it.
-        scenario: The scenario it starts from.
-        changes: What differs, by `node.parameter`.
-        over: The end of the run that counts, one of WINDOWS.
-        at_most: Largest allowed rms position error there, m; None when nothing is asked.
-        largest: Largest allowed position error there, m.
-        excursion: Largest allowed position error of the whole run, as a multiple of the first.
+        name: Name of the row in tables.
+        scenario: Scenario it is derived from.
+        changes: Changed values by `node.parameter`.
+        over: Window in which the limits hold, one of WINDOWS.
+        at_most: Limit of the rms position error in the window, m; None for no limit.
+        largest: Limit of the largest position error in the window, m.
+        excursion: Limit of the largest position error of the whole run, as a multiple of the initial one.
     """
 
     name: str
@@ -53,7 +54,13 @@ class Row:
 
 
 class Verdict(NamedTuple):
-    """What a run achieved of its row: rms and largest position error over the row's window, m, largest over the first."""
+    """Evaluation of a run against the limits of its row.
+
+    Attributes:
+        rms, largest: Position errors in the window of the row, m.
+        excursion: Largest position error of the run as a multiple of the initial one.
+        hit: Whether every limit holds.
+    """
 
     rms: float
     largest: float
@@ -62,31 +69,31 @@ class Verdict(NamedTuple):
 
 
 def judge(row: Row, run: Run) -> Verdict:
-    """Measure a run as its row asks; without limits every finite run is a hit."""
+    """Evaluate a run against the limits of its row; without limits every finite run is a hit."""
     distance = position_error(run.state, run.reference)
     begin = run.time[0] + WINDOWS[row.over] * (run.time[-1] - run.time[0])
     late = distance[run.time >= begin]
     excursion = float(distance.max() / max(distance[0], 1e-9))
-    figures = rms(late), float(late.max()), excursion
+    values = rms(late), float(late.max()), excursion
     limits = row.at_most, row.largest, row.excursion
-    hit = all(limit is None or figure <= limit for figure, limit in zip(figures, limits, strict=True))
-    return Verdict(*figures, hit)
+    hit = all(limit is None or value <= limit for value, limit in zip(values, limits, strict=True))
+    return Verdict(*values, hit)
 
 
 def load_suite(name: str | Path) -> tuple[Row, ...]:
-    """The rows of a suite.
+    """Read the rows of a suite.
 
     Args:
-        name: A suite of the package, `guided`, or the path of a YAML file.
+        name: A suite of the package, such as `guided`, or the path of a YAML file.
 
     Raises:
-        ScenarioError: the suite is unknown, cannot be read or is not as above.
+        ScenarioError: the suite is unknown, unreadable or malformed.
     """
     path = _find(name)
     try:
         document = read_yaml(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ScenarioError(f"suite file {path} cannot be read: {' '.join(str(error).split())}") from None
+        raise ScenarioError(f"suite file {path} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict) or not document.keys() <= {"set", "rows"} or not isinstance(document.get("rows"), list):
         raise ScenarioError(f"suite file {path} is not a suite: it takes `set` and `rows`")
     shared = document.get("set") or {}
@@ -94,7 +101,7 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
 
 
 def suite_names() -> list[str]:
-    """The suites that come with the package."""
+    """Names of the suites that come with the package."""
     return sorted(path.stem for path in (share_directory() / "config" / "suites").glob("*.yaml"))
 
 
@@ -112,7 +119,7 @@ _LIMITS = ("at_most", "largest", "excursion")
 
 
 def _row(entry: Any, shared: Mapping[str, object], path: Path) -> Row:
-    """One row, its own changes over the shared ones."""
+    """Make a row; its own changes override the shared ones."""
     if not isinstance(entry, dict) or "name" not in entry or not entry.keys() <= set(KEYS):
         raise ScenarioError(f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}")
     name = str(entry["name"])

@@ -1,0 +1,31 @@
+"""`--set node.param=value`: how its texts are parsed."""
+
+import pytest
+
+from vessel_hsmc_ros.cli.options import parse_changes
+from vessel_hsmc_ros.core.exceptions import ParameterError
+
+
+def test_values_are_yaml_with_the_numbers_of_ros_files() -> None:
+    changes = parse_changes(["a.x=1e5", "a.list=[1, 2.5]", "a.flag=false", "a.text=guided"])
+    assert changes == {"a.x": 1e5, "a.list": [1, 2.5], "a.flag": False, "a.text": "guided"}
+
+
+def test_a_value_may_contain_equals_signs() -> None:
+    assert parse_changes(["recorder.regex=a=b=c"]) == {"recorder.regex": "a=b=c"}
+
+
+def test_the_last_of_several_values_counts() -> None:
+    assert parse_changes(["a.x=1", "a.x=2"]) == {"a.x": 2}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("vessel_sim.duration", "--set vessel_sim.duration is not allowed: it takes node.param=value"),
+        ("a.x=[1", r"--set a.x=\[1 is not allowed: \[1 is not a YAML value"),
+    ],
+)
+def test_a_malformed_change_is_refused(text: str, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        parse_changes([text])

@@ -1,0 +1,65 @@
+"""The executables of the nodes where a library is missing."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+NODES = {
+    "controller": "vessel_hsmc_ros.nodes.controller",
+    "vessel_sim": "vessel_sim_node.node",
+    "reference_ship": "vessel_hsmc_ros.nodes.reference_ship",
+}
+ANALYSIS = ("click", "jinja2", "lz4", "matplotlib", "mcap", "mcap_ros2", "plotly", "rich", "rosbags", "zstandard")
+"""Libraries that no ROS package provides; the nodes of the control loop must not need them."""
+
+
+def code_without(modules: tuple[str, ...], code: str) -> list[str]:
+    """The command that runs Python code in which modules cannot be imported."""
+    return [sys.executable, "-c", f"import sys; sys.modules.update(dict.fromkeys({modules!r})); {code}"]
+
+
+@pytest.mark.parametrize("executable", ["controller_node", "vessel_sim_node", "reference_ship_node", "recorder_node"])
+def test_without_the_message_package_a_node_names_the_build_command_in_one_line(executable: str) -> None:
+    code = f"from vessel_hsmc_ros.nodes import entry_points; sys.exit(entry_points.{executable}())"
+    blocked = ("vessel_hsmc_msgs",)
+    if executable in ("vessel_sim_node", "recorder_node"):
+        blocked = ("rclpy",)  # these two use no message of the package itself
+    done = subprocess.run(code_without(blocked, code), capture_output=True, text=True, timeout=60.0)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert f"{blocked[0]} is not installed: " in line
+    assert ("colcon build --base-paths src 'src/*/msg_defs'" in line) == (blocked[0] == "vessel_hsmc_msgs")
+
+
+@pytest.mark.parametrize(
+    ("module", "remedy"),
+    [("rclpy", "nodes need ROS 2"), ("vessel_hsmc_msgs", "build both packages with `colcon build --base-paths")],
+)
+def test_the_command_run_names_a_missing_module_and_its_remedy(tmp_path: Path, module: str, remedy: str) -> None:
+    code = "sys.argv[1:] = ['run', 'case2_tracking']; from vessel_hsmc_ros.cli.main import main; sys.exit(main())"
+    done = subprocess.run(code_without((module,), code), cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {module} is not installed: {remedy}")
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_path: Path) -> None:
+    """It starts, and ends in order after SIGINT, whose handler is installed before rclpy is initialised."""
+    code = (
+        f"import signal, threading, time; from {NODES[name]} import main\n"
+        "sys.argv[1:] = ['--ros-args', '-p', 'lockstep:=false']\n"
+        "def interrupt():\n"
+        "    import rclpy\n"
+        "    while not rclpy.ok():\n"
+        "        time.sleep(0.01)\n"
+        "    signal.raise_signal(signal.SIGINT)\n"
+        "threading.Thread(target=interrupt, daemon=True).start()\n"
+        "sys.exit(main())"
+    )
+    done = subprocess.run(code_without(ANALYSIS, code), cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+    assert "ModuleNotFoundError" not in done.stderr
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,90 @@
+"""The byte layout of MCAP records, as far as this package reads and writes records without the `mcap` library's classes.
+
+A record is an opcode, the length of its content and the content, little-endian and without padding (https://mcap.dev/spec).
+Every number that depends on this layout is defined here.
+"""
+
+import struct
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from mcap.opcode import Opcode
+
+MAGIC = b"\x89MCAP0\r\n"
+"""First and last bytes of a complete file."""
+
+RECORD_HEADER = struct.Struct("<BQ")
+"""Opcode and length of the content; at the start of every record."""
+
+MESSAGE_HEADER = struct.Struct("<BQHIQQ")
+"""Of a Message record, all before the serialised message: record header, channel, sequence, log time, publish time."""
+
+MESSAGE_FIELDS = MESSAGE_HEADER.size - RECORD_HEADER.size
+"""Bytes of a Message record's content before the serialised message."""
+
+MESSAGE_HEADER_TYPE = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<i8"), ("publish_time", "<i8")]
+)
+"""MESSAGE_HEADER as a NumPy type, to read the headers of many messages at once."""
+
+MESSAGE_INDEX_HEADER = struct.Struct("<BQHI")
+"""Of a MessageIndex record, all before the entries: record header, channel, bytes of the entries."""
+
+INDEX_ENTRY_SIZE = 16
+"""Bytes of an entry of a MessageIndex: log time and offset of a message within its chunk."""
+
+FOOTER = struct.Struct("<BQQQI")
+"""The Footer record: record header, start of the summary, start of the summary offsets, checksum."""
+
+DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, 4) + bytes(4)
+"""The DataEnd record without a checksum; directly before the footer in a file that was not closed."""
+
+LONGEST_RECORD = 2**32
+"""A record header with a greater length is taken for damage."""
+
+FIRST_PRIVATE = 0x80
+"""The first of the opcodes that the specification leaves to applications; readers skip records with such an opcode."""
+
+_NOT_DATA = (0, Opcode.DATA_END, Opcode.FOOTER)
+
+
+def file_records(path: Path) -> Iterator[tuple[int, int, bytes]]:
+    """Opcode, offset and content of the complete records in a file's data section, up to where it ends or breaks off."""
+    with path.open("rb") as stream:
+        start = stream.seek(len(MAGIC))
+        while len(header := stream.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
+            opcode, length = RECORD_HEADER.unpack(header)
+            # An opcode that is neither specified nor private comes from damaged bytes, whose length means nothing either.
+            if opcode in _NOT_DATA or Opcode.DATA_END < opcode < FIRST_PRIVATE or length > LONGEST_RECORD:
+                return
+            content = stream.read(length)
+            if len(content) < length:
+                return
+            yield opcode, start, content
+            start += RECORD_HEADER.size + length
+
+
+def chunk_records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Opcode, offset and end of the records in a chunk's uncompressed bytes."""
+    position = 0
+    while position < len(data):
+        opcode, length = RECORD_HEADER.unpack_from(data, position)
+        end = position + RECORD_HEADER.size + length
+        yield opcode, position, end
+        position = end
+
+
+def message_offsets(data: bytes) -> dict[int, list[int]]:
+    """Offsets of the Message records in a chunk's uncompressed bytes, by channel."""
+    offsets: dict[int, list[int]] = defaultdict(list)
+    unpack, header_size, position = MESSAGE_HEADER.unpack_from, RECORD_HEADER.size, 0
+    padded = data + bytes(MESSAGE_HEADER.size)  # so that the header of a short last record can be unpacked as a message's
+    # One unpacking for all kinds of records: this loop visits every message of a bag.
+    while position < len(data):
+        opcode, length, channel, _, _, _ = unpack(padded, position)
+        if opcode == Opcode.MESSAGE:
+            offsets[channel].append(position)
+        position += header_size + length
+    return offsets

@@ -1,0 +1,108 @@
+"""Bags that rosbag2 compressed itself: as whole files (`bag_0.mcap.zstd`), or message by message.
+
+This is independent of the compression of chunks inside of MCAP files, which is not declared in metadata.yaml.
+"""
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import zstandard
+from mcap.opcode import Opcode
+
+from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, chunk_records
+from vessel_hsmc_ros.core.exceptions import BagError
+
+SUFFIX = ".zstd"
+"""Of files that are compressed as a whole."""
+
+LARGEST_MESSAGE = 1 << 30
+"""A compressed message that claims more bytes than this is taken for damage, and its memory is not allocated."""
+
+_BLOCK = 1 << 22
+_FRAME_HEADER = 18
+"""Bytes of the longest header of a zstd frame."""
+
+
+def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
+    """Whether each message of a bag is compressed on its own.
+
+    Args:
+        bag: The bag, for error messages.
+        information: Its metadata.yaml.
+
+    Raises:
+        BagError: The bag is compressed in a format or mode that this package does not read.
+    """
+    kind = str(information.get("compression_format") or "")
+    mode = str(information.get("compression_mode") or "").upper()
+    if mode in ("", "NONE") and not kind:
+        return False
+    if not kind:
+        raise BagError(f"bag {bag} has the compression mode {mode}, but no compression format: only zstd is read")
+    if kind != "zstd":
+        raise BagError(f"bag {bag} is compressed as {kind}: only zstd is read; `ros2 bag convert` can rewrite it")
+    if mode not in ("FILE", "MESSAGE"):
+        raise BagError(f"bag {bag} has the compression mode {mode or 'none'}: only FILE and MESSAGE are read")
+    return mode == "MESSAGE"
+
+
+def decompress_file(path: Path, folder: Path) -> Path:
+    """Decompress one `.mcap.zstd` file block by block into a folder; returns the MCAP file.
+
+    Of a file that was cut off it gives the MCAP file up to where it breaks off.
+
+    Raises:
+        BagError: The file is damaged, or the folder's disk has no room for it.
+    """
+    target = folder / path.name.removesuffix(SUFFIX)
+    try:
+        with path.open("rb") as source, target.open("wb") as sink:
+            _require_room(path, source.read(_FRAME_HEADER), folder)
+            source.seek(0)
+            with zstandard.ZstdDecompressor().stream_reader(source, closefd=False, read_across_frames=True) as stream:
+                shutil.copyfileobj(stream, sink, _BLOCK)
+    except zstandard.ZstdError:
+        raise BagError(f"{path} is damaged: it cannot be decompressed as zstd") from None
+    except OSError as error:
+        raise BagError(f"{path} cannot be decompressed into {folder}: {error.strerror}") from None
+    return target
+
+
+def decompress_messages(path: Path, records: bytes) -> bytes:
+    """The Message records of a chunk with their data decompressed.
+
+    Args:
+        path: The file, for error messages.
+        records: The chunk's uncompressed bytes.
+
+    Raises:
+        BagError: A message is damaged.
+    """
+    decompressor = zstandard.ZstdDecompressor()
+    parts = []
+    for opcode, start, end in chunk_records(records):
+        if opcode != Opcode.MESSAGE:
+            continue
+        _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
+        data = _decompressed(path, decompressor, records[start + MESSAGE_HEADER.size : end])
+        parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
+    return b"".join(parts)
+
+
+def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: bytes) -> bytes:
+    try:
+        if zstandard.frame_content_size(data) > LARGEST_MESSAGE:
+            raise BagError(f"{path} is damaged: a compressed message claims more than {LARGEST_MESSAGE >> 20} MiB")
+        return decompressor.decompress(data, max_output_size=LARGEST_MESSAGE)
+    except zstandard.ZstdError as error:
+        raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
+
+
+def _require_room(path: Path, head: bytes, folder: Path) -> None:
+    """Refuse before anything is written, where the file's header gives its decompressed size."""
+    needed, free = zstandard.frame_content_size(head), shutil.disk_usage(folder).free
+    if needed > free:
+        sizes = f"{path} takes {needed >> 20} MiB decompressed, but {folder} has {free >> 20} MiB free"
+        raise BagError(f"{sizes}: set TMPDIR to a folder on a larger disk")

@@ -1,0 +1,128 @@
+"""A bag's metadata.yaml and the QoS profiles in it, in the form that rosbag2 of ROS 2 Jazzy writes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+METADATA = "metadata.yaml"
+VERSION = 9
+"""Version of metadata.yaml in Jazzy."""
+
+_INFINITE = (9223372036, 854775807)
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+
+@dataclass
+class Topic:
+    """A recorded topic.
+
+    Attributes:
+        name: Its full name.
+        kind: Its message type, such as `nav_msgs/msg/Odometry`.
+        definition: The type's text in the form ros2msg with all types that it uses.
+        type_hash: RIHS01 hash of the type.
+        qos: The profiles that its publishers offered, as `qos_entry` gives them.
+        count: Messages so far.
+        channel: Id of its channel in the current file.
+    """
+
+    name: str
+    kind: str
+    definition: str
+    type_hash: str
+    qos: list[dict[str, Any]]
+    count: int = field(default=0, init=False)
+    channel: int = field(default=0, init=False)
+
+
+class FileEntry(NamedTuple):
+    """One file of a bag: name, first and last log time [ns], messages."""
+
+    name: str
+    start: int | None
+    end: int
+    messages: int
+
+
+def write_metadata(directory: Path, information: Mapping[str, Any]) -> None:
+    """Replace a bag's metadata.yaml in one step: who reads it meanwhile finds the complete old or new text."""
+    new = directory / f".{METADATA}"
+    new.write_text(yaml_text({"rosbag2_bagfile_information": dict(information)}), encoding="utf-8")
+    new.replace(directory / METADATA)
+
+
+def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping[str, str]) -> dict[str, Any]:
+    """The content of metadata.yaml below its top key.
+
+    Args:
+        topics: The bag's topics with their counts.
+        files: Its files in order.
+        notes: Further texts by name, its `custom_data`.
+    """
+    starts = [file.start for file in files if file.start is not None]
+    start, end = min(starts, default=0), max(file.end for file in files)
+    return {
+        "version": VERSION,
+        "storage_identifier": "mcap",
+        **_span(start, end),
+        "message_count": sum(file.messages for file in files),
+        "topics_with_message_count": [{"topic_metadata": _topic_metadata(t), "message_count": t.count} for t in topics],
+        # Of rosbag2's own compression; that of MCAP chunks is not declared here.
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [file.name for file in files],
+        "files": [{"path": f.name, **_span(f.start or 0, f.end), "message_count": f.messages} for f in files],
+        "custom_data": dict(notes),
+        "ros_distro": "jazzy",
+    }
+
+
+def qos_entry(reliable: bool, transient_local: bool, **others: Any) -> dict[str, Any]:
+    """A QoS profile as rosbag2 writes it; discovery transmits neither history nor depth.
+
+    Args:
+        reliable: Reliability: reliable, or best effort.
+        transient_local: Durability: transient local, or volatile.
+        others: `deadline`, `lifespan` and `liveliness_lease_duration` as seconds and nanoseconds, infinite if not given;
+            `liveliness`, automatic if not given.
+    """
+    times = {}
+    for name in ("deadline", "lifespan", "liveliness_lease_duration"):
+        sec, nsec = others.get(name, _INFINITE)
+        times[name] = {"sec": sec, "nsec": nsec}
+    # rosbag2 reads only profiles with all nine keys, in lower-case words.
+    return {
+        "history": "unknown",
+        "depth": 0,
+        "reliability": "reliable" if reliable else "best_effort",
+        "durability": "transient_local" if transient_local else "volatile",
+        "deadline": times["deadline"],
+        "lifespan": times["lifespan"],
+        "liveliness": others.get("liveliness", "automatic"),
+        "liveliness_lease_duration": times["liveliness_lease_duration"],
+        "avoid_ros_namespace_conventions": False,
+    }
+
+
+def yaml_text(document: Any) -> str:
+    """YAML with the keys in their given order."""
+    text: str = yaml.dump(document, Dumper=_DUMPER, sort_keys=False)
+    return text
+
+
+def _topic_metadata(topic: Topic) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "type": topic.kind,
+        "serialization_format": "cdr",
+        "offered_qos_profiles": topic.qos,
+        "type_description_hash": topic.type_hash,
+    }
+
+
+def _span(start: int, end: int) -> dict[str, Any]:
+    duration = max(0, end - start)
+    return {"starting_time": {"nanoseconds_since_epoch": start}, "duration": {"nanoseconds": duration}}

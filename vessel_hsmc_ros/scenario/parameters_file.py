@@ -1,0 +1,105 @@
+"""ROS parameters files: YAML text to flat parameters by node, and back."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import yaml
+
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+
+USE_SIM_TIME = "use_sim_time"
+"""A parameter that every ROS node has; it is not one of a scenario."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def read_yaml(text: str) -> Any:
+    """Parse a YAML text with the number format of ROS parameters files.
+
+    Raises:
+        yaml.YAMLError: the text is not YAML.
+    """
+    return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe loader
+
+
+def read_parameters(text: str, nodes: Sequence[str], source: str) -> dict[str, dict[str, object]]:
+    """Read the parameters of nodes from a ROS parameters file.
+
+    As in ROS, sections further down override those above, and `/**` stands for all nodes.
+
+    Args:
+        text: The content of the file.
+        nodes: The names of the nodes, in whatever namespace.
+        source: Where the text comes from, for error messages.
+
+    Returns:
+        Values by node and dotted name.
+
+    Raises:
+        ScenarioError: the text is not a ROS parameters file, or has a section for another node.
+    """
+    try:
+        document = read_yaml(text)
+    except yaml.YAMLError as error:
+        raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
+    if not isinstance(document, dict):
+        raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
+    values: dict[str, dict[str, object]] = {node: {} for node in nodes}
+    for section, content in document.items():
+        nested = content.get("ros__parameters") if isinstance(content, dict) else None
+        if not isinstance(nested, dict):
+            raise ScenarioError(f"{source}: section {section} has no ros__parameters")
+        parameters = dict(flat(nested))
+        parameters.pop(USE_SIM_TIME, None)
+        for node in _nodes_of_section(str(section), nodes, source):
+            values[node].update(parameters)
+    return values
+
+
+def dump_parameters(values: Mapping[str, Mapping[str, object]]) -> str:
+    """Write the flat parameters of nodes as a ROS parameters file, valid in every namespace."""
+    document = {f"/**/{node}": {"ros__parameters": tree(parameters)} for node, parameters in values.items()}
+    return yaml.safe_dump(document, sort_keys=False)
+
+
+def tree(values: Mapping[str, object]) -> dict[str, Any]:
+    """Nest values by dotted names as a ROS parameters file does."""
+    nested: dict[str, Any] = {}
+    for name, value in values.items():
+        *groups, leaf = name.split(".")
+        branch = nested
+        for part in groups:
+            branch = branch.setdefault(part, {})
+        branch[leaf] = list(value) if isinstance(value, tuple) else value
+    return nested
+
+
+def flat(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted names and values of nested parameters."""
+    for key, value in nested.items():
+        if isinstance(value, Mapping):
+            yield from flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def in_one_line(error: Exception) -> str:
+    """The message of an error without its line breaks."""
+    return " ".join(str(error).split())
+
+
+def _nodes_of_section(section: str, nodes: Sequence[str], source: str) -> Sequence[str]:
+    node = section.rsplit("/", 1)[-1]
+    if node in ("*", "**"):
+        return nodes
+    if node not in nodes:
+        raise ScenarioError(f"{source}: section {section} names no node: it takes /** or one of {', '.join(nodes)}")
+    return [node]
