@@ -1,6 +1,6 @@
-"""What a report of a long bag costs: an hour at 100 Hz, every topic of a run, against the limits of time, memory and size.
+"""Time, memory and size of the report of a long bag, an hour at 100 Hz with every topic of a run, against limits.
 
-The bag is made here, of smooth series with noise and one peak. Where Chromium is installed, the page is opened too.
+The bag is synthetic: smooth series with noise and one peak. Where Chromium is installed, the page is opened as well.
 
     python benchmarks/report.py [--seconds 3600] [--keep FOLDER]
 """
@@ -30,14 +30,14 @@ from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario  # no
 
 LIMITS = {"time": 90.0, "memory": 1e9, "size": 20e6}
 BLOCK = 5000
-"""Steps that are made at a time."""
+"""Steps that are generated at a time."""
 
 
 def main() -> int:
-    """Make the bag, the page, the table; 1 if a limit is passed."""
+    """Make the bag and the page and print the measurements; returns 1 if a limit is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=3600.0, help="length of the recording")
-    parser.add_argument("--keep", type=Path, help="folder to leave bag and page in")
+    parser.add_argument("--keep", type=Path, help="folder in which bag and page are kept")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.keep or Path(temporary)
@@ -60,7 +60,7 @@ def main() -> int:
 
 
 def write(bag: Path, steps: int) -> int:
-    """A bag with every topic of a run at 100 Hz; the number of its messages."""
+    """Write a bag with every topic of a run at 100 Hz; returns the number of its messages."""
     writer = BagWriter(bag)
     writer.attach(SCENARIO, dump_scenario(load_scenario("case2_tracking")))
     kinds = bag_making.TYPES
@@ -79,7 +79,13 @@ def write(bag: Path, steps: int) -> int:
 
 
 def messages(kind: str, stamps: np.ndarray, rng: np.random.Generator) -> list[bytes]:
-    """Serialised messages of a type at some stamps, in ns: every number a slow wave with noise, and a peak at the start."""
+    """Serialise messages of a type: every number is a slow wave with noise, and has a peak at the start.
+
+    Args:
+        kind: Message type, such as `nav_msgs/msg/Odometry`.
+        stamps: ns, (n,).
+        rng: Source of the noise.
+    """
     example = bag_making.serialized(bag_making.message(kind, 0, np.random.default_rng(0)), kind)
     places = MessageType(kind, definition(kind)).layout(example).places
     rows = np.tile(np.frombuffer(example, np.uint8), (len(stamps), 1))
@@ -102,7 +108,7 @@ def messages(kind: str, stamps: np.ndarray, rng: np.random.Generator) -> list[by
 
 
 def make(bag: Path, page: Path) -> tuple[float, float]:
-    """Run the command; wall time in s and peak memory in bytes."""
+    """Run the command; returns wall time in s and peak memory in bytes."""
     command = [str(Path(sys.executable).parent / "vessel-hsmc"), "report", str(bag), "--output", str(page)]
     began = time.monotonic()
     process = os.posix_spawn(command[0], command, os.environ, file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)])
@@ -113,7 +119,7 @@ def make(bag: Path, page: Path) -> tuple[float, float]:
 
 
 def look_at(page: Path) -> dict[str, float]:
-    """Times of the page in a browser, in ms: until it stands, and medians of a move of the slider and of a zoom."""
+    """Measure the page in a browser, in ms: loading, and the medians of moving the slider and of zooming."""
     timed = (
         "const done = arguments[0], times = [], { clock, charts } = report; let k = 0, began = 0;"
         "const settled = () => !charts.some((chart) => chart.onScreen && chart.stale);"
@@ -134,7 +140,7 @@ def look_at(page: Path) -> dict[str, float]:
 
 
 def size(folder: Path) -> int:
-    """Bytes of a folder's files."""
+    """Size of the files of a folder, bytes."""
     return sum(path.stat().st_size for path in folder.iterdir())
 
 

@@ -1,5 +1,7 @@
 """Labels of runs that are shown together."""
 
+from typing import Any
+
 from records import record
 
 from vessel_hsmc_ros.report import Record
@@ -10,7 +12,7 @@ def names(*records: Record) -> list[str]:
     return [each.name for each in distinguished(records)]
 
 
-def case2(**changes: object) -> Record:
+def case2(**changes: Any) -> Record:
     return record("case2_tracking", 1.0, **changes)
 
 
@@ -27,7 +29,7 @@ def test_runs_of_one_scenario_are_named_by_law() -> None:
 
 
 def test_runs_of_several_scenarios_and_laws_are_named_by_both() -> None:
-    guided = {"controller.law": "guided"}
+    guided: dict[str, Any] = {"controller.law": "guided"}
     found = names(case2(), case2(**guided), record("realistic", 1.0, **guided))
     assert found == ["case2_tracking, hierarchical", "case2_tracking, guided", "realistic, guided"]
 

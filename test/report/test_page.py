@@ -45,7 +45,8 @@ def numbers_of(path: Path) -> tuple[Any, Callable[[dict[str, Any]], Array]]:
     def array(where: dict[str, Any]) -> Array:
         size = int(where["kind"][1])
         raw = np.frombuffer(data, np.uint8, where["count"] * size, where["at"]).reshape(size, where["count"])
-        return np.ascontiguousarray(raw.T).view("<" + where["kind"]).ravel()
+        unpacked: Array = np.ascontiguousarray(raw.T).view("<" + where["kind"]).ravel()
+        return unpacked
 
     return json.loads(element("content")), array
 
@@ -90,7 +91,8 @@ def test_the_page_names_version_commit_date_and_command(tmp_path: Path, monkeypa
 
 def test_a_long_series_is_decimated_and_keeps_its_peak() -> None:
     payload = Payload(limit=1000)
-    time, state = np.arange(100_000) * 0.01, np.zeros((100_000, 6))
+    time: Array = np.arange(100_000) * 0.01
+    state = np.zeros((100_000, 6))
     state[77_777, 3] = 5.0
     where = payload.line(overlays([Record("x", make_run(time, state))])[0].lines[0].line)
     assert where["bucket"] == 200

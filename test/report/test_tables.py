@@ -1,11 +1,14 @@
 """Tables of metrics, differences and parameters."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from records import circle, record
 
 from vessel_hsmc_ros.core.metrics import evaluate
 from vessel_hsmc_ros.report import Record
+from vessel_hsmc_ros.report.record import held
 from vessel_hsmc_ros.report.tables import MetricRow, metrics_table, parameter_tables
 
 
@@ -61,12 +64,14 @@ def test_metrics_of_runs_of_equal_duration_cover_the_whole_run() -> None:
 
 
 def test_parameters_that_differ_between_runs_are_marked() -> None:
-    records = [record("near", 1.0), record("far", 4.0, **{"controller.hierarchical.sway_weight": 0.002})]
+    changed_weight: dict[str, Any] = {"controller.hierarchical.sway_weight": 0.002}
+    records = [record("near", 1.0), record("far", 4.0, **changed_weight)]
     assert changed_parameters(records) == {"controller.hierarchical.sway_weight"}
 
 
 def test_parameters_of_a_single_run_are_marked_where_they_differ_from_their_defaults() -> None:
-    changed = changed_parameters([record("one", 1.0, **{"vessel_sim.rate_hz": 200.0})])
+    faster: dict[str, Any] = {"vessel_sim.rate_hz": 200.0}
+    changed = changed_parameters([record("one", 1.0, **faster)])
     assert "vessel_sim.rate_hz" in changed
     assert "controller.rate_hz" not in changed
 
@@ -79,7 +84,5 @@ def test_a_run_without_a_reference_has_no_metrics_and_no_differences() -> None:
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_samples_in_any_order_are_held_until_the_next(order: int) -> None:
-    from vessel_hsmc_ros.report.record import held
-
     times, values = np.array([1.0, 2.0, 3.0])[::order], np.array([10.0, 20.0, 30.0])[::order]
     np.testing.assert_array_equal(held(times, values, np.array([0.0, 1.0, 2.9, 3.0, 9.0])), [10.0, 10.0, 20.0, 30.0, 30.0])

@@ -1,4 +1,6 @@
-"""Thinned series keep every peak, in order and in time."""
+"""Decimated series keep every peak, in order and in time."""
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time
 
 
-def test_a_short_series_is_kept_as_it_is():
+def test_a_short_series_is_not_decimated() -> None:
     values = np.arange(100.0)
     chosen = buckets(100, 100)
     assert chosen.size == 1
@@ -17,7 +19,7 @@ def test_a_short_series_is_kept_as_it_is():
 
 
 @pytest.mark.parametrize("samples", [101, 199, 360_001])
-def test_no_more_values_than_allowed(samples):
+def test_no_more_values_than_the_limit_remain(samples: int) -> None:
     chosen = buckets(samples, 100)
     assert len(thin(np.zeros(samples), chosen)) == len(thin_time(np.zeros(samples), chosen)) <= 100
 
@@ -26,7 +28,7 @@ def test_no_more_values_than_allowed(samples):
     st.lists(st.floats(allow_nan=True, allow_infinity=True, width=64), min_size=1, max_size=60),
     st.integers(min_value=2, max_value=20),
 )
-def test_every_bucket_keeps_its_extremes_in_their_order(samples, limit):
+def test_every_bucket_keeps_its_extremes_in_their_order(samples: list[float], limit: int) -> None:
     values = np.array(samples)
     chosen = buckets(len(values), limit)
     thinned = thin(values, chosen)
@@ -45,8 +47,8 @@ def test_every_bucket_keeps_its_extremes_in_their_order(samples, limit):
         assert (pair[0] == min(known)) == (at_least <= at_most) or min(known) == max(known)
 
 
-def test_a_single_spike_survives_and_stays_within_its_bucket():
-    time = np.arange(360_001) * 0.01
+def test_a_single_spike_remains_and_stays_within_its_bucket() -> None:
+    time: Any = np.arange(360_001) * 0.01
     values = np.zeros(360_001)
     values[123_457] = 7e9
     chosen = buckets(len(time), 20_000)

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
 SAMPLES = 500
 PERIOD = 0.01
@@ -49,7 +49,7 @@ def circle(offset: float, samples: int = SAMPLES) -> Run:
     )
 
 
-def record(name: str, offset: float, samples: int = SAMPLES, **changes: object) -> Record:
+def record(name: str, offset: float, samples: int = SAMPLES, **changes: Any) -> Record:
     """The record of a ship on a circle, with the scenario of case 2."""
     run = circle(offset, samples)
     return Record(name, run, measured(run), {}, load_scenario("case2_tracking", changes), {"version": "9.9"})

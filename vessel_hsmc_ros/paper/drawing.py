@@ -101,6 +101,7 @@ def trimmed(axis: Axes, time: Array, values: Array, unit: str) -> None:
     peak = values[int(np.argmax(np.abs(values)))]
     inset.set_title(f"first {ZOOM:g} s, peak {peak:.3g} {unit}".replace("-", "\u2212"), fontsize=7, pad=3, loc="right")
     inset.tick_params(labelsize=6)
+    inset.locator_params(axis="x", nbins=4)
     inset.yaxis.get_offset_text().set_fontsize(6)
 
 

@@ -1,5 +1,6 @@
 """The figures of a report as files, PNG or SVG."""
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,6 +23,9 @@ mpl.use("Agg")
 STYLES = {MAIN: "-", DESIRED: "--", OTHER: ":", THIRD: "-.", MEASURED: "-"}
 VALUES = 4000
 """Most values of a line, more than a figure can resolve."""
+
+LABEL_WIDTH = 24
+"""Longest line of an axis label, characters."""
 
 Array = NDArray[np.float64]
 
@@ -76,7 +80,8 @@ def track(records: Sequence[Record]) -> Figure:
     x, y, psi = state[np.linspace(0, len(state) - 1, 13).astype(int)[1:-1], :3].T
     axis.quiver(x, y, np.cos(psi), np.sin(psi), color=SHIP, width=0.004, scale=22, zorder=3)
     axis.set(xlabel="x east [m]", ylabel="y north [m]", title="Track from start (dot) to end (square)", aspect="equal")
-    axis.legend(loc="best")
+    handles, labels = axis.get_legend_handles_labels()
+    axis.legend(handles[::-1], labels[::-1], loc="best")  # drawn last, and so on top, is what the legend names first
     return figure
 
 
@@ -99,7 +104,8 @@ def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
     """Draw the lines of a panel."""
     panel = overlay.panel
     values = np.concatenate([_line(axis, owned, panel.step, alone) for owned in overlay.lines])
-    axis.set(ylabel=f"{panel.title}\n[{panel.unit}]" if panel.unit else panel.title)
+    title = textwrap.fill(panel.title, LABEL_WIDTH)
+    axis.set(ylabel=f"{title}\n[{panel.unit}]" if panel.unit else title)
     if len(overlay.lines) > 1:
         axis.legend(loc="upper right", ncols=min(3, len(overlay.lines)), fontsize=7)
     _limit(axis, panel.limits, values)

@@ -14,7 +14,6 @@ from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.report.record import Record, held, measured
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -132,10 +131,7 @@ def _with_commands(run: Run, topics: Topics, start: int) -> Run:
 
 def _facts(bag: Bag, prefix: str, run: Run, scenario: Scenario | None) -> dict[str, Any]:
     """What the nodes reported in their final diagnostics, and how even the control periods were."""
-    status: dict[str, dict[str, str]] = {}
-    if "/diagnostics" in bag.topics:
-        for _, _, message in bag.messages("/diagnostics"):
-            status.update(conversions.read_status(message, prefix[1:]))
+    status = bag.diagnostics(prefix)
     facts: dict[str, Any] = {"messages_recorded": bag.count}
     for node, names in DIAGNOSTICS.items():
         facts |= {ours: kind(status[node][theirs]) for theirs, ours, kind in names if theirs in status.get(node, {})}

@@ -17,7 +17,7 @@ PAGE = "report.html"
 
 @dataclass(frozen=True)
 class Wanted:
-    """What to make of some bags.
+    """The requested files and their properties.
 
     Attributes:
         page: The page's file; None for the default of `page_of`.

@@ -28,7 +28,7 @@ def distinguished(records: Sequence[Record]) -> list[Record]:
 
 
 def _by_parameters(records: Sequence[Record]) -> list[str]:
-    """The parameters that differ, such as `sway_weight = 0.002`; those of the recorder say nothing about a run."""
+    """The parameters that differ, such as `sway_weight = 0.002`; those of the recorder do not affect a run."""
     flat = [_parameters(record) for record in records]
     differing = [name for name in flat[0] if any(values[name] != flat[0][name] for values in flat)]
     labels = []

@@ -58,18 +58,8 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
 
 def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[str] = ()) -> str:
     """The HTML text of `write`."""
-    overlaid, alone = overlays(records), len(records) == 1
-    lines = sum(len(overlay.lines) for overlay in overlaid)
-    payload = Payload(max(2000, min(LINE_VALUES, PAGE_VALUES // max(1, lines))))
-    panels = [_panel(payload, overlay, alone) for overlay in overlaid]
-    sailed = [_track(payload, track, alone) for track in tracks(records)]
-    content = {
-        "begin": min(float(record.run.time[0]) for record in records),
-        "end": max(float(record.run.time[-1]) for record in records),
-        "hull": {"length": hull.length, "beam": hull.beam},
-        "panels": panels,
-        "tracks": sailed,
-    }
+    overlaid = overlays(records)
+    content, numbers = _content(records, overlaid, hull)
     return _template().render(
         title=title,
         subtitle=_subtitle(records),
@@ -78,20 +68,35 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         names=[record.name for record in records],
         colours=len(SERIES),
         wide=len(records) > NARROW_RUNS,
-        tracks=sailed,
+        tracks=content["tracks"],
         hull=hull,
         groups=_groups(overlaid),
         jitter=jitter.picture(records),
         metrics=metrics_table(records),
         parameters=parameter_tables(records),
         provenance=provenance_table(records),
-        resolution=_resolution(panels, records),
+        resolution=_resolution(content["panels"], records),
         style=css_variables() + _asset("style.css"),
         script="\n".join(_asset(name) for name in SCRIPTS),
         content=json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
-        numbers=payload.text(),
+        numbers=numbers,
         library=_library(),
     )
+
+
+def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull) -> tuple[dict[str, Any], str]:
+    """Diagrams and tracks for the scripts of the page, and the compressed numbers to which they refer."""
+    alone = len(records) == 1
+    lines = sum(len(overlay.lines) for overlay in overlaid)
+    payload = Payload(max(2000, min(LINE_VALUES, PAGE_VALUES // max(1, lines))))
+    content = {
+        "begin": min(float(record.run.time[0]) for record in records),
+        "end": max(float(record.run.time[-1]) for record in records),
+        "hull": {"length": hull.length, "beam": hull.beam},
+        "panels": [_panel(payload, overlay, alone) for overlay in overlaid],
+        "tracks": [_track(payload, track, alone) for track in tracks(records)],
+    }
+    return content, payload.text()
 
 
 def _asset(name: str) -> str:

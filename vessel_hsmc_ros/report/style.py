@@ -1,6 +1,6 @@
 """The one palette and plot style of pages, figures and the paper's pictures.
 
-The line colours are Okabe and Ito's, which the colour-blind can tell apart, green and purple darkened for contrast on white.
+The line colours are Okabe and Ito's, which remain distinct in colour blindness, green and purple darkened for contrast on white.
 """
 
 from typing import Any

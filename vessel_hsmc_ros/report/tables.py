@@ -40,7 +40,7 @@ class Quantity(NamedTuple):
     """A number to show.
 
     Attributes:
-        label, value: What it is, and how much.
+        label, value: Its name and its number.
         form, unit: Format specification and unit of its text.
         cost: Whether less is better.
     """
@@ -74,7 +74,7 @@ class MetricRow(NamedTuple):
         if first is None or other is None or first.value == other.value:
             return ""
         change, size = other.value - first.value, abs(first.value)
-        # A percentage of a value near zero would say nothing but that the value is near zero.
+        # Relative to a value near zero, any difference is huge: the percentage would only show that the value is near zero.
         meaningful = other.form == ".4g" and abs(change) < LARGEST_SHARE * size
         share = f" ({100.0 * change / size:+.3g} %)" if meaningful else ""
         return f"{change:+{other.form}}{other.unit}{share}"
