@@ -1,4 +1,4 @@
-"""Bags that rosbag2 compressed itself: as whole files (`bag_0.mcap.zstd`), or message by message.
+"""Bags that rosbag2 compressed itself: file by file (`bag_0.mcap.zstd`), or message by message.
 
 This is independent of the compression of chunks inside of MCAP files, which is not declared in metadata.yaml.
 """
@@ -15,7 +15,7 @@ from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, chu
 from vessel_hsmc_ros.core.exceptions import BagError
 
 SUFFIX = ".zstd"
-"""Of files that are compressed as a whole."""
+"""Of the files of a bag that is compressed file by file."""
 
 LARGEST_MESSAGE = 1 << 30
 """A compressed message that claims more bytes than this is taken for damage, and its memory is not allocated."""

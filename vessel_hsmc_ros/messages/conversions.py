@@ -36,12 +36,12 @@ STATE_NAMES = ("x", "y", "heading", *(f"{axis} velocity" for axis in _AXES), *(f
 
 
 def nanoseconds(stamp: Any) -> int:
-    """A builtin_interfaces/Time as whole nanoseconds."""
+    """A builtin_interfaces/Time in nanoseconds."""
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
 def time_message(stamp: int) -> Time:
-    """Whole nanoseconds as a builtin_interfaces/Time."""
+    """Nanoseconds as a builtin_interfaces/Time."""
     from builtin_interfaces.msg import Time
 
     sec, nanosec = divmod(stamp, NANOSECONDS)
