@@ -61,6 +61,7 @@ def decompress_file(path: Path, folder: Path) -> Path:
         with path.open("rb") as source, target.open("wb") as sink:
             _require_room(path, source.read(_FRAME_HEADER), folder)
             source.seek(0)
+            # A frame that was cut off ends without an error: its MCAP file is then read as one that was cut off.
             with zstandard.ZstdDecompressor().stream_reader(source, closefd=False, read_across_frames=True) as stream:
                 shutil.copyfileobj(stream, sink, _BLOCK)
     except zstandard.ZstdError:
@@ -83,7 +84,7 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
     decompressor = zstandard.ZstdDecompressor()
     parts = []
     for opcode, start, end in chunk_records(records):
-        if opcode != Opcode.MESSAGE:
+        if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
             continue
         _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
         data = _decompressed(path, decompressor, records[start + MESSAGE_HEADER.size : end])
@@ -95,6 +96,7 @@ def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: by
     try:
         if zstandard.frame_content_size(data) > LARGEST_MESSAGE:
             raise BagError(f"{path} is damaged: a compressed message claims more than {LARGEST_MESSAGE >> 20} MiB")
+        # The limit counts where the frame does not state its size.
         return decompressor.decompress(data, max_output_size=LARGEST_MESSAGE)
     except zstandard.ZstdError as error:
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
