@@ -34,7 +34,7 @@ def describe_run(bag: Bag) -> None:
     print(f"position error: {error[0]:.2f} m at the start, {error.min():.2f} m at best, {error[-1]:.2f} m at the end")
     print(f"largest surge force: {np.abs(run.wrench[:, 0]).max():.3g} N")
 
-    # Any field of any message is a column; times are whole nanoseconds.
+    # Any field of any message is a column; times are integer nanoseconds.
     odom = bag["odom"]
     position = np.column_stack([odom["pose.pose.position.x"], odom["pose.pose.position.y"]])
     print(f"the ship went from {position[0].round(2)} to {position[-1].round(2)}")

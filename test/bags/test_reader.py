@@ -146,6 +146,21 @@ def test_a_bag_that_was_cut_off_is_read_up_to_where_it_breaks_off(tmp_path: Path
     assert counts[-1] > 200
 
 
+@pytest.mark.parametrize("back", [50, 500, 2000, 5000])
+def test_a_bag_with_a_damaged_summary_is_read_without_it(recorded: Recorded, tmp_path: Path, back: int) -> None:
+    shutil.copytree(recorded[0], tmp_path / "bag")
+    path = tmp_path / "bag" / "bag_0.mcap"
+    content = bytearray(path.read_bytes())
+    content[-back] ^= 1
+    path.write_bytes(content)
+    bag, undamaged = open_bag(tmp_path / "bag"), open_bag(recorded[0])
+    assert not bag.complete
+    assert {name: (s.type, s.count, s.qos) for name, s in bag.topics.items()} == {
+        name: (s.type, s.count, s.qos) for name, s in undamaged.topics.items()
+    }
+    assert [raw.data for raw in bag.raw_messages("odom")] == recorded[1]["/odom"]
+
+
 def test_messages_outside_of_chunks_are_read(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     each = topic("/odom", TYPES["odom"])

@@ -1,4 +1,4 @@
-"""Bags that rosbag2 compressed itself, as whole files or message by message, read like any other."""
+"""Bags that rosbag2 compressed itself, file by file or message by message, are read like any other."""
 
 import gc
 import shutil
@@ -186,6 +186,6 @@ def test_recover_keeps_the_declared_compression_of_messages(tmp_path: Path) -> N
 def test_recover_does_not_touch_a_compressed_file(tmp_path: Path) -> None:
     by_file(tmp_path / "bag")
     before = {path: path.read_bytes() for path in (tmp_path / "bag").iterdir()}
-    with pytest.raises(BagError, match=r"bag_0\.mcap\.zstd is compressed as a whole: `zstd -d bag_0\.mcap\.zstd`"):
+    with pytest.raises(BagError, match=r"bag_0\.mcap\.zstd is compressed with zstd: `zstd -d bag_0\.mcap\.zstd`"):
         repair(tmp_path / "bag")
     assert {path: path.read_bytes() for path in (tmp_path / "bag").iterdir()} == before

@@ -43,7 +43,7 @@ def of_sqlite(path: Path) -> None:
 WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "empty": (lambda path: path.write_bytes(b""), r"bag_0\.mcap is empty"),
     "truncated": (lambda path: path.write_bytes(path.read_bytes()[:12]), "not even the beginning of an MCAP file"),
-    "foreign": (lambda path: path.write_bytes(b"SQLite format 3\0" * 100), "is not an MCAP file"),
+    "another format": (lambda path: path.write_bytes(b"SQLite format 3\0" * 100), "is not an MCAP file"),
     "corrupt": (damaged, r"bag_0\.mcap is damaged at byte \d+: `vessel-hsmc recover` makes the rest of it readable"),
     "missing": (lambda path: path.unlink(), "is not a bag: it holds no MCAP file"),
     "newer": (newer, "has version 10, which is newer than 9, the last that this package reads"),

@@ -123,5 +123,5 @@ class CrashSafeFile:
 
 
 def _pages(size: int) -> int:
-    """A size rounded up to whole pages."""
+    """A size rounded up to a multiple of PAGE."""
     return -(-size // PAGE) * PAGE

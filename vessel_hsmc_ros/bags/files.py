@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import yaml
 from mcap.opcode import Opcode
 
+from vessel_hsmc_ros.bags.mcap_contents import read_contents
 from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_HEADER, RECORD_HEADER, file_records, message_offsets
-from vessel_hsmc_ros.bags.mcap_scan import Contents, chunk_bytes, read_contents
+from vessel_hsmc_ros.bags.mcap_scan import Contents, chunk_bytes
 from vessel_hsmc_ros.bags.rosbag2_compression import SUFFIX, decompress_file, decompress_messages, messages_are_compressed
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
 from vessel_hsmc_ros.core.exceptions import BagError

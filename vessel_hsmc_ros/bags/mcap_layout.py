@@ -38,7 +38,10 @@ INDEX_ENTRY_SIZE = 16
 FOOTER = struct.Struct("<BQQQI")
 """The Footer record: record header, start of the summary, start of the summary offsets, checksum."""
 
-DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, 4) + bytes(4)
+CHECKSUM_SIZE = 4
+"""Bytes of a checksum, the last field of DataEnd and Footer."""
+
+DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, CHECKSUM_SIZE) + bytes(CHECKSUM_SIZE)
 """The DataEnd record without a checksum; directly before the footer in a file that was not closed."""
 
 LONGEST_RECORD = 2**32

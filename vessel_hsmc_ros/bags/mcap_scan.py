@@ -1,26 +1,21 @@
-"""What an MCAP file contains: from its summary, or by a scan from the front where the summary is missing."""
+"""What an MCAP file contains, found by a scan from the front, complete or not."""
 
 import io
 import struct
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
 from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, MessageIndex, Metadata, Schema
 from mcap.stream_reader import get_chunk_data_stream
 
 from vessel_hsmc_ros.bags.mcap_layout import (
-    DATA_END,
     FIRST_PRIVATE,
-    FOOTER,
-    LONGEST_RECORD,
-    MAGIC,
     MESSAGE_HEADER,
     RECORD_HEADER,
     chunk_records,
@@ -28,10 +23,8 @@ from vessel_hsmc_ros.bags.mcap_layout import (
 )
 from vessel_hsmc_ros.core.exceptions import BagError
 
-DAMAGE = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, EOFError, KeyError, TypeError)
-"""What the libraries raise for damaged bytes; RuntimeError is lz4's."""
-
-ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+DAMAGE = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, EOFError, KeyError, TypeError, MemoryError)
+"""What the libraries raise for damaged bytes: RuntimeError is lz4's, MemoryError comes from a damaged length."""
 
 
 @dataclass
@@ -75,26 +68,6 @@ class Contents:
         self.end_time = max(self.end_time, end)
 
 
-def read_contents(path: Path) -> Contents:
-    """Contents of a file, by the fastest way that it allows.
-
-    Raises:
-        BagError: The file cannot be read or is not an MCAP file.
-    """
-    try:
-        with path.open("rb") as stream:
-            start = stream.read(len(MAGIC))
-            if not start:
-                raise BagError(f"{path} is empty")
-            if start.startswith(ZSTD_MAGIC):
-                raise BagError(f"{path} is compressed as a whole: `zstd -d {path.name}` makes it an MCAP file")
-            if start != MAGIC:
-                raise BagError(f"{path} is not an MCAP file")
-            return _from_summary(path, stream) or scan(path)
-    except OSError as error:
-        raise BagError(f"{path} cannot be read: {error.strerror}") from None
-
-
 def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     """The uncompressed records of a chunk.
 
@@ -109,7 +82,8 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     offset = index.chunk_start_offset
     try:
         stream.seek(offset + RECORD_HEADER.size)
-        return _uncompressed(Chunk.read(ReadDataStream(stream)))
+        # No more than the chunk's own bytes: a damaged length within them could ask for any amount of memory.
+        return _uncompressed(Chunk.read(_stream(stream.read(index.chunk_length - RECORD_HEADER.size))))
     except DAMAGE:
         raise BagError(f"{path} is damaged at byte {offset}: `vessel-hsmc recover` makes the rest of it readable") from None
 
@@ -208,37 +182,3 @@ def _uncompressed(chunk: Chunk) -> bytes:
 
 def _stream(data: bytes) -> ReadDataStream:
     return ReadDataStream(io.BytesIO(data))
-
-
-def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
-    """Contents according to the summary of a closed file; None where there is no summary or it has too little."""
-    size = path.stat().st_size
-    stream.seek(max(0, size - len(MAGIC) - FOOTER.size - len(DATA_END)))
-    tail = stream.read()
-    # DataEnd directly before the footer: the file was not closed, its summary may be older than its data.
-    if size < 2 * len(MAGIC) or not tail.endswith(MAGIC) or tail.startswith(DATA_END):
-        return None
-    stream.seek(0)
-    try:
-        reader: Any = SeekingReader(stream, record_size_limit=LONGEST_RECORD)
-        profile, summary = reader.get_header().profile, reader.get_summary()
-        if summary is None or summary.statistics is None:
-            return None
-        statistics = summary.statistics
-        contents = Contents(path, size, True, profile, summary.schemas, summary.channels, summary.chunk_indexes)
-        contents.counts = Counter(statistics.channel_message_counts)
-        if statistics.message_count:
-            contents.extend_times(statistics.message_start_time, statistics.message_end_time)
-        contents.metadata = [(i.offset, i.length, _record_at(stream, i.offset, Metadata)) for i in summary.metadata_indexes]
-        contents.attachments = [
-            (i.offset, i.length, _record_at(stream, i.offset, Attachment)) for i in summary.attachment_indexes
-        ]
-    except DAMAGE:
-        return None
-    unknown_channels = contents.counts.keys() - contents.channels.keys()
-    return None if unknown_channels or (statistics.message_count and not contents.chunks) else contents
-
-
-def _record_at(stream: IO[bytes], offset: int, kind: Any) -> Any:
-    stream.seek(offset + RECORD_HEADER.size)
-    return kind.read(ReadDataStream(stream))

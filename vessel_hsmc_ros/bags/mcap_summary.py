@@ -6,7 +6,7 @@ import zlib
 from mcap.data_stream import RecordBuilder
 from mcap.records import AttachmentIndex, Footer, McapRecord, MetadataIndex, Statistics
 
-from vessel_hsmc_ros.bags.mcap_layout import DATA_END, MAGIC
+from vessel_hsmc_ros.bags.mcap_layout import CHECKSUM_SIZE, DATA_END, MAGIC
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 
 
@@ -33,7 +33,7 @@ def ending(contents: Contents, index: bytes, chunks: int) -> list[bytes]:
     """
     rest = statistics(contents, chunks) + definitions(contents)
     # The footer's checksum covers the summary and the footer's own bytes before the checksum.
-    footer = record_bytes(Footer(contents.end + len(DATA_END), 0, 0))[:-4]
+    footer = record_bytes(Footer(contents.end + len(DATA_END), 0, 0))[:-CHECKSUM_SIZE]
     footer += struct.pack("<I", zlib.crc32(footer, zlib.crc32(rest, zlib.crc32(index))))
     return [DATA_END, index, rest, footer, MAGIC]
 

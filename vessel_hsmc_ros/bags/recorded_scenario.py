@@ -57,6 +57,7 @@ def _from_parameters(parameters: Parameters, namespaces: Collection[str]) -> str
     for name, values in parameters.items():
         node = name.rsplit("/", 1)[-1]
         if node in NODES and name.removesuffix(node) in (*namespaces, "/"):
+            # ROS adds parameters of its own, such as use_sim_time, which a scenario does not have.
             known = schema.entries(NODES[node])
             found[node] = {"ros__parameters": {key: value for key, value in values.items() if key in known}}
     return yaml.safe_dump(found) if found.keys() == NODES.keys() else ""

@@ -1,4 +1,4 @@
-"""Bags that rosbag2 compressed itself: as whole files (`bag_0.mcap.zstd`), or message by message.
+"""Bags that rosbag2 compressed itself: file by file (`bag_0.mcap.zstd`), or message by message.
 
 This is independent of the compression of chunks inside of MCAP files, which is not declared in metadata.yaml.
 """
@@ -15,7 +15,7 @@ from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, chu
 from vessel_hsmc_ros.core.exceptions import BagError
 
 SUFFIX = ".zstd"
-"""Of files that are compressed as a whole."""
+"""Of the files of a bag that is compressed file by file."""
 
 LARGEST_MESSAGE = 1 << 30
 """A compressed message that claims more bytes than this is taken for damage, and its memory is not allocated."""
@@ -61,6 +61,7 @@ def decompress_file(path: Path, folder: Path) -> Path:
         with path.open("rb") as source, target.open("wb") as sink:
             _require_room(path, source.read(_FRAME_HEADER), folder)
             source.seek(0)
+            # A frame that was cut off ends without an error: its MCAP file is then read as one that was cut off.
             with zstandard.ZstdDecompressor().stream_reader(source, closefd=False, read_across_frames=True) as stream:
                 shutil.copyfileobj(stream, sink, _BLOCK)
     except zstandard.ZstdError:
@@ -83,7 +84,7 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
     decompressor = zstandard.ZstdDecompressor()
     parts = []
     for opcode, start, end in chunk_records(records):
-        if opcode != Opcode.MESSAGE:
+        if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
             continue
         _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
         data = _decompressed(path, decompressor, records[start + MESSAGE_HEADER.size : end])
@@ -95,6 +96,7 @@ def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: by
     try:
         if zstandard.frame_content_size(data) > LARGEST_MESSAGE:
             raise BagError(f"{path} is damaged: a compressed message claims more than {LARGEST_MESSAGE >> 20} MiB")
+        # The limit counts where the frame does not state its size.
         return decompressor.decompress(data, max_output_size=LARGEST_MESSAGE)
     except zstandard.ZstdError as error:
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None

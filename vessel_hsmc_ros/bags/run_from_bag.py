@@ -4,7 +4,7 @@ The results are bit-identical to what the nodes compute from single messages.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -83,21 +83,23 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         raise BagError("no odometry message has an applied wrench and a disturbance of its stamp")
     stamps, start = stamps[rows], int(stamps[rows[0]])
     measured = states(odometry)[order][rows]
-    truth, unforced = topics.get("odom/truth"), topics.get("dynamics/truth")
+    no_acceleration = np.full((len(rows), 3), math.nan)
+    terms = topics.get("controller/state")
     return Run(
         seconds_of(stamps - start),
-        measured if truth is None else at_stamps(stamps, truth, states(truth), measured),
+        _optional(stamps, topics.get("odom/truth"), states, measured),  # without sensor noise there is no truth apart
         measured,
         references_at(stamps, topics["reference"]),
         wrenches(topics["applied_wrench"])[wrench[rows]][:, [0, 2]],
         wrenches(topics["disturbance"])[disturbance[rows]] / (vessel.m11, vessel.m22, vessel.m33),
-        np.full((len(rows), 3), math.nan)
-        if unforced is None
-        else at_stamps(stamps, unforced, accelerations(unforced, "accel"), np.nan),
-        control(topics["controller/state"], start, weights, topics.get("controller/estimate"))
-        if "controller/state" in topics
-        else {},
+        _optional(stamps, topics.get("dynamics/truth"), lambda series: accelerations(series, "accel"), no_acceleration),
+        {} if terms is None else control(terms, start, weights, topics.get("controller/estimate")),
     )
+
+
+def _optional(stamps: Stamps, series: Series | None, values: Callable[[Series], Array], otherwise: Array) -> Array:
+    """The values of a topic at some stamps, where the bag has the topic; else others of the same shape."""
+    return otherwise if series is None else at_stamps(stamps, series, values(series), otherwise)
 
 
 def at_stamps(stamps: Stamps, series: Series, values: Array, otherwise: Any) -> Array:

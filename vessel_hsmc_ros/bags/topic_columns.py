@@ -44,7 +44,7 @@ class Series:
     files: BagFiles = field(repr=False)
     count: int = 0
     _columns: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
-    _order: Array | None = field(default=None, init=False, repr=False)
+    _order: Array | None = field(default=None, init=False, repr=False)  # of log times; None if they were in order
 
     def __len__(self) -> int:
         return self.count
@@ -107,6 +107,7 @@ class Series:
 
     def _decode(self, block: bytes, offsets: Sequence[int], names: Iterable[str]) -> dict[str, Array]:
         """Columns of the messages whose records lie at some offsets of a block."""
+        # All headers at once: a loop over messages in Python would take most of the time.
         starts = np.array(offsets)
         header_bytes = np.frombuffer(block, np.uint8)[starts[:, None] + np.arange(MESSAGE_HEADER.size)]
         headers = header_bytes.view(MESSAGE_HEADER_TYPE).reshape(-1)
@@ -119,7 +120,7 @@ class Series:
         """Keep what has been read in the order of log time; empties `columns`, which may be most of the memory in use."""
         read = {name: columns.pop(name).joined() for name in list(columns)}
         if "log_time" in read:
-            order = np.argsort(read["log_time"], kind="stable")
+            order = np.argsort(read["log_time"], kind="stable")  # stable: equal times stay in the recorded order
             self._order = None if (np.diff(order) == 1).all() else order
         for name, column in read.items():
             self._columns[name] = column if self._order is None else column[self._order]

@@ -36,12 +36,12 @@ STATE_NAMES = ("x", "y", "heading", *(f"{axis} velocity" for axis in _AXES), *(f
 
 
 def nanoseconds(stamp: Any) -> int:
-    """A builtin_interfaces/Time as whole nanoseconds."""
+    """A builtin_interfaces/Time in nanoseconds."""
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
 def time_message(stamp: int) -> Time:
-    """Whole nanoseconds as a builtin_interfaces/Time."""
+    """Nanoseconds as a builtin_interfaces/Time."""
     from builtin_interfaces.msg import Time
 
     sec, nanosec = divmod(stamp, NANOSECONDS)
@@ -185,6 +185,7 @@ def write_terms(message: ControlState, stamp: Time, terms: Terms) -> None:
     """
     message.header.stamp = stamp
     for name, value in zip(Terms._fields, terms, strict=True):
+        # rclpy checks every element of other sequences; array.array is its own type for float64[].
         setattr(message, name, array.array("d", value.tobytes()) if isinstance(value, np.ndarray) else value)
 
 
@@ -220,6 +221,7 @@ def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
 
 def not_finite(state: Array, acceleration: Array | None = None) -> str | None:
     """The values of a state (6,) and an acceleration (3,) that are not finite, as `x = nan`; None when all are finite."""
+    # One test for the usual case; names are looked up only when something is wrong.
     values = state if acceleration is None else np.concatenate((state, acceleration))
     if np.isfinite(values).all():
         return None

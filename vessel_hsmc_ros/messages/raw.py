@@ -7,6 +7,7 @@ from typing import Any
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
 _STAMP = struct.Struct("<iI")
+# Both have the stamp as their first field, so that it lies at a constant offset in the serialised message.
 _STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
 
 
