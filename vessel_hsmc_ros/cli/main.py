@@ -97,7 +97,7 @@ def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
 @click.option("--csv", is_flag=True, help="All signals as CSV too, in csv/ beside the page.")
 @click.option("--parquet", is_flag=True, help="The same as Parquet, if pyarrow is installed.")
 @click.option("--hull-length", type=float, default=32.0, show_default=True, help="Length of the ship that is drawn, m.")
-@click.option("--hull-beam", type=float, default=8.0, show_default=True, help="Its beam, m.")
+@click.option("--hull-beam", type=float, default=6.4, show_default=True, help="Its beam, m.")
 def report_command(bags: tuple[Path, ...], hull_length: float, hull_beam: float, output: Path | None, **options: Any) -> None:
     """One page of one or several recorded runs, that needs nothing but itself.
 
