@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.guidance import (
+    LARGEST_MISMATCH,
     BodyCommand,
     approach_rate,
+    calmness,
     course_rate,
     direction_of_travel,
     heading_error,
@@ -155,3 +157,27 @@ def test_correction_goes_the_short_way_round():
     below, above = Motion(0, 0, math.pi - 0.01, 0, 0, 0), Motion(0, 0, -math.pi + 0.01, 0, 0, 0)
     half = correct(below, above, 0.5, 0.5, 0.5, 0.5, 0.5)
     assert abs(half.psi) == pytest.approx(math.pi)
+
+
+def test_correction_has_both_velocity_poles_and_one_pole_of_the_pose() -> None:
+    """x = x- + (1 - z)·e in the pose, nu = nu- + (1 - z²)·e in the velocities, each channel with its own pole."""
+    predicted, measured = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Motion(1.0, -2.0, 0.1, 3.0, -4.0, 0.5)
+    corrected = correct(predicted, measured, z_p=0.9, z_h=0.8, z_u=0.7, z_v=0.6, z_r=0.5)
+    assert corrected == pytest.approx((0.1, -0.2, 0.02, 0.51 * 3.0, 0.64 * -4.0, 0.75 * 0.5))
+
+
+@pytest.mark.parametrize("channel", ["W", "v", "f_u", "f_v"])
+def test_every_motion_and_disturbance_reduces_the_calmness(channel: str) -> None:
+    """1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²): each term alone at its threshold halves it."""
+    at_threshold = {"W": (G.v_0**2, 0.0, 0.0, 0.0), "v": (0.0, G.v_0, 0.0, 0.0)}
+    at_threshold |= {"f_u": (0.0, 0.0, G.a_0, 0.0), "f_v": (0.0, 0.0, 0.0, G.a_0)}
+    assert calmness(0.0, 0.0, 0.0, 0.0, G) == 1.0
+    assert calmness(*at_threshold[channel], G) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("mismatch", [0.01, 0.1, LARGEST_MISMATCH, 1.0, 10.0])
+def test_the_station_keeping_lever_arm_grows_with_the_sway_mismatch_up_to_a_limit(mismatch: float) -> None:
+    """At w_t = 0, epsilon = atan2(m, q_m): q_m/c is the lever arm, sqrt(rho² + (T_m·min(|m|, m_max))²)."""
+    epsilon = heading_error(BodyCommand(0.0, mismatch, 0.0, 0.0), 0.0, 1.0, G)
+    lever = mismatch / (G.c * math.tan(epsilon))
+    assert lever == pytest.approx(math.hypot(G.rho, G.T_m * min(mismatch, LARGEST_MISMATCH)))
