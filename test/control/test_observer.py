@@ -83,9 +83,9 @@ def test_the_actuator_lag_improves_the_yaw_rate_estimate() -> None:
 
 
 def test_the_wave_filter_has_its_period_and_damping() -> None:
-    whole = wave_transition(1.0, 0.1, 1.0)
-    np.testing.assert_allclose(np.linalg.matrix_power(wave_transition(1.0, 0.1, 0.1), 10), whole, atol=1e-12)
-    np.testing.assert_allclose(np.abs(np.linalg.eigvals(whole)), math.exp(-0.1), rtol=1e-9)
+    full_step = wave_transition(1.0, 0.1, 1.0)
+    np.testing.assert_allclose(np.linalg.matrix_power(wave_transition(1.0, 0.1, 0.1), 10), full_step, atol=1e-12)
+    np.testing.assert_allclose(np.abs(np.linalg.eigvals(full_step)), math.exp(-0.1), rtol=1e-9)
 
 
 def test_measured_velocities_are_ignored() -> None:

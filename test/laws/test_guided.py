@@ -204,8 +204,8 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, however far the filter's state is off: otherwise it would wind up at the limit."""
     m = Memory(AT_REST, Filter(rate=rate))
-    asked, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
-    assert abs(AT_REST.r - asked.r_c) == pytest.approx(G.S1_max)
+    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
+    assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 
 
 @pytest.mark.parametrize("slew_time", [0.5, 2.0])

@@ -44,8 +44,8 @@ def test_the_ship_is_6(motion) -> None:
     """(6) with interpretation E1."""
     f = dict(zip((p.f_u, p.f_v, p.f_r), p.unforced(p.u, p.v, p.r), strict=True))
     expected = [number(p.RATES[q].subs(f), motion) for q in p.STATE]
-    wrench, push = (motion[p.tau_1], motion[p.tau_2]), state_of(motion, p.DISTURBANCE)
-    rates = derivative(state_of(motion), wrench, push, VesselParameters().coefficients())
+    wrench, disturbance = (motion[p.tau_1], motion[p.tau_2]), state_of(motion, p.DISTURBANCE)
+    rates = derivative(state_of(motion), wrench, disturbance, VesselParameters().coefficients())
     np.testing.assert_allclose(rates, expected, rtol=1e-12, atol=1e-14)
 
 

@@ -17,7 +17,7 @@ def waves(seed=1, **parameters):
 
 
 def one_wave(**parameters):
-    """A regular wave: its frequency is what the draw says, so is its phase."""
+    """A regular wave of random frequency and phase."""
     return waves(components=1, **parameters)
 
 

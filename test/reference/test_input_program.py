@@ -51,7 +51,7 @@ def test_rates_are_the_derivatives(time) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         (
             {"yaw_moment_steps.times": [0.0, 5.0]},
@@ -65,6 +65,6 @@ def test_rates_are_the_derivatives(time) -> None:
         ({"yaw_moment_sine.amplitude": math.inf}, "finite"),
     ],
 )
-def test_an_inconsistent_input_is_rejected_with_its_name(changes, told) -> None:
-    with pytest.raises(ParameterError, match=told):
+def test_an_inconsistent_input_is_rejected_with_its_name(changes, message) -> None:
+    with pytest.raises(ParameterError, match=message):
         load_scenario("case2_tracking", {f"reference_ship.{name}": value for name, value in changes.items()})

@@ -30,7 +30,7 @@ def test_a_path_passes_near_every_waypoint_and_stops_at_the_last() -> None:
     assert_feasible(states, accelerations)
     assert all(nearest(states, point) < 5.0 for point in LOOP)
     assert math.dist(states[-1, :2], LOOP[-1]) < 0.06
-    assert states[-1, 2] - math.atan2(-30.0, -20.0) == pytest.approx(2.0 * math.pi, abs=0.02)  # a whole turn to the left
+    assert states[-1, 2] - math.atan2(-30.0, -20.0) == pytest.approx(2.0 * math.pi, abs=0.02)  # a full turn to the left
     assert states[150:350, 3].mean() == pytest.approx(1.5, abs=0.05)
 
 

@@ -151,7 +151,7 @@ class NmpcController(Law[NmpcParameters]):
     def _disturbance(self, motion: Motion) -> tuple[Array, Array]:
         """The estimates b and e, corrected by the prediction error of the last period.
 
-        Half of the error is attributed to either kind. A constant force on a turning hull is told apart by that: the share in the
+        Half of the error is attributed to either kind. On a turning hull this distinguishes the two: the share in the
         wrong estimate rotates with the wrong frame, causes an error again, and so moves to the right one.
         """
         m, plan, T = self._model, self.plan, self._period
