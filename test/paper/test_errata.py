@@ -84,11 +84,11 @@ class ExactlyKnown:
         frozen = {f"{name}_adaptation_gain": 0.0 for name in ("surge", "sway", "yaw")}
         self._law = make_controller("hierarchical", 0.01, **lone, **frozen)
 
-    def update(self, time, state, reference, reference_acceleration):
-        f_u, f_v, f_r = unforced_acceleration(*state[3:], SHIP)
-        on = np.exp(-0.5e-6 * np.sum((state[3:] - 0.5) ** 2))
+    def step(self, motion, desired, acceleration):
+        f_u, f_v, f_r = unforced_acceleration(*motion[3:], SHIP)
+        on = np.exp(-0.5e-6 * np.sum((np.array(motion[3:]) - 0.5) ** 2))
         self._law.weights = Weights(np.array([f_v / on]), np.array([f_r / on]), np.array([f_u / on]))
-        return self._law.update(time, state, reference, reference_acceleration)
+        return self._law.step(motion, desired, acceleration)
 
     def reset(self):
         self._law.reset()
