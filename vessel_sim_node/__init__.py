@@ -1,1 +1,1 @@
-"""The plant side: an underactuated ship, its disturbances and actuators, and the node that publishes them."""
+"""The plant: model of an underactuated ship with disturbances, actuators and sensors, and the node that simulates it."""

@@ -1,4 +1,4 @@
-"""The classic fourth-order Runge-Kutta step over `plant.derivative`, inputs held constant over the step."""
+"""The classical fourth-order Runge-Kutta method for `plant.derivative`, with the inputs constant over a step."""
 
 from typing import Any
 
@@ -13,15 +13,18 @@ def rk4(
     step: float,
     current: tuple[float, float] = STILL_WATER,
 ) -> Array:
-    """The state one step later, with an error of order step⁵.
+    """Advance the state by one step; the local error is of order step⁵.
 
     Args:
         state: x, y, psi, u, v, r, shape (6,).
-        wrench: tau_1 [N], tau_2 [N·m], held over the step, shape (2,).
-        disturbance: Accelerations held over the step, shape (3,), m/s², m/s², rad/s².
+        wrench: tau_1 [N], tau_2 [N·m], constant over the step, shape (2,).
+        disturbance: Disturbing accelerations, constant over the step, shape (3,), m/s², m/s², rad/s².
         vessel: Coefficients of (6).
         step: Length of the step, s.
-        current: East and north, m/s.
+        current: Current towards the east and the north, m/s.
+
+    Returns:
+        The state at the end of the step, shape (6,).
     """
     half = 0.5 * step
     k1 = derivative(state, wrench, disturbance, vessel, current)

@@ -1,4 +1,4 @@
-"""The ship: a surface vessel in three degrees of freedom with two inputs, equations (6) and (7).
+"""The ship model: a surface vessel in three degrees of freedom (surge, sway, yaw) with two inputs, equations (6) and (7).
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|
@@ -11,20 +11,21 @@
 | d_u, d_v, d_r | linear damping | kg/s, kg/s, kg·m²/s | (6) |
 | d_u2 .. d_r3 | quadratic and cubic damping | per power of the velocity | (6) |
 | tau_uw, tau_vw, tau_rw | disturbances, as accelerations | m/s², m/s², rad/s² | (6) |
-| f_u, f_v, f_r | acceleration from the ship's own motion | m/s², m/s², rad/s² | (7) |
+| f_u, f_v, f_r | unforced acceleration: Coriolis forces and damping | m/s², m/s², rad/s² | (7) |
 | E, N | current, steady and uniform, east and north | m/s | not in the paper |
-| u_c, v_c | the current seen from the ship, in the body frame | m/s | not in the paper |
+| u_c, v_c | the current in the body frame | m/s | not in the paper |
 
-In a current the hull feels the water: Coriolis, Munk moment and damping act on the velocity relative to it, u - u_c and v - v_c.
-The state stays the velocity over ground. The frame turns under the current, so du_c = r·v_c and dv_c = -r·u_c, and (6) becomes
+In a current the hydrodynamic forces, Coriolis force, Munk moment and damping, depend on the velocity relative to the water,
+u - u_c and v - v_c. The state remains the velocity over ground. The current is constant in the earth-fixed frame, so in the body
+frame du_c = r·v_c and dv_c = -r·u_c, and (6) becomes
 
     du = f_u(u - u_c, v - v_c, r) + r·v_c + tau_1/m11 + tau_uw
     dv = f_v(u - u_c, v - v_c, r) - r·u_c + tau_vw
     dr = f_r(u - u_c, v - v_c, r) + tau_2/m33 + tau_rw
 
 Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
-The printed f_r divides the higher-order yaw damping by m11; it is read here as m33, the inertia of that equation. The print
-stays selectable: `as_printed` makes d_r2 and d_r3 m33/m11 times larger, which is the same.
+The printed f_r divides the higher-order yaw damping by m11; it is interpreted here as m33, the inertia of that equation. The
+printed form is selected by `as_printed`, which is equivalent to d_r2 and d_r3 being m33/m11 times larger.
 """
 
 import math
@@ -35,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
@@ -59,45 +61,51 @@ class Vessel(NamedTuple):
     d_r3: float
 
 
+def inertia(default: float, description: str, unit: str, symbol: str, high: float = 1e12) -> float:
+    """Declare an inertia, which must be positive."""
+    return parameter(default, description, unit=unit, low=1e-3, high=high, symbol=symbol)
+
+
+def damping(default: float, description: str, unit: str, symbol: str, high: float = 1e12) -> float:
+    """Declare a non-negative damping coefficient."""
+    return parameter(default, description, unit=unit, low=0.0, high=high, symbol=symbol)
+
+
 @dataclass(frozen=True)
 class VesselParameters:
-    """The ship's data; defaults are the ship of the paper's section 6.2."""
+    """The coefficients of the ship; the defaults are the ship of the paper's section 6.2."""
 
-    surge_inertia: float = parameter(120e3, "Mass with added mass in surge.", unit="kg", low=1e-3, high=1e12, symbol="m11")
-    sway_inertia: float = parameter(177.9e3, "Mass with added mass in sway.", unit="kg", low=1e-3, high=1e12, symbol="m22")
-    yaw_inertia: float = parameter(
-        636e5, "Moment of inertia with added inertia in yaw.", unit="kg·m²", low=1e-3, high=1e15, symbol="m33"
-    )
-    surge_damping: float = parameter(215e2, "Linear damping in surge.", unit="kg/s", low=0.0, high=1e12, symbol="d_u")
-    sway_damping: float = parameter(147e3, "Linear damping in sway.", unit="kg/s", low=0.0, high=1e12, symbol="d_v")
-    yaw_damping: float = parameter(802e4, "Linear damping in yaw.", unit="kg·m²/s", low=0.0, high=1e15, symbol="d_r")
-    surge_damping_quadratic: float = parameter(
-        0.2 * 215e2, "Damping in surge with |u|u.", unit="kg/m", low=0.0, high=1e12, symbol="d_u2"
-    )
-    surge_damping_cubic: float = parameter(
-        0.1 * 215e2, "Damping in surge with u³.", unit="kg·s/m²", low=0.0, high=1e12, symbol="d_u3"
-    )
-    sway_damping_quadratic: float = parameter(
-        0.2 * 147e3, "Damping in sway with |v|v.", unit="kg/m", low=0.0, high=1e12, symbol="d_v2"
-    )
-    sway_damping_cubic: float = parameter(
-        0.1 * 147e3, "Damping in sway with v³.", unit="kg·s/m²", low=0.0, high=1e12, symbol="d_v3"
-    )
-    yaw_damping_quadratic: float = parameter(
-        0.2 * 802e4, "Damping in yaw with |r|r.", unit="kg·m²", low=0.0, high=1e15, symbol="d_r2"
-    )
-    yaw_damping_cubic: float = parameter(
-        0.1 * 802e4, "Damping in yaw with r³.", unit="kg·m²·s", low=0.0, high=1e15, symbol="d_r3"
-    )
-    as_printed: bool = parameter(False, "Divide the higher-order yaw damping by m11, as the printed (6) does, instead of by m33.")
+    surge_inertia: float = inertia(120e3, "Mass with added mass in surge.", "kg", "m11")
+    sway_inertia: float = inertia(177.9e3, "Mass with added mass in sway.", "kg", "m22")
+    yaw_inertia: float = inertia(636e5, "Moment of inertia with added inertia in yaw.", "kg·m²", "m33", 1e15)
+    surge_damping: float = damping(215e2, "Linear damping in surge.", "kg/s", "d_u")
+    sway_damping: float = damping(147e3, "Linear damping in sway.", "kg/s", "d_v")
+    yaw_damping: float = damping(802e4, "Linear damping in yaw.", "kg·m²/s", "d_r", 1e15)
+    surge_damping_quadratic: float = damping(0.2 * 215e2, "Quadratic damping in surge, on |u|u.", "kg/m", "d_u2")
+    surge_damping_cubic: float = damping(0.1 * 215e2, "Cubic damping in surge, on u³.", "kg·s/m²", "d_u3")
+    sway_damping_quadratic: float = damping(0.2 * 147e3, "Quadratic damping in sway, on |v|v.", "kg/m", "d_v2")
+    sway_damping_cubic: float = damping(0.1 * 147e3, "Cubic damping in sway, on v³.", "kg·s/m²", "d_v3")
+    yaw_damping_quadratic: float = damping(0.2 * 802e4, "Quadratic damping in yaw, on |r|r.", "kg·m²", "d_r2", 1e15)
+    yaw_damping_cubic: float = damping(0.1 * 802e4, "Cubic damping in yaw, on r³.", "kg·m²·s", "d_r3", 1e15)
+    as_printed: bool = parameter(False, "Divide the higher-order yaw damping by m11, as printed in (6), instead of by m33.")
 
     def coefficients(self) -> Vessel:
-        """The same data by the symbols of (6), the misprint turned into coefficients where it is asked for."""
+        """The coefficients by the symbols of (6), with the misprint included where `as_printed` is set."""
         vessel = Vessel(**schema.symbols(self))
         if not self.as_printed:
             return vessel
         factor = vessel.m33 / vessel.m11
         return vessel._replace(d_r2=factor * vessel.d_r2, d_r3=factor * vessel.d_r3)
+
+
+def initial_pose(default: tuple[float, float, float]) -> tuple[float, ...]:
+    """Declare the initial pose of a ship."""
+    return parameter(default, "Initial position x, y [m] and heading.", low=-1e6, high=1e6, length=3)
+
+
+def initial_velocity() -> tuple[float, ...]:
+    """Declare the initial velocity of a ship, zero by default."""
+    return parameter((0.0, 0.0, 0.0), "Initial surge, sway and yaw velocity.", low=-1e3, high=1e3, length=3)
 
 
 def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple[float, float, float]:
@@ -118,21 +126,18 @@ def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple
 
 
 def unforced_in_current(state: Array, vessel: Vessel, current: tuple[float, float] = STILL_WATER) -> tuple[float, float, float]:
-    """f_u, f_v, f_r of a ship in a current, with the terms of the frame that turns under it; (7) in still water.
+    """The unforced acceleration of a ship in a current, including the rotation of the body frame; (7) in still water.
 
     Args:
-        state: x, y, psi, u, v, r, shape (6,).
+        state: x, y, psi, u, v, r, shape (6,); velocities over ground.
         vessel: Coefficients of (6).
         current: E, N, m/s.
 
     Returns:
         f_u(u_r, v_r, r) + r·v_c [m/s²], f_v(u_r, v_r, r) - r·u_c [m/s²], f_r(u_r, v_r, r) [rad/s²].
     """
-    psi, u, v, r = float(state[2]), float(state[3]), float(state[4]), float(state[5])
-    c, s = math.cos(psi), math.sin(psi)
-    u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
-    f_u, f_v, f_r = unforced_acceleration(u - u_c, v - v_c, r, vessel)
-    return f_u + r * v_c, f_v - r * u_c, f_r
+    motion = as_motion(state)
+    return _unforced(motion, math.cos(motion.psi), math.sin(motion.psi), vessel, current)
 
 
 def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, current: tuple[float, float] = STILL_WATER) -> Array:
@@ -148,9 +153,10 @@ def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, curr
     Returns:
         Derivatives in the order of the state, shape (6,).
     """
-    psi, u, v, r = float(state[2]), float(state[3]), float(state[4]), float(state[5])
-    f_u, f_v, f_r = unforced_in_current(state, vessel, current)
-    c, s = math.cos(psi), math.sin(psi)
+    motion = as_motion(state)
+    u, v, r = motion.u, motion.v, motion.r
+    c, s = math.cos(motion.psi), math.sin(motion.psi)
+    f_u, f_v, f_r = _unforced(motion, c, s, vessel, current)
     return np.array(
         [
             u * c - v * s,
@@ -161,3 +167,10 @@ def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, curr
             f_r + wrench[1] / vessel.m33 + disturbance[2],
         ]
     )
+
+
+def _unforced(motion: Motion, c: float, s: float, vessel: Vessel, current: tuple[float, float]) -> tuple[float, float, float]:
+    """As `unforced_in_current`, with the cosine and sine of the heading."""
+    u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
+    f_u, f_v, f_r = unforced_acceleration(motion.u - u_c, motion.v - v_c, motion.r, vessel)
+    return f_u + motion.r * v_c, f_v - motion.r * u_c, f_r

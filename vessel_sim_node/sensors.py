@@ -1,4 +1,4 @@
-"""What the sensors make of the ship's motion: bias, white noise, and the last sample held until the next.
+"""Sensor model: bias, white noise, and sampling with a zero-order hold.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -18,28 +18,32 @@ from vessel_hsmc_ros.core.timing import RateGrid
 Array = NDArray[np.float64]
 
 _CHANNELS = (slice(0, 2), slice(2, 3), slice(3, 6))
-"""Position, heading, velocities: each has its own rate."""
+"""Position, heading and velocities are separate sensors with rates of their own."""
 
 
 def deviation(description: str, unit: str = "") -> float:
     """Declare the standard deviation of a sensor's white noise."""
-    return parameter(0.0, f"White noise of {description}, one standard deviation of each sample.", unit=unit, low=0.0, high=1e6)
+    return parameter(0.0, f"Standard deviation of the white noise on {description}.", unit=unit, low=0.0, high=1e6)
 
 
 def sample_rate(what: str) -> float:
-    """Declare the samples a sensor takes per second."""
+    """Declare the sampling rate of a sensor."""
     return parameter(
-        0.0, f"Samples of {what} per second, held in between; 0 samples for every message.", unit="Hz", low=0.0, high=1000.0
+        0.0,
+        f"Sampling rate of {what}, with the last sample held in between; 0 samples for every message.",
+        unit="Hz",
+        low=0.0,
+        high=1000.0,
     )
 
 
 @dataclass(frozen=True)
 class SensorParameters:
-    """Errors of the sensors; all of them zero is a perfect sensor, as in the paper."""
+    """Errors of the sensors; the defaults are perfect sensors, as in the paper."""
 
-    position_noise: float = deviation("x and of y", "m")
+    position_noise: float = deviation("x and on y", "m")
     heading_noise: float = deviation("the heading", "rad")
-    velocity_noise: float = deviation("surge and of sway velocity", "m/s")
+    velocity_noise: float = deviation("surge and on sway velocity", "m/s")
     yaw_rate_noise: float = deviation("the yaw rate", "rad/s")
     position_bias: tuple[float, ...] = parameter((0.0, 0.0), "Constant error of x and y.", unit="m", low=-1e6, high=1e6, length=2)
     heading_bias: float = parameter(0.0, "Constant error of the heading.", unit="rad", low=-3.2, high=3.2)
@@ -50,19 +54,19 @@ class SensorParameters:
     position_rate_hz: float = sample_rate("the position")
     heading_rate_hz: float = sample_rate("the heading")
     velocity_rate_hz: float = sample_rate("the velocities")
-    measures_velocity: bool = parameter(True, "Whether velocities are measured at all; where not, odometry says zero.")
+    measures_velocity: bool = parameter(True, "Whether velocities are measured; if not, odometry reports them as zero.")
 
     def perfect(self) -> bool:
-        """Whether what is measured is what is."""
+        """Whether the measurements equal the true state."""
         return self == SensorParameters()
 
 
 class Sensors:
-    """Sensors with the samples they hold.
+    """The sensors with their held samples.
 
     Args:
-        parameters: Their errors and rates.
-        random: Where the noise is drawn from.
+        parameters: Errors and sampling rates.
+        random: Random-number generator of the noise.
     """
 
     def __init__(self, parameters: SensorParameters, random: np.random.Generator) -> None:
@@ -72,19 +76,23 @@ class Sensors:
         self._bias = np.array([*p.position_bias, p.heading_bias, *p.velocity_bias, p.yaw_rate_bias])
         rates = (p.position_rate_hz, p.heading_rate_hz, p.velocity_rate_hz)
         self._grids = [RateGrid(rate) if rate else None for rate in rates]
-        self._blind = not p.measures_velocity
+        self._measures_velocity = p.measures_velocity
         self._sampled: list[int | None] = [None] * len(rates)
         self._held = np.zeros(6)
 
     def measure(self, stamp: int, state: Array) -> Array:
-        """What the sensors say, shape (6,).
+        """The measurement at a time; each call draws noise.
 
         Args:
             stamp: Time since the start, ns; not before that of the last call.
-            state: x, y, psi, u, v, r, shape (6,).
+            state: True x, y, psi, u, v, r, shape (6,).
+
+        Returns:
+            Measured x, y, psi, u, v, r, shape (6,).
         """
+        # Noise is drawn at every call, also for held samples: so the random sequence does not depend on the sampling rates.
         sample = state + self._bias + self._noise * self._random.standard_normal(6)
-        if self._blind:
+        if not self._measures_velocity:
             sample[3:] = 0.0
         for i, (channel, grid) in enumerate(zip(_CHANNELS, self._grids, strict=True)):
             index = grid.index(stamp) if grid else stamp

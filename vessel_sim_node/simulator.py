@@ -1,4 +1,4 @@
-"""The plant in steps of a fixed rate: what the sim node publishes and what the offline loop integrates."""
+"""Discrete-time simulation of the plant, shared by the simulator node and the offline loop."""
 
 import math
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from vessel_sim_node.disturbance import (
     total,
 )
 from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import Array, VesselParameters, unforced_in_current
+from vessel_sim_node.plant import Array, VesselParameters, initial_pose, initial_velocity, unforced_in_current
 from vessel_sim_node.sensors import SensorParameters, Sensors
 from vessel_sim_node.waves import WaveParameters, Waves
 
 
 @dataclass(frozen=True)
 class DisturbanceParameters:
-    """All disturbances of a plant; they add up."""
+    """The disturbances of the plant; their wrenches add up."""
 
     periodic: PeriodicParameters = group(PeriodicParameters)
     earth_fixed: EarthFixedParameters = group(EarthFixedParameters)
@@ -37,18 +37,12 @@ class DisturbanceParameters:
 
 @dataclass(frozen=True)
 class PlantParameters:
-    """The plant: where the ship starts, what it is and what acts on it."""
+    """The plant: initial state, coefficients, disturbances, actuators and sensors."""
 
-    initial_pose: tuple[float, ...] = parameter(
-        (5.0, 1.0, math.pi / 4), "Position x, y [m] and heading at the start.", low=-1e6, high=1e6, length=3
-    )
-    initial_velocity: tuple[float, ...] = parameter(
-        (0.0, 0.0, 0.0), "Surge, sway and yaw velocity at the start.", low=-1e3, high=1e3, length=3
-    )
-    substeps: int = parameter(1, "Runge-Kutta steps between two odometry messages.", low=1, high=1000)
-    seed: int = parameter(
-        0, "Seed of all that is random; the same seed gives the same run, to the last bit.", low=0, high=2**31 - 1
-    )
+    initial_pose: tuple[float, ...] = initial_pose((5.0, 1.0, math.pi / 4))
+    initial_velocity: tuple[float, ...] = initial_velocity()
+    substeps: int = parameter(1, "Integration steps between two odometry messages.", low=1, high=1000)
+    seed: int = parameter(0, "Seed of all random numbers; runs with the same seed are bit-identical.", low=0, high=2**31 - 1)
     vessel: VesselParameters = group(VesselParameters)
     disturbance: DisturbanceParameters = group(DisturbanceParameters)
     actuators: ActuatorParameters = group(ActuatorParameters)
@@ -56,11 +50,15 @@ class PlantParameters:
 
 
 class Simulator:
-    """A ship that moves in steps of 1/rate while its inputs are held.
+    """The plant in discrete time, with inputs and disturbances constant over a period.
 
     Args:
-        parameters: The plant's parameters.
+        parameters: Parameters of the plant.
         period: Time between two odometry messages, s.
+
+    Attributes:
+        state: True x, y, psi, u, v, r, without the wave-frequency motion, shape (6,).
+        odometry_is_true: Whether measurements equal the state: perfect sensors and no waves.
     """
 
     def __init__(self, parameters: PlantParameters, period: float) -> None:
@@ -72,19 +70,20 @@ class Simulator:
         self.reset()
 
     def reset(self) -> None:
-        """Put the ship back where it started, at its initial velocity, and what is random back to its seed."""
-        p, weather = self._parameters, self._parameters.disturbance
-        gusts, sensors, sea = (np.random.default_rng((p.seed, i)) for i in range(3))  # none draws from another's
+        """Return to the initial state and restart the random numbers from their seed."""
+        p, environment = self._parameters, self._parameters.disturbance
+        # Separate generators: switching one source of randomness on or off leaves the others unchanged.
+        gusts, sensors, sea = (np.random.default_rng((p.seed, i)) for i in range(3))
         self.state: Array = np.array(p.initial_pose + p.initial_velocity)
         self._actuators = Actuators(p.actuators, self._period)
         self._sensors = Sensors(p.sensors, sensors)
-        self._wind = Wind(weather.earth_fixed, self._period, gusts) if weather.earth_fixed.blows() else None
-        self._waves = Waves(weather.waves, sea) if weather.waves.significant_height else None
+        self._wind = Wind(environment.earth_fixed, self._period, gusts) if environment.earth_fixed.active() else None
+        self._waves = Waves(environment.waves, sea) if environment.waves.significant_height else None
 
     def measured(self, stamp: int) -> Array:
-        """What the sensors say, shape (6,); to be asked once a step, for noise is drawn.
+        """The measurement of this step, shape (6,); call it once per step, because it draws noise.
 
-        They see the waves' first-order motion, which the state leaves out.
+        It includes the wave-frequency motion, which the state does not.
 
         Args:
             stamp: Time since the start, ns.
@@ -95,20 +94,27 @@ class Simulator:
         return self._sensors.measure(stamp, moved)
 
     def disturbance(self, time: float) -> Wrench:
-        """The sum of all disturbing wrenches at a time since the start: N, N, N·m."""
-        push = periodic_wrench(time, self._parameters.disturbance.periodic)
+        """The sum of all disturbing wrenches, N, N, N·m.
+
+        Args:
+            time: Time since the start, s.
+        """
+        wrench = periodic_wrench(time, self._parameters.disturbance.periodic)
         if self._wind:
-            push = total(push, self._wind.wrench(float(self.state[2])))
+            wrench = total(wrench, self._wind.wrench(float(self.state[2])))
         if self._waves:
-            push = total(push, self._waves.drift(time, self.state, self._current))
-        return push
+            wrench = total(wrench, self._waves.drift(time, self.state, self._current))
+        return wrench
 
     def unforced_acceleration(self) -> tuple[float, float, float]:
-        """What the ship's motion through the water alone does to it, f_u, f_v, f_r of (7): m/s², m/s², rad/s²."""
+        """The present f_u, f_v, f_r of (7), in a current with its additional terms: m/s², m/s², rad/s²."""
         return unforced_in_current(self.state, self._vessel, self._current)
 
     def applied(self, command: tuple[float, float]) -> tuple[float, float]:
-        """The wrench that reaches the hull in this step, of a commanded one: N, N·m; to be asked once a step.
+        """The wrench after the actuators, N, N·m; call it once per step, because it advances the actuators.
+
+        Args:
+            command: Commanded surge force [N] and yaw moment [N·m].
 
         Raises:
             SimulationError: the command is not finite.
@@ -117,18 +123,22 @@ class Simulator:
         return self._actuators.step(command)
 
     def advance(self, wrench: tuple[float, float], disturbance: Wrench) -> None:
-        """Move on by one period under a held wrench and disturbance.
+        """Advance the plant by one period.
+
+        Args:
+            wrench: Applied surge force [N] and yaw moment [N·m].
+            disturbance: Disturbing wrench, N, N, N·m.
 
         Raises:
             SimulationError: the motion is no longer finite.
         """
         step = self._period / self._parameters.substeps
-        push = acceleration(disturbance, self._vessel)
+        disturbing = acceleration(disturbance, self._vessel)
         state = self.state
         with np.errstate(over="ignore", invalid="ignore"):
             try:
                 for _ in range(self._parameters.substeps):
-                    state = rk4(state, wrench, push, self._vessel, step, self._current)
+                    state = rk4(state, wrench, disturbing, self._vessel, step, self._current)
             except ValueError:  # the cosine of an infinite heading
                 state = np.full(6, np.nan)
         if not np.isfinite(state).all():
@@ -142,7 +152,10 @@ class Simulator:
 
 
 def check_command(command: tuple[float, float]) -> None:
-    """Let nothing but finite numbers pass.
+    """Reject a command that is not finite: one NaN would remain in the state for ever.
+
+    Args:
+        command: Commanded surge force [N] and yaw moment [N·m].
 
     Raises:
         SimulationError: the surge force or the yaw moment is not finite.

@@ -1,25 +1,25 @@
-"""Waves: a long-crested sea from a standard spectrum, the motion it gives a slender hull, and the slow force it leaves behind.
+"""Waves: a long-crested sea from a standard spectrum, its first-order motion of a slender hull, and its second-order drift force.
 
 | symbol | meaning | unit |
 |---|---|---|
-| S | energy spectrum of the sea, JONSWAP; Pierson-Moskowitz (the ITTC's) for gamma = 1 | m²·s |
+| S | wave spectrum: JONSWAP; Pierson-Moskowitz (ITTC) for gamma = 1 | m²·s |
 | H_s, omega_p, gamma | significant height, peak frequency, peak enhancement | m, rad/s, - |
 | A, omega, k, epsilon | amplitude, frequency, wave number omega²/g and phase of a component | m, rad/s, 1/m, rad |
-| theta | its phase at the ship, k·d·p - omega·t + epsilon; the elevation is the sum of A·cos theta | rad |
-| p, d | ship's position in the water's frame, direction in which the waves run | m, - |
-| beta | direction of the waves seen from the ship, 0 from astern | rad |
+| theta | phase of a component at the ship, k·d·p - omega·t + epsilon; the elevation is the sum of A·cos theta | rad |
+| p, d | position of the ship relative to the water, unit vector of the wave propagation | m, - |
+| beta | angle of encounter: wave direction minus heading, 0 for following seas | rad |
 | L, B, D | length, beam and draught of the hull | m |
-| q | k·L·cos beta/2: the hull's half length in phase | rad |
+| q | k·L·cos beta/2, the phase difference over half the hull's length | rad |
 
-First-order motion: the hull follows the water it lies in, whose motion is averaged over draught and length. The mean is the
-hull's shift, the slope of the best straight line its turn. Wave by wave, with a = A·(1 - exp(-k·D))/(k·D) and j1 the spherical
-Bessel function,
+First-order motion: the hull follows the orbital motion of the water, averaged over draught and length. The mean over the length
+gives the displacement of the hull, the slope of the least-squares line its rotation. For each component, with
+a = A·(1 - exp(-k·D))/(k·D) and j1 the spherical Bessel function,
 
-    shift along d = -a·(sin q)/q·sin theta            turn = -a·k·cos beta·sin beta·3·j1(q)/q·cos theta
+    displacement along d = -a·(sin q)/q·sin theta     rotation = -a·k·cos beta·sin beta·3·j1(q)/q·cos theta
 
-Second-order drift: the hull throws back the part 1 - exp(-2·k·D) of a wave's energy, that above its keel. A beam sea pushes with
-half rho·g·L·A² times that part, a head sea with B instead of L. The beating of the components makes the force swell; of all their
-combinations only difference frequencies are there (Newman's approximation).
+Second-order drift force: the hull reflects the fraction 1 - exp(-2·k·D) of the wave energy, that above its keel. The mean force
+is rho·g·L·A²/2 times this fraction in beam seas, and the same with B instead of L in head seas. Wave groups make the force vary
+slowly; of the products of components only the difference frequencies are included (Newman's approximation).
 """
 
 import math
@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.hull import BEAM, LENGTH
+from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.disturbance import Wrench
 
@@ -39,30 +40,35 @@ GRAVITY, WATER_DENSITY = 9.81, 1025.0
 
 @dataclass(frozen=True)
 class WaveParameters:
-    """The sea and the hull that lies in it; a height of 0 is flat water. Length is that of the paper's kind of ship."""
+    """The sea state and the dimensions of the hull; a significant height of 0 switches the waves off."""
 
-    significant_height: float = parameter(0.0, "Significant height of the waves.", unit="m", low=0.0, high=30.0, symbol="H_s")
-    peak_period: float = parameter(6.0, "Period of the spectrum's peak.", unit="s", low=0.5, high=60.0)
+    significant_height: float = parameter(
+        0.0, "Significant wave height; 0 for no waves.", unit="m", low=0.0, high=30.0, symbol="H_s"
+    )
+    peak_period: float = parameter(6.0, "Peak period of the spectrum.", unit="s", low=0.5, high=60.0)
     peak_enhancement: float = parameter(
-        3.3, "How steep the peak is: 3.3 for JONSWAP, 1 for Pierson-Moskowitz.", low=1.0, high=7.0, symbol="gamma"
+        3.3, "Peak enhancement factor: 3.3 for JONSWAP, 1 for Pierson-Moskowitz.", low=1.0, high=7.0, symbol="gamma"
     )
     direction: float = parameter(
-        0.0, "Direction in which the waves run, counter-clockwise from east.", unit="rad", low=-7.0, high=7.0
+        0.0, "Direction of wave propagation, counter-clockwise from east.", unit="rad", low=-7.0, high=7.0
     )
-    components: int = parameter(30, "Regular waves that make up the sea.", low=1, high=1000)
+    components: int = parameter(30, "Number of regular waves that the sea is made of.", low=1, high=1000)
     hull_length: float = parameter(LENGTH, "Length of the hull.", unit="m", low=0.1, high=1e3, symbol="L")
     hull_beam: float = parameter(BEAM, "Beam of the hull.", unit="m", low=0.1, high=1e3, symbol="B")
     hull_draught: float = parameter(1.3, "Draught of the hull.", unit="m", low=0.01, high=1e2, symbol="D")
 
 
 def spectrum(omega: Array, significant_height: float, peak: float, gamma: float) -> Array:
-    """S(omega) of JONSWAP, m²·s, with the normalisation 1 - 0.287·ln gamma.
+    """The JONSWAP spectrum S(omega) with the normalisation 1 - 0.287·ln gamma.
 
     Args:
         omega: Frequencies, rad/s, above 0.
         significant_height: H_s, m.
         peak: omega_p, rad/s.
-        gamma: Peak enhancement; 1 gives Pierson-Moskowitz.
+        gamma: Peak enhancement factor; 1 gives the Pierson-Moskowitz spectrum.
+
+    Returns:
+        Spectral density, m²·s, of the shape of omega.
     """
     width = np.where(omega <= peak, 0.07, 0.09)
     enhancement = gamma ** np.exp(-0.5 * ((omega - peak) / (width * peak)) ** 2)
@@ -71,18 +77,27 @@ def spectrum(omega: Array, significant_height: float, peak: float, gamma: float)
 
 
 def frequencies(shares: Array, peak: float, gamma: float) -> Array:
-    """The frequencies below which these shares of the spectrum's energy lie, rad/s."""
+    """Quantiles of the spectrum: the frequencies below which given shares of the energy lie, rad/s.
+
+    Args:
+        shares: Shares of the energy, in [0, 1].
+        peak: omega_p, rad/s.
+        gamma: Peak enhancement factor.
+    """
     omega = peak * np.linspace(0.3, 6.0, 4000)
     energy = np.cumsum(spectrum(omega, 1.0, peak, gamma))
     return np.interp(shares, energy / energy[-1], omega)
 
 
 class Waves:
-    """One realisation of the sea: components of equal energy, their frequencies and phases drawn.
+    """One realisation of the sea: components of equal energy with random frequencies and phases.
+
+    The spectrum is divided into slices of equal energy with one random frequency in each, so that the sea does not repeat itself
+    as one of equally spaced frequencies would.
 
     Args:
-        parameters: The sea and the hull.
-        random: Where the frequencies, one in each slice of equal energy, and the phases are drawn from.
+        parameters: The sea state and the hull.
+        random: Random-number generator of frequencies and phases.
     """
 
     def __init__(self, parameters: WaveParameters, random: np.random.Generator) -> None:
@@ -94,53 +109,76 @@ class Waves:
         self._direction = p.direction
         self._d = math.cos(p.direction), math.sin(p.direction)
         depth = self._k * p.hull_draught
-        self._follows = self.amplitude * -np.expm1(-depth) / depth
-        self._pushes = self.amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
+        self._orbit = self.amplitude * -np.expm1(-depth) / depth
+        self._drift_amplitude = self.amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
         self._length, self._beam = p.hull_length, p.hull_beam
 
     def phases(self, time: float, state: Array, current: tuple[float, float]) -> Array:
-        """The phase theta of every component at the ship, (n,)."""
+        """The phase theta of every component at the ship, (n,).
+
+        Args:
+            time: Time since the start, s.
+            state: x, y, psi, u, v, r, shape (6,).
+            current: East and north, m/s; the waves are carried by it.
+        """
         along = self._d[0] * (float(state[0]) - current[0] * time) + self._d[1] * (float(state[1]) - current[1] * time)
         return self._k * along - self.omega * time + self._epsilon
 
     def elevation(self, time: float, state: Array, current: tuple[float, float]) -> float:
-        """The water's height at the ship, m."""
+        """The surface elevation at the ship, m.
+
+        Args:
+            time: Time since the start, s.
+            state: x, y, psi, u, v, r, shape (6,).
+            current: East and north, m/s; the waves are carried by it.
+        """
         return float(self.amplitude * np.sum(np.cos(self.phases(time, state, current))))
 
     def moved(self, time: float, state: Array, current: tuple[float, float]) -> Array:
-        """The state with the waves' first-order motion on top, shape (6,).
+        """The state with the first-order wave motion added.
 
         Args:
             time: Time since the start, s.
             state: x, y, psi, u, v, r without waves, shape (6,).
-            current: East and north, m/s; the waves ride on it.
+            current: East and north, m/s; the waves are carried by it.
+
+        Returns:
+            x, y, psi, u, v, r with wave motion, shape (6,).
         """
-        theta, psi, r = self.phases(time, state, current), float(state[2]), float(state[5])
+        theta, (x, y, psi, u, v, r) = self.phases(time, state, current), as_motion(state)
         along, across = math.cos(self._direction - psi), math.sin(self._direction - psi)
         c, s = math.cos(psi), math.sin(psi)
-        v_x, v_y = float(state[3]) * c - float(state[4]) * s, float(state[3]) * s + float(state[4]) * c
+        v_x, v_y = u * c - v * s, u * s + v * c
         speed = self._d[0] * (v_x - current[0]) + self._d[1] * (v_y - current[1])
         theta_rate = self._k * speed - self.omega
-        shift, turn = self._hull_factors(0.5 * self._length * along * self._k)
+        displacement, rotation = self._hull_factors(0.5 * self._length * along * self._k)
         sine, cosine = np.sin(theta), np.cos(theta)
-        slope = across * along * self._k * turn
-        moved, drifting = -float(shift @ sine), -float(shift @ (cosine * theta_rate))
+        slope = across * along * self._k * rotation
+        surge, surge_rate = -float(displacement @ sine), -float(displacement @ (cosine * theta_rate))
         psi -= float(slope @ cosine)
         r += float(slope @ (sine * theta_rate))
-        v_x, v_y = v_x + drifting * self._d[0], v_y + drifting * self._d[1]
+        v_x, v_y = v_x + surge_rate * self._d[0], v_y + surge_rate * self._d[1]
         c, s = math.cos(psi), math.sin(psi)
-        x, y = float(state[0]) + moved * self._d[0], float(state[1]) + moved * self._d[1]
+        x, y = x + surge * self._d[0], y + surge * self._d[1]
         return np.array([x, y, psi, v_x * c + v_y * s, v_y * c - v_x * s, r])
 
     def _hull_factors(self, q: Array) -> tuple[Array, Array]:
-        """Amplitudes of what the hull's length lets through of shift, sin(q)/q, and of turn, 3·j1(q)/q, both (n,)."""
+        """Amplitudes of displacement and rotation: a·sin(q)/q and a·3·j1(q)/q, both (n,)."""
         safe = np.where(np.abs(q) < 1e-2, 1.0, q)
-        turn = np.where(safe == q, 3.0 * (np.sin(safe) - safe * np.cos(safe)) / safe**3, 1.0 - 0.1 * q * q)
-        return self._follows * np.sinc(q / math.pi), self._follows * turn
+        # 3·j1(q)/q loses its digits near 0, where its series 1 - q²/10 takes over.
+        rotation = np.where(safe == q, 3.0 * (np.sin(safe) - safe * np.cos(safe)) / safe**3, 1.0 - 0.1 * q * q)
+        return self._orbit * np.sinc(q / math.pi), self._orbit * rotation
 
     def drift(self, time: float, state: Array, current: tuple[float, float]) -> Wrench:
-        """The slowly swelling force of second order; it has no moment."""
+        """The slowly varying second-order drift force, N, N; its moment is neglected.
+
+        Args:
+            time: Time since the start, s.
+            state: x, y, psi, u, v, r, shape (6,).
+            current: East and north, m/s; the waves are carried by it.
+        """
         theta, beta = self.phases(time, state, current), self._direction - float(state[2])
-        swell = float(self._pushes @ np.cos(theta)) ** 2 + float(self._pushes @ np.sin(theta)) ** 2
+        # The squared envelope of the components holds their difference frequencies only, and is never negative.
+        envelope = float(self._drift_amplitude @ np.cos(theta)) ** 2 + float(self._drift_amplitude @ np.sin(theta)) ** 2
         along, across = math.cos(beta), math.sin(beta)
-        return self._beam * along * abs(along) * swell, self._length * across * abs(across) * swell, 0.0
+        return self._beam * along * abs(along) * envelope, self._length * across * abs(across) * envelope, 0.0

@@ -6,10 +6,12 @@ import pytest
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
 
-STATE, REFERENCE, NONE = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6), np.zeros(3)
+STATE, REFERENCE = Motion(0.0, 0.0, 0.2, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NONE = Acceleration(0.0, 0.0, 0.0)
 
 
 @pytest.fixture
@@ -71,7 +73,7 @@ def test_an_observer_stands_between_measurement_and_law():
     loop = ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed())
     wrench = (0.0, 0.0)
     for milliseconds in (0, 10, 20):
-        measured = STATE + 1e-3 * milliseconds
+        measured = as_motion(np.array(STATE) + 1e-3 * milliseconds)
         step = loop.step(milliseconds * 1_000_000, measured, REFERENCE, NONE)
         estimate = observer.update(milliseconds * 1_000_000, measured, wrench)
         expected, terms = law.update(1e-3 * milliseconds, estimate, REFERENCE, NONE)
@@ -88,7 +90,7 @@ def test_an_observer_stands_between_measurement_and_law():
 def test_the_observer_goes_by_the_time_of_the_measurement():
     early, late = (ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed()) for _ in range(2))
     for milliseconds in (0, 10, 20):
-        moved = STATE + 1e-3 * milliseconds
+        moved = as_motion(np.array(STATE) + 1e-3 * milliseconds)
         early.step(milliseconds * 1_000_000, moved, REFERENCE, NONE)
         late.step((milliseconds + 4) * 1_000_000, moved, REFERENCE, NONE, milliseconds * 1_000_000)
     np.testing.assert_array_equal(early.estimate, late.estimate)

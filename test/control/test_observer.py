@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.observer import LONGEST_HOLD, Observer, oscillation
+from vessel_hsmc_ros.control.observer import LONGEST_HOLD, Observer
+from vessel_hsmc_ros.control.observer_model import jacobian, propagate, wave_transition
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
@@ -37,7 +38,7 @@ def sail(sensors=POSE_ONLY, weather=None, seconds=160, known=None, actuators=Non
     wrench = (0.0, 0.0)
     for k in range(20 * seconds):
         push = simulator.disturbance(0.05 * k)
-        error = observer.update(k * STEP, simulator.measured(k * STEP), wrench) - simulator.state
+        error = np.array(observer.update(k * STEP, simulator.measured(k * STEP), wrench)) - simulator.state
         error[2] = wrap(error[2])
         errors.append(error)
         claims.append(observer.deviation)
@@ -82,8 +83,8 @@ def test_knowing_the_lag_of_the_actuators_makes_the_yaw_rate_better():
 
 
 def test_the_waves_model_keeps_its_period_and_fades():
-    whole = oscillation(1.0, 0.1, 1.0)
-    np.testing.assert_allclose(np.linalg.matrix_power(oscillation(1.0, 0.1, 0.1), 10), whole, atol=1e-12)
+    whole = wave_transition(1.0, 0.1, 1.0)
+    np.testing.assert_allclose(np.linalg.matrix_power(wave_transition(1.0, 0.1, 0.1), 10), whole, atol=1e-12)
     np.testing.assert_allclose(np.abs(np.linalg.eigvals(whole)), math.exp(-0.1), rtol=1e-9)
 
 
@@ -110,8 +111,8 @@ def test_a_measurement_that_really_stands_still_is_taken_in_the_end():
     for k in range(20 * 60):
         estimate = observer.update(k * STEP, pose, (2e4, 0.0))  # a push that the ship does not yield to
     assert LONGEST_HOLD < 60.0
-    assert np.linalg.norm(estimate[:2] - pose[:2]) < 0.2
-    assert np.linalg.norm(estimate[3:5]) < 0.1
+    assert math.dist(estimate[:2], pose[:2]) < 0.2
+    assert math.hypot(estimate.u, estimate.v) < 0.1
 
 
 def test_the_waves_are_filtered_out_where_that_is_asked_for():
@@ -158,7 +159,7 @@ def test_the_claimed_deviations_stay_positive_and_finite(wave_period, rate_hz, s
         estimate = observer.update(k * 10**9 // rate_hz, pose, tuple(random.uniform(-1e7, 1e7, 2)))
     assert np.isfinite(estimate).all()
     assert np.all(observer.deviation > 0.0)
-    assert np.all(np.linalg.eigvalsh(observer._P) > -1e-9)
+    assert np.all(np.linalg.eigvalsh(observer.covariance) > -1e-9)
 
 
 def test_the_wrench_counts_up_to_the_known_limits():
@@ -177,3 +178,47 @@ def test_no_time_has_passed_between_two_updates_of_one_stamp(stamp):
     observer.update(0, np.array([1.0, 2.0, 0.1]), (0.0, 0.0))
     once = observer.update(stamp, np.array([1.1, 2.0, 0.1]), (1e5, 0.0))
     np.testing.assert_array_equal(observer.update(stamp, np.array([1.1, 2.0, 0.1]), (1e5, 0.0)), once)
+
+
+def test_the_jacobian_is_the_derivative_of_the_model() -> None:
+    """To first order in dt: (F - I)/dt against central differences of the propagated states."""
+    p, dt, step = ObserverParameters(), 1e-4, 1e-5
+    x = np.array([3.0, -2.0, 0.7, 1.5, -0.4, 0.2, 0.03, -0.05, 0.01, 0.04, -0.06])
+    columns = []
+    for change in step * np.eye(11):
+        ahead, behind = (propagate(x + d, 0.1, 0.02, dt, p) for d in (change, -change))
+        columns.append((ahead - behind) / (2.0 * step))
+    np.testing.assert_allclose((jacobian(x, dt, p) - np.eye(11)) / dt, (np.array(columns).T - np.eye(11)) / dt, atol=1e-3)
+
+
+def innovation_of(deviations: float, index: int) -> tuple[float, float]:
+    """An innovation of so many standard deviations in x, y or heading, and by how much it moves the estimate."""
+    observer = Observer(ObserverParameters(), KnownVessel())
+    pose = np.array([1.0, 2.0, 0.5])
+    observer.update(0, pose, (0.0, 0.0))
+    noise = (0.5, 0.5, 0.005)[index]
+    innovation = deviations * math.hypot(observer.deviation[index], noise)
+    pose[index] += innovation
+    return innovation, observer.update(0, pose, (0.0, 0.0))[index] - (pose[index] - innovation)
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_the_gate_accepts_a_measurement_ten_deviations_off_and_rejects_one_thirty_off(index: int) -> None:
+    innovation, moved = innovation_of(10.0, index)
+    assert moved > 0.2 * innovation
+    assert innovation_of(30.0, index)[1] == 0.0
+
+
+def test_a_new_heading_is_used_while_the_position_sample_is_held() -> None:
+    observer = Observer(ObserverParameters(), KnownVessel())
+    for k in range(20):
+        estimate = observer.update(k * STEP, np.array([1.0, 2.0, 0.5 + 0.002 * k]), (0.0, 0.0))
+    assert estimate.psi == pytest.approx(0.538, abs=0.01)  # without its samples it would stay at 0.5
+    assert estimate.r > 0.01
+
+
+def test_a_new_position_is_used_while_the_heading_sample_is_held() -> None:
+    observer = Observer(ObserverParameters(), KnownVessel())
+    for k in range(20):
+        estimate = observer.update(k * STEP, np.array([1.0 + 0.1 * k, 2.0, 0.5]), (0.0, 0.0))
+    assert estimate.x == pytest.approx(2.9, abs=0.4)

@@ -9,8 +9,8 @@ from vessel_hsmc_ros.core import kinematics as kin
 
 angles = st.floats(-50.0, 50.0)
 numbers = st.floats(-100.0, 100.0)
-states = st.tuples(numbers, numbers, angles, *[st.floats(-5.0, 5.0)] * 3).map(np.array)
-accelerations = st.tuples(*[st.floats(-5.0, 5.0)] * 3).map(np.array)
+motions = st.builds(kin.Motion, numbers, numbers, angles, *[st.floats(-5.0, 5.0)] * 3)
+accelerations = st.builds(kin.Acceleration, *[st.floats(-5.0, 5.0)] * 3)
 
 
 def test_a_turn_across_the_seam_is_short():
@@ -47,7 +47,7 @@ def test_heading_of_a_rolling_pitching_ship_and_of_any_scale(yaw, pitch, roll, s
 
 
 def test_transformation_by_hand():
-    state = np.array([3.0, 4.0, math.pi / 2, 0.0, 0.0, 0.0])
+    state = kin.Motion(3.0, 4.0, math.pi / 2, 0.0, 0.0, 0.0)
     assert kin.transform(state) == pytest.approx((4.0, -3.0, math.pi / 2))
 
 
@@ -63,10 +63,11 @@ def advance(state, acceleration, dt):
         x += h * (um * math.cos(heading) - vm * math.sin(heading))
         y += h * (um * math.sin(heading) + vm * math.cos(heading))
     psi += r * dt + 0.5 * acceleration[2] * dt * dt
-    return np.array([x, y, psi, *(np.array([u, v, r]) + np.asarray(acceleration) * dt)])
+    du, dv, dr = acceleration
+    return kin.Motion(x, y, psi, u + du * dt, v + dv * dt, r + dr * dt)
 
 
-@given(states, accelerations)
+@given(motions, accelerations)
 def test_rates_are_the_derivatives_of_the_transformation(state, acceleration):
     dt = 1e-4
     before, after = advance(state, acceleration, -dt), advance(state, acceleration, dt)
@@ -78,17 +79,17 @@ def test_rates_are_the_derivatives_of_the_transformation(state, acceleration):
     np.testing.assert_allclose(second, (np.array(ra) - np.array(rb)) / (2 * dt), atol=2e-2, rtol=1e-4)
 
 
-@given(states, accelerations, st.floats(-0.02, 0.02))
+@given(motions, accelerations, st.floats(-0.02, 0.02))
 def test_extrapolation_is_close_to_the_motion(state, acceleration, interval):
     np.testing.assert_allclose(kin.extrapolate(state, acceleration, interval), advance(state, acceleration, interval), atol=1e-4)
 
 
-@given(states, accelerations)
+@given(motions, accelerations)
 def test_extrapolation_by_nothing_changes_no_bit(state, acceleration):
     assert kin.extrapolate(state, acceleration, 0.0) is state
 
 
-@given(states)
+@given(motions)
 def test_published_state_differs_in_nothing_but_whole_turns(state):
     published = kin.as_published(state)
     np.testing.assert_array_equal(np.delete(published, 2), np.delete(state, 2))

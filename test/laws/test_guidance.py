@@ -7,19 +7,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.guidance import (
-    Across,
+    LARGEST_MISMATCH,
+    BodyCommand,
     approach_rate,
-    carried_rate,
+    calmness,
+    course_rate,
     direction_of_travel,
-    drift,
     heading_error,
+    integrate_error,
     resolve,
-    wanted_velocity,
+    velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.predictor import Motion, correct, predict
+from vessel_hsmc_ros.laws.predictor import correct, predict
 
 G = gains(GuidedParameters(), KnownVessel(), 0.02)
 LIGHT = G._replace(rho=1e-6)
@@ -29,7 +32,8 @@ places = st.floats(-50.0, 50.0)
 angles = st.floats(-math.pi, math.pi)
 speeds = st.floats(-3.0, 3.0)
 motions = st.builds(Motion, places, places, angles, speeds, speeds, st.floats(-0.3, 0.3))
-accelerations = st.lists(st.floats(-0.2, 0.2), min_size=3, max_size=3)
+accelerations = st.builds(Acceleration, *[st.floats(-0.2, 0.2)] * 3)
+STEADY = Acceleration(0.0, 0.0, 0.0)
 
 
 def advanced(motion, acceleration, dt):
@@ -39,9 +43,9 @@ def advanced(motion, acceleration, dt):
 @given(motions, accelerations, motions, accelerations)
 def test_the_wanted_velocity_has_the_derivative_it_says(motion, dnu, desired, dnu_d):
     dt = 1e-4
-    now = wanted_velocity(motion, desired, dnu_d, (0.01, -0.02), G)
+    now = velocity_command(motion, desired, dnu_d, (0.01, -0.02), G)
     ahead, behind = (
-        wanted_velocity(advanced(motion, dnu, h), advanced(desired, dnu_d, h), dnu_d, (0.01, -0.02), G) for h in (dt, -dt)
+        velocity_command(advanced(motion, dnu, h), advanced(desired, dnu_d, h), dnu_d, (0.01, -0.02), G) for h in (dt, -dt)
     )
     assert now.dwx == pytest.approx((ahead.wx - behind.wx) / (2 * dt), abs=1e-5)
     assert now.dwy == pytest.approx((ahead.wy - behind.wy) / (2 * dt), abs=1e-5)
@@ -49,13 +53,13 @@ def test_the_wanted_velocity_has_the_derivative_it_says(motion, dnu, desired, dn
 
 @given(motions, motions)
 def test_far_away_the_approach_is_no_faster_than_told(motion, desired):
-    wanted = wanted_velocity(motion, desired, [0.0, 0.0, 0.0], (0.0, 0.0), G)
-    assert wanted.fading <= G.v_max**2 * (1 + 1e-9)
+    wanted = velocity_command(motion, desired, STEADY, (0.0, 0.0), G)
+    assert wanted.feedback_squared <= G.v_max**2 * (1 + 1e-9)
 
 
 @given(st.floats(0.5, 3.0), angles, st.floats(-0.3, 0.3), st.sampled_from([1.0, -1.0]))
 def test_a_ship_turned_by_the_heading_error_has_the_sway_that_it_needs(speed, direction, v, s):
-    wanted = wanted_velocity(Motion(0, 0, 0, 0, 0, 0), Motion(0, 0, direction, speed, 0, 0), [0.0] * 3, (0.0, 0.0), LIGHT)
+    wanted = velocity_command(Motion(0, 0, 0, 0, 0, 0), Motion(0, 0, direction, speed, 0, 0), STEADY, (0.0, 0.0), LIGHT)
     psi = 0.3
     for _ in range(60):
         psi += heading_error(resolve(wanted, psi), v, s, LIGHT)
@@ -76,12 +80,12 @@ def test_the_carried_rate_is_the_derivative_of_the_commanded_heading(speed, dire
     slope = math.remainder(commanded(h) - commanded(-h), 2 * math.pi) / (2 * h)
     psi = 0.7
     c, sn = math.cos(psi), math.sin(psi)
-    w = Across(wx * c + wy * sn, -wx * sn + wy * c, dwx * c + dwy * sn, -dwx * sn + dwy * c)
-    assert carried_rate(w, v, dv, 0.1, s, LIGHT) == pytest.approx(slope, abs=1e-3)
+    w = BodyCommand(wx * c + wy * sn, -wx * sn + wy * c, dwx * c + dwy * sn, -dwx * sn + dwy * c)
+    assert course_rate(w, v, dv, 0.1, s, LIGHT) == pytest.approx(slope, abs=1e-3)
 
 
 def test_at_rest_the_carried_rate_is_that_of_the_reference():
-    assert carried_rate(Across(0.0, 0.0, 0.1, 0.1), 0.0, 0.1, 0.05, 1.0, G) == pytest.approx(0.05)
+    assert course_rate(BodyCommand(0.0, 0.0, 0.1, 0.1), 0.0, 0.1, 0.05, 1.0, G) == pytest.approx(0.05)
 
 
 @given(st.floats(-math.pi, math.pi))
@@ -97,7 +101,7 @@ def test_a_turn_can_be_stopped_with_the_planned_acceleration(epsilon):
 
 
 def test_at_rest_a_point_ahead_of_midships_moves_as_wanted():
-    w, v = Across(0.0, 1e-4, 0.0, 0.0), 5e-4
+    w, v = BodyCommand(0.0, 1e-4, 0.0, 0.0), 5e-4
     rate = approach_rate(heading_error(w, v, 1.0, G), G)
     assert v + G.rho * rate == pytest.approx(w.w_n, abs=1e-5)
 
@@ -116,11 +120,11 @@ def test_the_direction_of_travel_has_hysteresis_and_knows_the_reference():
 
 def test_the_drift_integral_is_limited_and_waits_until_the_ship_is_near():
     here, near, far = Motion(0, 0, 0, 0, 0, 0), Motion(1, 0, 0, 0, 0, 0), Motion(100, 0, 0, 0, 0, 0)
-    assert drift((0.0, 0.0), far, here, 4.0, G) == (0.0, 0.0)
-    assert drift((0.0, 0.0), near, here, 0.0, G) == (0.0, 0.0)
+    assert integrate_error((0.0, 0.0), far, here, 4.0, G) == (0.0, 0.0)
+    assert integrate_error((0.0, 0.0), near, here, 0.0, G) == (0.0, 0.0)
     xi = (0.0, 0.0)
     for _ in range(100_000):
-        xi = drift(xi, near, here, 4.0, G)
+        xi = integrate_error(xi, near, here, 4.0, G)
     assert xi == pytest.approx((G.xi_max, 0.0))
 
 
@@ -153,3 +157,27 @@ def test_correction_goes_the_short_way_round():
     below, above = Motion(0, 0, math.pi - 0.01, 0, 0, 0), Motion(0, 0, -math.pi + 0.01, 0, 0, 0)
     half = correct(below, above, 0.5, 0.5, 0.5, 0.5, 0.5)
     assert abs(half.psi) == pytest.approx(math.pi)
+
+
+def test_correction_has_both_velocity_poles_and_one_pole_of_the_pose() -> None:
+    """x = x- + (1 - z)·e in the pose, nu = nu- + (1 - z²)·e in the velocities, each channel with its own pole."""
+    predicted, measured = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Motion(1.0, -2.0, 0.1, 3.0, -4.0, 0.5)
+    corrected = correct(predicted, measured, z_p=0.9, z_h=0.8, z_u=0.7, z_v=0.6, z_r=0.5)
+    assert corrected == pytest.approx((0.1, -0.2, 0.02, 0.51 * 3.0, 0.64 * -4.0, 0.75 * 0.5))
+
+
+@pytest.mark.parametrize("channel", ["W", "v", "f_u", "f_v"])
+def test_every_motion_and_disturbance_reduces_the_calmness(channel: str) -> None:
+    """1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²): each term alone at its threshold halves it."""
+    at_threshold = {"W": (G.v_0**2, 0.0, 0.0, 0.0), "v": (0.0, G.v_0, 0.0, 0.0)}
+    at_threshold |= {"f_u": (0.0, 0.0, G.a_0, 0.0), "f_v": (0.0, 0.0, 0.0, G.a_0)}
+    assert calmness(0.0, 0.0, 0.0, 0.0, G) == 1.0
+    assert calmness(*at_threshold[channel], G) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("mismatch", [0.01, 0.1, LARGEST_MISMATCH, 1.0, 10.0])
+def test_the_station_keeping_lever_arm_grows_with_the_sway_mismatch_up_to_a_limit(mismatch: float) -> None:
+    """At w_t = 0, epsilon = atan2(m, q_m): q_m/c is the lever arm, sqrt(rho² + (T_m·min(|m|, m_max))²)."""
+    epsilon = heading_error(BodyCommand(0.0, mismatch, 0.0, 0.0), 0.0, 1.0, G)
+    lever = mismatch / (G.c * math.tan(epsilon))
+    assert lever == pytest.approx(math.hypot(G.rho, G.T_m * min(mismatch, LARGEST_MISMATCH)))

@@ -8,8 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
-from vessel_hsmc_ros.laws import GuidedParameters, make_controller
+from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel, make_controller
+from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, Estimates, Filter, Memory, adapt, command
+from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
 from vessel_sim_node.integrate import rk4
@@ -173,3 +176,35 @@ def test_a_force_beyond_the_thrust_blows_the_ship_away_and_it_comes_back():
         wrench, _ = law.update(0.0, state, there, STILL)
         state = rk4(state, wrench, push, SHIP, T)
     assert math.hypot(state[0], state[1]) < 0.3
+
+
+G = gains(GuidedParameters(), KnownVessel(), T)
+AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("channel", ["u", "v", "r"])
+def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(channel: str) -> None:
+    H = np.array([0.5, 1.0, 0.2])
+    limit = LARGEST_INNOVATION["uvr".index(channel)]
+    outlier, largest, half = (
+        adapt(np.zeros((3, 3)), H, AT_REST._replace(**{channel: e}), Memory(AT_REST), G) for e in (1e3, limit, 0.5 * limit)
+    )
+    np.testing.assert_array_equal(outlier, largest)
+    np.testing.assert_allclose(half, 0.5 * largest)
+    assert largest["uvr".index(channel)].all()
+
+
+@pytest.mark.parametrize("rate", [10.0, -10.0])
+def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
+    """|S1| = |r - r_c| <= S1_max, however far the filter's state is off: otherwise it would wind up at the limit."""
+    m = Memory(AT_REST, Filter(rate=rate))
+    asked, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
+    assert abs(AT_REST.r - asked.r_c) == pytest.approx(G.S1_max)
+
+
+@pytest.mark.parametrize("slew_time", [0.5, 2.0])
+def test_the_wrench_changes_at_most_by_its_limit_within_the_slew_time(slew_time: float) -> None:
+    law = controller(slew_time=slew_time)
+    wrenches = np.array([wrench for wrench, _ in moored(law, slew_time + 1.0)])
+    changes = np.abs(np.diff(np.vstack((np.zeros(2), wrenches)), axis=0)) / LIMITS
+    np.testing.assert_allclose(changes.max(axis=0), T / slew_time)

@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.laws.hierarchical import (
@@ -57,7 +58,7 @@ def test_the_surfaces_are_approached_as_the_law_promises(state, reference, refer
     assume(abs(abs(state[2] - reference[2]) - math.pi) > 0.01)
     W, H = exact_networks(state)
     reference_rate = derivative(reference, reference_input, CALM, SHIP)
-    wrench, terms = control(state, reference, reference_rate[3:], W, H, g)
+    wrench, terms = control(as_motion(state), as_motion(reference), as_acceleration(reference_rate[3:]), W, H, g)
     rate = derivative(state, wrench, CALM, SHIP)
 
     S1, S2 = surfaces(state, reference, g)
@@ -81,7 +82,7 @@ def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, referenc
     error = Weights(*(np.array([m]) for m in missing))
     guess = Weights(*(w - e for w, e in zip(W, error, strict=True)))
     reference_acceleration = derivative(reference, reference_input, CALM, SHIP)[3:]
-    _, terms = control(state, reference, reference_acceleration, guess, H, G)
+    _, terms = control(as_motion(state), as_motion(reference), as_acceleration(reference_acceleration), guess, H, G)
     S1, S2 = terms.yaw_surface, terms.surge_surface
     f_u, f_v, f_r = unforced_acceleration(*state[3:], SHIP)
     z = complex(state[0], state[1]) * np.exp(-1j * state[2])
@@ -95,11 +96,11 @@ def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, referenc
 
 
 def test_the_printed_singularity_at_z1_zero_is_gone():
-    reference = np.array([1.0, 2.0, 0.1, 1.0, 0.0, 0.1])
+    reference = Motion(1.0, 2.0, 0.1, 1.0, 0.0, 0.1)
     W, H = exact_networks(reference)
 
     def tau_2(x):
-        return control(np.array([x, 0.0, 0.0, 1.0, 0.2, 0.1]), reference, np.zeros(3), W, H, G)[0][1]
+        return control(Motion(x, 0.0, 0.0, 1.0, 0.2, 0.1), reference, Acceleration(0.0, 0.0, 0.0), W, H, G)[0][1]
 
     assert tau_2(0.0) == pytest.approx(0.5 * (tau_2(-1e-6) + tau_2(1e-6)), rel=1e-9)
     assert math.isfinite(tau_2(0.0))

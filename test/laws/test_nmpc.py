@@ -110,7 +110,7 @@ def test_a_half_turn_is_taken_the_short_way(law):
 
 
 def test_a_motion_that_is_not_finite_is_refused(law):
-    with pytest.raises(ControlError, match="the motion ahead is not finite"):
+    with pytest.raises(ControlError, match="predicted motion is not finite"):
         law.update(0.0, np.array([0.0, 0.0, 0.0, 1e3, 1e3, 1e3]), REFERENCE, NONE)
 
 

@@ -7,7 +7,7 @@ import paper_symbols as p
 import pytest
 import sympy as sp
 
-from vessel_hsmc_ros.core.kinematics import transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel, make_controller
 from vessel_hsmc_ros.laws.hierarchical import Weights
@@ -54,10 +54,12 @@ def test_the_transformation_is_9_with_its_derivatives(motion):
     z = [p.DEFINITIONS[q] for q in (p.z1, p.z2, p.z3)]
     dz = [p.rate(q) for q in z]
     ddz = [p.rate(q) for q in dz]
-    transformed = transform(state)
+    transformed = transform(as_motion(state))
     np.testing.assert_allclose(transformed, [number(q, motion) for q in z], rtol=1e-12)
-    np.testing.assert_allclose(transform_rate(transformed, state), [number(q, motion) for q in dz], rtol=1e-10, atol=1e-12)
-    computed = transform_acceleration(transformed, state, np.array([0.3, -0.2, 0.1]))
+    np.testing.assert_allclose(
+        transform_rate(transformed, as_motion(state)), [number(q, motion) for q in dz], rtol=1e-10, atol=1e-12
+    )
+    computed = transform_acceleration(transformed, as_motion(state), Acceleration(0.3, -0.2, 0.1))
     np.testing.assert_allclose(computed, [number(q, {**motion, **accelerations}) for q in ddz], rtol=1e-10, atol=1e-12)
 
 

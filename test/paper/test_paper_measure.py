@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel
@@ -39,7 +40,7 @@ def test_the_velocities_of_the_reduced_dynamics_make_both_surfaces_zero() -> Non
     for _ in range(20):
         x, y, psi, v = rng.uniform(-1.0, 1.0, 4) * (50.0, 50.0, 3.0, 1.0)
         reference = rng.uniform(-1.0, 1.0, 6) * (50.0, 50.0, 3.0, 3.0, 1.0, 0.2)
-        u, r, z2e = on_surfaces(x, y, psi, v, reference, PRINTED)
+        u, r, z2e = on_surfaces(x, y, psi, v, as_motion(reference), PRINTED)
         _, terms = law.update(0.0, np.array([x, y, psi, u, v, r]), reference, np.zeros(3))
         assert terms.sway_error == pytest.approx(z2e)
         assert terms.yaw_surface == pytest.approx(0.0, abs=1e-12)

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kinematics import transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.laws import HierarchicalParameters
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
@@ -76,10 +76,14 @@ def test_plant_and_transformation_agree_with_the_reduced_dynamics(seed: int) -> 
     d_acceleration = derivative(reference, (force, moment), (0.0, 0.0, 0.0), ship)[3:]
     acceleration = derivative(state, (0.0, 0.0), (0.0, disturbance, 0.0), ship)[3:]
     acceleration[2] = d_acceleration[2]  # by the yaw moment
-    z, z_d = transform(state), transform(reference)
-    ddz, ddz_d = transform_acceleration(z, state, acceleration), transform_acceleration(z_d, reference, d_acceleration)
-    assert transform_rate(z, state).z1 == pytest.approx(transform_rate(z_d, reference).z1)
-    assert transform_rate(z, state).z2 - transform_rate(z_d, reference).z2 == pytest.approx(drift)
+    motion, desired = as_motion(state), as_motion(reference)
+    z, z_d = transform(motion), transform(desired)
+    ddz, ddz_d = (
+        transform_acceleration(z, motion, as_acceleration(acceleration)),
+        transform_acceleration(z_d, desired, as_acceleration(d_acceleration)),
+    )
+    assert transform_rate(z, motion).z1 == pytest.approx(transform_rate(z_d, desired).z1)
+    assert transform_rate(z, motion).z2 - transform_rate(z_d, desired).z2 == pytest.approx(drift)
 
     turn = ship.m11 / ship.m22 * reference[5] ** 2 * offset
     damping = unforced_acceleration(0.0, state[4], 0.0, ship)[1] - unforced_acceleration(0.0, reference[4], 0.0, ship)[1]

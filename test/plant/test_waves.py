@@ -125,3 +125,15 @@ def test_waves_ride_on_the_current():
     sea, current = waves(), (0.5, 0.2)
     carried = np.array([10.0 * 0.5, 10.0 * 0.2, 0.3, 0.0, 0.0, 0.0])
     assert sea.elevation(10.0, carried, current) == pytest.approx(sea.elevation(10.0, REST, STILL))
+
+
+@pytest.mark.parametrize("encounter", [0.0, 0.3, math.pi / 4, 2.0, math.pi, -1.0])
+def test_the_drift_force_goes_with_the_square_of_its_direction_cosines(encounter: float) -> None:
+    """With the envelope E: B·E·cos beta·|cos beta| along and L·E·sin beta·|sin beta| across the hull, both down-wave."""
+    _, beam_sea, _ = one_wave(direction=math.pi / 2, hull_length=32.0, hull_beam=8.0).drift(7.0, REST, STILL)
+    surge, sway, yaw = one_wave(direction=encounter, hull_length=32.0, hull_beam=8.0).drift(7.0, REST, STILL)
+    along, across = math.cos(encounter), math.sin(encounter)
+    assert beam_sea > 0.0
+    assert sway == pytest.approx(beam_sea * across * abs(across))
+    assert surge == pytest.approx(0.25 * beam_sea * along * abs(along))
+    assert yaw == 0.0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.core.kinematics import extrapolate
+from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.plant import Vessel
@@ -136,7 +136,9 @@ def references_at(stamps: Stamps, series: Series) -> Array:
     # One by one and only where needed: in lockstep every reference has the stamp of its odometry.
     for row in np.flatnonzero(times[latest] != stamps):
         at = latest[row]
-        rows[row] = extrapolate(reference[at], acceleration[at], seconds(int(stamps[row] - times[at])))
+        rows[row] = extrapolate(
+            as_motion(reference[at]), as_acceleration(acceleration[at]), seconds(int(stamps[row] - times[at]))
+        )
     return rows
 
 

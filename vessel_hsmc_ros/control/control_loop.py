@@ -1,30 +1,29 @@
-"""A law run at its own fixed rate on whatever times come in: shared by the node, the offline loop and replay."""
+"""A law run at its own fixed rate; shared by the controller node, the offline loop and the verification of bags."""
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.laws.terms import diagnosed
-
-Array = NDArray[np.float64]
 
 NO_WRENCH = (0.0, 0.0)
 
 
 class ControlLoop:
-    """Holds the wrench between the instants of the law's rate and counts the instants that were missed.
+    """Steps the law once per control period, holds the wrench in between, and counts missed periods.
 
     Args:
         law: The law to run.
-        grid: The instants at which it is due.
-        observer: What stands between the measured state and the law; None where the law takes what is measured.
+        grid: The instants at which the control periods begin.
+        observer: State estimator between measurement and law; None where the law takes the measured state.
 
     Attributes:
-        estimate: What the law was last told of the ship, shape (6,); None without an observer.
+        wrench: The present command, surge force [N] and yaw moment [N·m].
+        estimate: The last state estimate that the law has received; None without an observer.
+        missed_periods: Control periods for which `step` was not called.
+        enabled: Whether the wrench is commanded; while disabled it is zero.
     """
 
     def __init__(self, law: Law[Any], grid: RateGrid, observer: Observer | None = None) -> None:
@@ -35,7 +34,7 @@ class ControlLoop:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the weights, the estimate, the held wrench and the count."""
+        """Reset law, observer, wrench, count and time."""
         self.forget()
         self.wrench = NO_WRENCH
         self.missed_periods = 0
@@ -43,43 +42,56 @@ class ControlLoop:
         self._lyapunov: float | None = None
 
     def forget(self) -> None:
-        """Forget what was learnt and what was estimated; time and count go on."""
+        """Reset law and observer; wrench, time and count continue."""
         self.law.reset()
-        self.estimate: Array | None = None
+        self.estimate: Motion | None = None
         if self.observer:
             self.observer.reset()
 
     def due(self, stamp: int) -> bool:
-        """Whether a time in nanoseconds belongs to a period that has not been served yet."""
+        """Whether a time in nanoseconds lies in a control period that has not been served yet."""
         return self.grid.index(stamp) != self._last_index
 
     def step(
-        self, stamp: int, state: Array, reference: Array, reference_acceleration: Array, measured_at: int | None = None
+        self, stamp: int, measured: Motion, desired: Motion, acceleration: Acceleration, measured_at: int | None = None
     ) -> Terms:
-        """Serve the period that `stamp` lies in: update the law, keep its wrench in `self.wrench`.
+        """Serve the control period that contains `stamp`: step the law and keep its wrench in `self.wrench`.
+
+        While disabled, the law is stepped for its terms only: the wrench is zero and its internal state is reset.
 
         Args:
-            stamp: Time of this update, ns.
-            state, reference, reference_acceleration: As `Law.update` takes them; the state as measured.
-            measured_at: Time of the measurement, on any clock of its own, ns; `stamp` unless said otherwise.
+            stamp: Time of this step, ns.
+            measured: Measured state of the ship.
+            desired: State of the reference.
+            acceleration: Derivatives of the reference's body velocities.
+            measured_at: Time of the measurement, ns, on any clock; `stamp` by default. The observer integrates over its
+                differences, which in real time are not those of the steps.
 
         Returns:
-            The terms of the law, with what follows from them for every law. While disabled the law runs for its terms only:
-            the wrench is zero, and what was learnt is forgotten.
+            The terms of the law, with weight norms and Lyapunov function added.
+
+        Raises:
+            ControlError: the law is undefined for this input.
         """
-        index = self.grid.index(stamp)
-        elapsed = 1
-        if self._last_index is not None and index > self._last_index:
-            elapsed = index - self._last_index
-            self.missed_periods += elapsed - 1
-        self._last_index = index
+        elapsed = self._elapsed_periods(stamp)
         if self.observer:
-            state = self.estimate = self.observer.update(stamp if measured_at is None else measured_at, state, self.wrench)
-        wrench, terms = self.law.update(seconds(stamp), state, reference, reference_acceleration)
-        self.wrench = float(wrench[0]), float(wrench[1])
+            measured_at = stamp if measured_at is None else measured_at
+            measured = self.estimate = self.observer.update(measured_at, measured, self.wrench)
+        self.wrench, terms = self.law.step(measured, desired, acceleration)
         if not self.enabled:
             self.wrench = NO_WRENCH
             self.law.reset()
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
         self._lyapunov = terms.lyapunov
         return terms
+
+    def _elapsed_periods(self, stamp: int) -> int:
+        """Move on to the period that contains a time; the number of periods since the last step, at least 1."""
+        index = self.grid.index(stamp)
+        elapsed = 1
+        # An earlier index is a clock that was set back, as by a restarted simulation: nothing was missed.
+        if self._last_index is not None and index > self._last_index:
+            elapsed = index - self._last_index
+            self.missed_periods += elapsed - 1
+        self._last_index = index
+        return elapsed

@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose; each message is one line a user can act on."""
+"""All errors that this package raises deliberately; every message is one line that names the problem and the remedy."""
 
 
 class VesselHsmcError(Exception):
@@ -14,15 +14,15 @@ class InstabilityError(ParameterError):
 
 
 class ScenarioError(VesselHsmcError):
-    """A scenario cannot be found, read or run as it stands."""
+    """A scenario cannot be found or read, or is inconsistent."""
 
 
 class SimulationError(VesselHsmcError):
-    """The plant or the loop around it cannot go on."""
+    """The plant or the closed loop cannot continue."""
 
 
 class ControlError(VesselHsmcError):
-    """The law has no value for this input."""
+    """The control law is undefined for this input."""
 
 
 class GoalError(VesselHsmcError):
@@ -30,7 +30,7 @@ class GoalError(VesselHsmcError):
 
 
 class BackpressureError(VesselHsmcError):
-    """A reader does not take what it is sent."""
+    """A subscriber does not keep up with the messages it is sent."""
 
 
 class BagError(VesselHsmcError):
@@ -38,7 +38,7 @@ class BagError(VesselHsmcError):
 
 
 class RunError(VesselHsmcError):
-    """A run of the nodes did not end as it should."""
+    """A run of the nodes did not complete."""
 
 
 class ReportError(VesselHsmcError):

@@ -1,99 +1,149 @@
-"""Angles, headings and the transformation of the tracking problem, equations (9) to (11).
+"""Motion of a ship in the plane, angles, and the error coordinates of the tracking problem, equations (9) to (11).
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|
+| x, y | position in the earth-fixed frame | m | (6) |
 | psi | heading, counter-clockwise from x | rad | (6) |
-| z1, z2, z3 | position seen along and across the ship, heading | m, m, rad | (9), (10) |
+| u, v, r | surge, sway and yaw velocity in the body frame | m/s, m/s, rad/s | (6) |
+| du, dv, dr | their time derivatives | m/s², m/s², rad/s² | (6) |
+| z1, z2, z3 | position resolved along and across the hull, heading | m, m, rad | (9), (10) |
 | dz1, dz2, dz3 | their first time derivatives | m/s, m/s, rad/s | (9) with (6) |
 | ddz1, ddz2, ddz3 | their second time derivatives | m/s², m/s², rad/s² | (13), (18), (24) |
 
-A state is x, y, psi, u, v, r; an acceleration is du, dv, dr, the derivatives of the body velocities.
+The state at one instant is a `Motion`, a series of states an array of shape (n, 6) with the same columns.
 """
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-
 TURN = 2.0 * math.pi
+"""A full turn."""
+
+
+class Motion(NamedTuple):
+    """State of a ship by the symbols of (6): earth-fixed pose and body-fixed velocities."""
+
+    x: float
+    y: float
+    psi: float
+    u: float
+    v: float
+    r: float
+
+
+class Acceleration(NamedTuple):
+    """Time derivatives of the body velocities."""
+
+    du: float
+    dv: float
+    dr: float
 
 
 class Transformed(NamedTuple):
-    """z1, z2, z3 or their derivatives."""
+    """z1, z2, z3 of (9), or their derivatives."""
 
     z1: float
     z2: float
     z3: float
 
 
+def as_motion(state: Iterable[float]) -> Motion:
+    """The state x, y, psi, u, v, r, such as an array of shape (6,), as plain floats."""
+    return Motion(*map(float, state))
+
+
+def as_acceleration(acceleration: Iterable[float]) -> Acceleration:
+    """The derivatives du, dv, dr, such as an array of shape (3,), as plain floats."""
+    return Acceleration(*map(float, acceleration))
+
+
 def wrap(angle: float) -> float:
-    """The same direction in (-pi, pi]; an angle that lies there is returned unchanged, to the last bit."""
+    """Map an angle to (-pi, pi]; an angle in that interval is returned unchanged (bit-identical)."""
     if -math.pi < angle <= math.pi:
         return angle
     return angle - TURN * math.ceil((angle - math.pi) / TURN)
 
 
 def quaternion_from_heading(psi: float) -> tuple[float, float]:
-    """The z and w components of the unit quaternion that turns by psi about the vertical."""
+    """The z and w components of the unit quaternion for a rotation by psi about the vertical axis; x and y are zero."""
     return math.sin(0.5 * psi), math.cos(0.5 * psi)
 
 
 def heading_from_quaternion(x: float, y: float, z: float, w: float) -> float:
-    """The heading of any non-zero quaternion, roll and pitch disregarded, in [-pi, pi]."""
+    """The yaw angle of a quaternion; roll and pitch are disregarded.
+
+    Args:
+        x, y, z, w: Components of any non-zero quaternion; it need not be normalised.
+
+    Returns:
+        Heading in [-pi, pi].
+    """
     return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
-def as_published(state: Array) -> Array:
-    """The state as a reader of its message sees it: the heading goes through a quaternion and comes back wrapped."""
-    z, w = quaternion_from_heading(float(state[2]))
-    published = state.copy()
-    published[2] = heading_from_quaternion(0.0, 0.0, z, w)
-    return published
+def as_published(state: Iterable[float]) -> Motion:
+    """The state as a subscriber of its message receives it.
+
+    A message carries the heading as a quaternion, so it comes back wrapped to [-pi, pi] and rounded. The offline loop passes
+    states through this function, which makes its runs bit-identical to those of the nodes.
+    """
+    motion = as_motion(state)
+    z, w = quaternion_from_heading(motion.psi)
+    return motion._replace(psi=heading_from_quaternion(0.0, 0.0, z, w))
 
 
-def transform(state: Array | tuple[float, ...]) -> Transformed:
-    """Z of (9): the position resolved along and across the hull, and the heading."""
-    x, y, psi = float(state[0]), float(state[1]), float(state[2])
-    c, s = math.cos(psi), math.sin(psi)
-    return Transformed(x * c + y * s, -x * s + y * c, psi)
+def transform(motion: Motion) -> Transformed:
+    """Z of (9): z1 = x·cos psi + y·sin psi, z2 = -x·sin psi + y·cos psi, z3 = psi."""
+    c, s = math.cos(motion.psi), math.sin(motion.psi)
+    return Transformed(motion.x * c + motion.y * s, -motion.x * s + motion.y * c, motion.psi)
 
 
-def transform_rate(z: Transformed, state: Array) -> Transformed:
-    """dz, from (9) and (6): dz1 = u + z2·r, dz2 = v - z1·r, dz3 = r."""
-    u, v, r = float(state[3]), float(state[4]), float(state[5])
-    return Transformed(u + z.z2 * r, v - z.z1 * r, r)
+def transform_rate(z: Transformed, motion: Motion) -> Transformed:
+    """dZ, from (9) and (6): dz1 = u + z2·r, dz2 = v - z1·r, dz3 = r."""
+    return Transformed(motion.u + z.z2 * motion.r, motion.v - z.z1 * motion.r, motion.r)
 
 
-def transform_acceleration(z: Transformed, state: Array, acceleration: Array) -> Transformed:
-    """ddz, from (9) and (6): ddz1 = du + dz2·r + z2·dr, ddz2 = dv - dz1·r - z1·dr, ddz3 = dr."""
-    u, v, r = float(state[3]), float(state[4]), float(state[5])
-    du, dv, dr = float(acceleration[0]), float(acceleration[1]), float(acceleration[2])
+def transform_acceleration(z: Transformed, motion: Motion, acceleration: Acceleration) -> Transformed:
+    """ddZ, from (9) and (6): ddz1 = du + dz2·r + z2·dr, ddz2 = dv - dz1·r - z1·dr, ddz3 = dr.
+
+    Args:
+        z: Transformed pose of the motion.
+        motion: Pose and body velocities.
+        acceleration: Derivatives of the body velocities.
+    """
+    u, v, r = motion.u, motion.v, motion.r
+    du, dv, dr = acceleration
     return Transformed(du + (v - z.z1 * r) * r + z.z2 * dr, dv - (u + z.z2 * r) * r - z.z1 * dr, dr)
 
 
 def tracking_error(z: Transformed, z_d: Transformed) -> Transformed:
-    """z_e of (11), with the heading error taken the short way round."""
+    """z_e = Z - Z_d of (11), with the heading error wrapped to (-pi, pi]."""
     return Transformed(z.z1 - z_d.z1, z.z2 - z_d.z2, wrap(z.z3 - z_d.z3))
 
 
-def extrapolate(state: Array, acceleration: Array, interval: float) -> Array:
-    """A moving ship's state a short while later or earlier, its body acceleration held.
+def extrapolate(motion: Motion, acceleration: Acceleration, interval: float) -> Motion:
+    """The state a short interval later or earlier, with the body acceleration held constant.
 
-    The velocity is exact for a constant acceleration, the pose is advanced with the velocity of the interval's middle.
+    The velocities are exact for a constant acceleration; the pose is integrated by the midpoint rule.
 
     Args:
-        state: x, y, psi, u, v, r, shape (6,).
-        acceleration: du, dv, dr, shape (3,).
-        interval: Time to go, s; negative to go back; 0 returns the state unchanged.
+        motion: State at the start of the interval.
+        acceleration: Derivatives of the body velocities, held over the interval.
+        interval: Time to extrapolate by, s; negative to go back in time; 0 returns the state unchanged.
     """
     if interval == 0.0:
-        return state
-    velocity = state[3:] + acceleration * interval
-    u, v, r = 0.5 * (state[3:] + velocity)
-    psi = state[2] + 0.5 * interval * r
+        return motion
+    du, dv, dr = acceleration
+    end_u, end_v, end_r = motion.u + du * interval, motion.v + dv * interval, motion.r + dr * interval
+    u, v, r = 0.5 * (motion.u + end_u), 0.5 * (motion.v + end_v), 0.5 * (motion.r + end_r)
+    psi = motion.psi + 0.5 * interval * r
     c, s = math.cos(psi), math.sin(psi)
-    pose = state[:3] + interval * np.array([u * c - v * s, u * s + v * c, r])
-    return np.concatenate((pose, velocity))
+    return Motion(
+        motion.x + interval * (u * c - v * s),
+        motion.y + interval * (u * s + v * c),
+        motion.psi + interval * r,
+        end_u,
+        end_v,
+        end_r,
+    )

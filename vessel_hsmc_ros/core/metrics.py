@@ -1,6 +1,6 @@
-"""What a run achieved: errors and effort, from arrays alone.
+"""Performance metrics of a run: tracking errors and control effort.
 
-Arrays run over the samples of a run: state and reference (n, 6), wrench (n, 2), time (n,).
+All arrays have one row per sample: time (n,), state and reference (n, 6), wrench (n, 2).
 """
 
 from typing import NamedTuple
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 class Metrics(NamedTuple):
-    """Key figures of a run; m, rad, N and N·m, suffixed where a unit is another."""
+    """Metrics of a run; in m, N and N·m, with the unit as a suffix where it is another."""
 
     position_error_rms: float
     position_error_rms_last_quarter: float
@@ -26,35 +26,35 @@ class Metrics(NamedTuple):
 
 
 def position_error(state: Array, reference: Array) -> Array:
-    """Distance between ship and reference, (n,)."""
+    """Distance between ship and reference, (n,) m."""
     return np.hypot(state[:, 0] - reference[:, 0], state[:, 1] - reference[:, 1])
 
 
 def heading_error(state: Array, reference: Array) -> Array:
-    """Heading minus desired heading, the short way round, in (-pi, pi], (n,)."""
+    """Heading minus desired heading, wrapped to (-pi, pi], (n,)."""
     difference = state[:, 2] - reference[:, 2]
     return difference - 2.0 * np.pi * np.ceil((difference - np.pi) / (2.0 * np.pi))
 
 
 def rms(values: Array) -> float:
-    """Root of the mean square."""
+    """Root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 def evaluate(time: Array, state: Array, reference: Array, wrench: Array) -> Metrics:
-    """All key figures of a run.
+    """Compute all metrics of a run.
 
     Args:
-        time: (n,) s, n at least 1.
-        state, reference: x, y, psi, u, v, r, (n, 6).
-        wrench: Applied surge force and yaw moment, (n, 2).
+        time: Times of the samples, (n,) s, n at least 1.
+        state, reference: x, y, psi, u, v, r of ship and reference, (n, 6).
+        wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
     """
     distance = position_error(state, reference)
     angle = np.degrees(heading_error(state, reference))
-    late = time >= time[0] + 0.75 * (time[-1] - time[0])
+    last_quarter = time >= time[0] + 0.75 * (time[-1] - time[0])
     return Metrics(
         rms(distance),
-        rms(distance[late]),
+        rms(distance[last_quarter]),
         float(distance[-1]),
         rms(angle),
         float(angle[-1]),
@@ -66,15 +66,17 @@ def evaluate(time: Array, state: Array, reference: Array, wrench: Array) -> Metr
 
 
 def reversals_per_second(time: Array, values: Array, after: float = 0.0) -> float:
-    """How often a signal reverses the sign of its rate; where it is held, as between two control periods, it has none.
+    """How often a signal changes between rising and falling, per second: a measure of chattering.
+
+    Samples at which the signal is constant, as between two control periods, are skipped.
 
     Args:
-        time: (n,) s.
-        values: (n,).
-        after: From when on, s.
+        time: Times of the samples, (n,) s.
+        values: The signal, (n,).
+        after: Start of the evaluated interval, s.
     """
-    late = time >= after
-    changes = np.diff(values[late])
+    evaluated = time >= after
+    changes = np.diff(values[evaluated])
     signs = np.sign(changes[changes != 0.0])
-    span = float(time[late][-1] - time[late][0]) if late.any() else 0.0
+    span = float(time[evaluated][-1] - time[evaluated][0]) if evaluated.any() else 0.0
     return float(np.count_nonzero(np.diff(signs))) / span if span > 0.0 else 0.0

@@ -1,8 +1,8 @@
-"""Declaring parameters once: frozen dataclasses whose fields carry unit, range and description.
+"""Parameter declarations: frozen dataclasses whose fields carry unit, range and description.
 
-From one declaration come the ROS parameters (type, descriptor, limits), the YAML a scenario may contain,
-`--set node.name=value` on the command line, the reference table in the docs and the symbols of the equations.
-A dataclass nested in another is a group: its fields are named `group.field`.
+One declaration yields the ROS parameter (type, descriptor, range), the YAML key of a scenario, `--set node.name=value` on the
+command line, the row in docs/parameters.md and the symbol of the equations. A dataclass nested in another is a group: its
+parameters are named `group.field`.
 """
 
 import dataclasses
@@ -21,7 +21,7 @@ Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...]
 
 @dataclass(frozen=True)
 class Entry:
-    """One declared parameter, with everything a user needs to set it."""
+    """One declared parameter."""
 
     name: str
     type: Any
@@ -37,12 +37,12 @@ class Entry:
 
     @property
     def allowed(self) -> str:
-        """The allowed values in words, for error messages, descriptors and the docs."""
+        """Description of the allowed values for error messages, descriptors and the docs."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
         number = "number" if self.high == math.inf else "finite number"
-        kinds = {bool: "true or false", int: "a whole number", float: f"a {number}", str: "a text"}
-        many = "a list of texts" if self.type == tuple[str, ...] else f"a list of {self.length or ''} {number}s"
+        kinds = {bool: "true or false", int: "an integer", float: f"a {number}", str: "a string"}
+        many = "a list of strings" if self.type == tuple[str, ...] else f"a list of {self.length or ''} {number}s"
         unit = f" {self.unit}" if self.unit else ""
         span = f" from {self.low:g} to {self.high:g}{unit}" if self.low is not None and self.high is not None else ""
         return " ".join(kinds.get(self.type, many).split()) + span
@@ -63,14 +63,14 @@ def parameter(
     """Declare one parameter as a dataclass field.
 
     Args:
-        default: Value when nothing else is said; its type is the parameter's type.
+        default: Default value; its type is the parameter's type.
         description: One sentence, as `ros2 param describe` shows it.
-        unit: Any unit; empty for dimensionless numbers, flags and texts.
-        low, high: Inclusive limits, of every element for a list.
-        choices: The allowed texts.
-        length: The number of elements of a list.
-        symbol: The symbol of the paper that this word stands for.
-        tunable: Whether it may change while the node runs.
+        unit: Physical unit; empty for dimensionless numbers, flags and strings.
+        low, high: Inclusive limits, of every element for a list; an upper limit of infinity allows infinity.
+        choices: The allowed strings.
+        length: The number of elements of a list; None for any.
+        symbol: The symbol of this parameter in the equations.
+        tunable: Whether it may be changed while the node runs.
     """
     info = {
         "description": description,
@@ -93,7 +93,12 @@ def group(cls: type[T]) -> T:
 
 
 def entries(cls: type, prefix: str = "") -> dict[str, Entry]:
-    """All parameters a dataclass declares, by their dotted names, in the order of declaration."""
+    """All declared parameters by their dotted names, in the order of declaration.
+
+    Args:
+        cls: The dataclass that declares them.
+        prefix: Prepended to every name.
+    """
     found: dict[str, Entry] = {}
     hints = get_type_hints(cls)
     for field in dataclasses.fields(cast("Any", cls)):
@@ -106,15 +111,15 @@ def entries(cls: type, prefix: str = "") -> dict[str, Entry]:
 
 
 def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
-    """Make an instance from dotted names and raw values, checking every one of them.
+    """Check values by their dotted names and make an instance from them.
 
     Args:
         cls: The dataclass that declares the parameters.
-        values: Raw values, as a YAML or ROS parameter reader gives them; what is left out keeps its default.
-        owner: Where the values belong, a node's name, for error messages.
+        values: Values as read from YAML or ROS; parameters that are missing keep their default.
+        owner: Name of the node or group that the values belong to, for error messages.
 
     Raises:
-        ParameterError: a name is unknown, a value has the wrong type or lies outside its range.
+        ParameterError: a name is unknown, or a value has the wrong type or is out of range.
     """
     known = entries(cls)
     for name in values:
@@ -138,7 +143,16 @@ def _assemble(cls: type[T], values: Mapping[str, Value], prefix: str) -> T:
 
 
 def check(entry: Entry, value: object, owner: str) -> Value:
-    """The value in the declared type, or a ParameterError that names it and what is allowed."""
+    """Check one value and convert it to the declared type.
+
+    Args:
+        entry: The declaration.
+        value: Value as read from YAML or ROS.
+        owner: Name of the node or group, for error messages.
+
+    Raises:
+        ParameterError: the value has the wrong type, length or range; the message names the value and what is allowed.
+    """
     try:
         converted = _convert(entry.type, value)
     except (TypeError, ValueError):
@@ -164,7 +178,11 @@ def _shown(value: Value) -> str:
 
 
 def _convert(kind: Any, value: object) -> Value:
-    """Strict conversion: whole numbers pass for floats, NumPy's for Python's, and nothing else for something it is not."""
+    """Convert without loss: an integer is accepted as a float, a NumPy number as Python's; any other change of type is an error.
+
+    Raises:
+        TypeError: the value is not of this kind.
+    """
     if kind in (tuple[float, ...], tuple[str, ...]):
         element = float if kind == tuple[float, ...] else str
         if isinstance(value, str) or not hasattr(value, "__iter__"):
@@ -180,7 +198,7 @@ def _convert(kind: Any, value: object) -> Value:
 
 
 def flatten(instance: object) -> dict[str, Value]:
-    """Dotted names and values of an instance, in the order of declaration."""
+    """Values of an instance by their dotted names, in the order of declaration; the inverse of `build`."""
     return dict(_flatten(instance, ""))
 
 
@@ -194,7 +212,7 @@ def _flatten(instance: object, prefix: str) -> Iterator[tuple[str, Value]]:
 
 
 def symbols(instance: object) -> dict[str, Any]:
-    """The values by the symbols of the equations, for every field (of one level) that has a symbol."""
+    """Values of an instance by their symbols, for all fields with a symbol outside of groups."""
     return {
         field.metadata["symbol"]: getattr(instance, field.name)
         for field in dataclasses.fields(cast("Any", instance))

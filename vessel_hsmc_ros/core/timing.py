@@ -1,4 +1,4 @@
-"""Times at a fixed rate as exact whole nanoseconds: one truth for the period, in every node."""
+"""Exact sampling instants in integer nanoseconds; every node derives its period from here."""
 
 from fractions import Fraction
 
@@ -7,6 +7,8 @@ NANOSECONDS = 1_000_000_000
 
 class RateGrid:
     """The instants k/rate, k = 0, 1, 2, ... in nanoseconds, without drift for any rate.
+
+    The ratio of a nanosecond to the period is kept as a fraction, so that 3 Hz has exactly three instants in every second.
 
     Args:
         rate_hz: Instants per second, above 0.
@@ -19,18 +21,18 @@ class RateGrid:
         self._numerator, self._denominator = ratio.numerator, ratio.denominator
 
     def stamp(self, index: int) -> int:
-        """Nanoseconds of instant `index`, rounded down."""
+        """Time of instant `index` in nanoseconds, rounded down."""
         return index * self._numerator // self._denominator
 
     def index(self, nanoseconds: int) -> int:
-        """The last instant not after a time: stamp(index) <= nanoseconds < stamp(index + 1)."""
+        """Index of the last instant not after a time: stamp(index) <= nanoseconds < stamp(index + 1)."""
         return (nanoseconds * self._denominator + self._denominator - 1) // self._numerator
 
     def divides(self, other: "RateGrid") -> bool:
-        """Whether every instant of this grid is one of the other's too."""
+        """Whether every instant of this grid is also an instant of the other."""
         return (self._numerator * other._denominator) % (self._denominator * other._numerator) == 0
 
 
 def seconds(nanoseconds: int) -> float:
-    """Nanoseconds as seconds; the one conversion, so that all parts compute with the same bits."""
+    """Convert nanoseconds to seconds; used by all parts, so that their times are bit-identical."""
     return nanoseconds * 1e-9

@@ -1,4 +1,4 @@
-"""Control laws, one file each, behind one way to make and to call them."""
+"""Control laws, one per file, with a common interface and factory."""
 
 import dataclasses
 from typing import Any, NamedTuple
@@ -33,7 +33,7 @@ __all__ = [
 
 
 class LawKind(NamedTuple):
-    """A law and the dataclass that declares its parameters."""
+    """The class of a law and the dataclass that declares its parameters."""
 
     controller: Any
     parameters: type
@@ -50,22 +50,22 @@ LAWS = {
 
 
 def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
-    """Make a law from its name, its period and its parameters.
+    """Make a law from keyword arguments; for notebooks and tests.
 
     Args:
-        law: One of LAWS.
-        period: Time between two updates, s.
-        parameters: Names as in the YAML below `controller.<law>` (a name in a group with its dot, in a dictionary) and
-            `controller.vessel`; the rest keep their defaults.
+        law: Name of the law, one of LAWS.
+        period: Control period, s.
+        parameters: Values by the names that the YAML has below `controller.<law>` and `controller.vessel`; grouped parameters by
+            their dotted name, `**{"network.width": 2.0}`. All others keep their defaults.
 
     Raises:
-        ParameterError: the law or a parameter is unknown, out of range, or a gain is unstable at this period.
+        ParameterError: the law or a parameter is unknown, a value is out of range, or a gain is unstable at this period.
     """
     if law not in LAWS:
         raise ParameterError(f"controller.law = {law} is not allowed: it takes one of {', '.join(LAWS)}")
-    hull = {field.name for field in dataclasses.fields(KnownVessel)}
-    vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in hull}, "controller.vessel")
-    own = {k: v for k, v in parameters.items() if k not in hull}
+    shared = {field.name for field in dataclasses.fields(KnownVessel)}
+    vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in shared}, "controller.vessel")
+    own = {k: v for k, v in parameters.items() if k not in shared}
     kind = LAWS[law]
     made: Law[Any] = kind.controller(schema.build(kind.parameters, own, f"controller.{law}"), vessel, period)
     return made

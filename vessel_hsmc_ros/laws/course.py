@@ -1,6 +1,6 @@
-"""Course control, case 1: the paper's yaw law for the heading alone, with one surface and one network.
+"""Course control, case 1: the paper's yaw law for the heading alone, with one sliding surface and one network.
 
-The paper gives no equations for this case; these are (17) to (22) without a sway surface: a = 0, b = 1.
+The paper gives no equations for this case; these are (17) to (22) without the sway surface, a = 0 and b = 1.
 
 S = c2·z3e + dz3e,  tau_2 = m33·(-c2·dz3e - fr + ddz3d - eta·sgn S - k·S),  dWr = gamma·S·H
 
@@ -8,12 +8,12 @@ S = c2·z3e + dz3e,  tau_2 = m33·(-c2·dz3e - fr + ddz3d - eta·sgn S - k·S), 
 |---|---|---|---|
 | z3e | heading error | rad | (11) |
 | S | sliding surface, sigma2 | rad/s | (17) |
-| c2 | its slope | 1/s | (17) |
+| c2 | slope of the surface | 1/s | (17) |
 | k, eta, phi | reaching gain, switching gain, boundary layer | 1/s, rad/s², rad/s | (21) |
 | gamma | adaptation gain | 1/s | (29) |
 | fr, Wr | network output for f_r, its weights, shape (l,) | rad/s² | (15) |
 | H | activations of the network, shape (l,) | - | (2) |
-| tau_1, tau_2 | surge force, held; yaw moment | N, N·m | (22) |
+| tau_1, tau_2 | constant surge force, yaw moment | N, N·m | (22) |
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
@@ -37,28 +37,30 @@ Array = NDArray[np.float64]
 
 
 def thrust() -> float:
-    """Declare the surge force under which a law that steers by heading alone runs, none unless said otherwise."""
-    return parameter(0.0, "Surge force, held.", unit="N", low=-1e9, high=1e9, symbol="tau_1", tunable=True)
+    """Declare the constant surge force of a law that controls the heading alone, 0 by default."""
+    return parameter(0.0, "Constant surge force.", unit="N", low=-1e9, high=1e9, symbol="tau_1", tunable=True)
 
 
 @dataclass(frozen=True)
 class CourseLawParameters:
-    """Gains of the paper's yaw law; the adaptation gain, the boundary layer and the surge force are ours, it gives none."""
+    """Gains of the paper's yaw law; it gives no adaptation gain, boundary layer or surge force, so those are our choice."""
 
     heading_surface_slope: float = gain(0.3, "Slope of the heading surface (17).", "1/s", "c2")
-    reaching_gain: float = gain(100.0, "Rate at which the surface is approached (21).", "1/s", "k")
-    switching_gain: float = gain(0.001, "Switching part of the law (21).", "rad/s²", "eta")
-    adaptation_gain: float = gain(0.001, "Learning gain of the network for f_r (29).", "1/s", "gamma")
+    reaching_gain: float = gain(100.0, "Reaching gain of the heading surface (21).", "1/s", "k")
+    switching_gain: float = gain(0.001, "Switching gain of the law (21).", "rad/s²", "eta")
+    adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_r (29).", "1/s", "gamma")
     switching: str = parameter(
-        "sgn", "What the law switches by: sgn as printed, a saturation with a boundary layer, or tanh.", choices=SWITCHING
+        "sgn",
+        "Switching function of the law: sgn as printed, saturation with a boundary layer, or tanh.",
+        choices=SWITCHING,
     )
-    boundary_layer: float = layer("Boundary layer of the surface; without effect on sgn.", "rad/s", "phi")
+    boundary_layer: float = layer("Boundary layer of the heading surface; not used with sgn.", "rad/s", "phi")
     surge_force: float = thrust()
     network: NetworkParameters = group(NetworkParameters)
 
 
 class Gains(NamedTuple):
-    """Everything constant in the law, by its symbols; the switching in words."""
+    """The constants of the law by their symbols, and the name of the switching function."""
 
     c2: float
     k: float
@@ -71,15 +73,15 @@ class Gains(NamedTuple):
 
 
 class CourseController(Law[CourseLawParameters]):
-    """The law with its memory: the weights, advanced by one Euler step each period.
+    """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
     Args:
         parameters: Gains and network.
-        vessel: What is known of the ship; its limits are left aside, as the paper does.
-        period: Time between two updates, s.
+        vessel: The known inertia; the limits are not used, as in the paper.
+        period: Control period, s.
 
     Raises:
-        ParameterError: the reaching gain is unstable at this period, or the listed centres are no triples.
+        ParameterError: the reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
     """
 
     def __init__(self, parameters: CourseLawParameters, vessel: KnownVessel, period: float) -> None:
@@ -87,27 +89,31 @@ class CourseController(Law[CourseLawParameters]):
         super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: CourseLawParameters) -> None:
-        """Take other gains and keep the weights; the network's shape stays as it was made."""
+        """Take new gains and keep the weights; the size of the network stays as constructed.
+
+        Raises:
+            ParameterError: the reaching gain is unstable at the law's period.
+        """
         check_step(parameters, "reaching_gain", "heading_surface_slope", self._period, "course")
         known = schema.symbols(self._vessel)
         self._gains = Gains(**schema.symbols(parameters), m33=known["m33"], switching=parameters.switching)
 
     def reset(self) -> None:
-        """Forget what the network has learnt: all weights zero."""
+        """Set all weights to zero."""
         self.weights: Array = np.zeros(len(self._neurons.mu))
 
-    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
-        """The wrench from the present weights, then the weights move on."""
+    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
+        """The wrench with the present weights, then one Euler step of the weights; see `Law.step`."""
         g = self._gains
-        z3e, dz3e = wrap(float(state[2] - reference[2])), float(state[5] - reference[5])
-        H = activations(state[3:], *self._neurons)
+        z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
+        H = activations(np.array(motion[3:]), *self._neurons)
         fr = output(self.weights, H)
         S = g.c2 * z3e + dz3e
-        equivalent = -g.c2 * dz3e - fr + float(reference_acceleration[2])
+        equivalent = -g.c2 * dz3e - fr + acceleration.dr
         tau_2 = g.m33 * (equivalent - g.eta * switch(S, g.phi, g.switching) - g.k * S)
         terms = Terms(
             heading_error=z3e, heading_error_rate=dz3e, heading_surface=S, yaw_surface=S,
             yaw_estimate=fr, yaw_weights=self.weights,
         )  # fmt: skip
         self.weights = self.weights + (self._period * g.gamma * S) * H
-        return np.array([g.tau_1, tau_2]), terms
+        return (g.tau_1, tau_2), terms

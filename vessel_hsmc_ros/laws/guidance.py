@@ -1,49 +1,54 @@
-"""Guidance: from the position error to a heading, a yaw rate and a surge velocity that a ship without sway thrust can have.
+"""Guidance: from the position error to heading, yaw-rate and surge-speed commands that a ship without sway thrust can follow.
 
 | symbol | meaning | unit |
 |---|---|---|
 | e = p - p_d | position error, east and north | m |
-| g | velocity at which e is to fade: k_p·e/sqrt(1 + (k_p·|e|/v_max)²) + xi | m/s |
-| xi | integral of e, which takes away what is left of it | m/s |
-| w = dp_d - g | wanted velocity; dw its derivative, W its length | m/s, m/s² |
+| g | error feedback: k_p·e/sqrt(1 + (k_p·|e|/v_max)²) + xi | m/s |
+| xi | integral of e, which removes the steady-state error | m/s |
+| w = dp_d - g | velocity command; dw its derivative, W its magnitude | m/s, m/s² |
 | w_t, w_n | w along and across the hull | m/s |
 | s | direction of travel: 1 ahead, -1 astern | - |
-| q = c·rho | speed below which the ship is steered as a resting one | m/s |
-| m = w_n - v | by how much the sway does not match | m/s |
-| epsilon | heading by which the hull is off: turned by it, w_n is the sway that the ship has | rad |
+| q = c·rho | speed below which the station-keeping mode takes over | m/s |
+| m = w_n - v | sway mismatch: commanded minus actual sway velocity | m/s |
+| epsilon | heading error: turned by it, the hull has w_n equal to its sway velocity | rad |
 | psi_c | commanded heading psi + epsilon | rad |
 | r_w | rate of psi_c while the ship has the velocity w | rad/s |
 | a | yaw acceleration that turns are planned with | rad/s² |
 
-Sway cannot be commanded, so the ship is turned until the part of w across the hull is the sway it has; then surge alone makes
-its velocity w, and e fades. At rest this is the same as holding a point rho ahead of midships.
+Sway is not actuated, so the ship is turned until the component of w across the hull equals its sway velocity; then the surge
+force alone gives it the velocity w, and e decays. In station keeping this is equivalent to controlling the position of a point
+rho ahead of midships.
 """
 
 import math
 from typing import NamedTuple
 
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.guided_parameters import Gains
-from vessel_hsmc_ros.laws.predictor import Motion
 
-Pair = tuple[float, float]
+Vector = tuple[float, float]
+"""A horizontal vector, east and north."""
 
 LARGEST_MISMATCH = 0.3
-"""The lever of a resting ship grows with the mismatch of its sway up to this one, m_max, m/s."""
+"""The station-keeping lever arm grows with the sway mismatch up to this one, m_max, m/s."""
+
+SLOWEST_REFERENCE_SQUARED = 0.04
+"""Below this squared speed, that of 0.2 m/s, the reference does not determine the direction of travel, m²/s²."""
 
 
-class Wanted(NamedTuple):
-    """w and dw, east and north, and the squares of |w - dp_d| and of |dp_d|."""
+class VelocityCommand(NamedTuple):
+    """w and dw, east and north, with the squares of the two speeds that it is made of, |g| and |dp_d|."""
 
     wx: float
     wy: float
     dwx: float
     dwy: float
-    fading: float
-    carried: float
+    feedback_squared: float
+    reference_squared: float
 
 
-class Across(NamedTuple):
-    """w and dw along (t) and across (n) the hull."""
+class BodyCommand(NamedTuple):
+    """w and dw resolved along (t) and across (n) the hull."""
 
     w_t: float
     w_n: float
@@ -51,25 +56,22 @@ class Across(NamedTuple):
     dw_n: float
 
 
-def clip(value: float, limit: float) -> float:
-    """The value, at most `limit` either way."""
-    return min(max(value, -limit), limit)
+def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration, xi: Vector, g: Gains) -> VelocityCommand:
+    """Velocity command w = dp_d - g and its derivative with xi constant.
 
-
-def wanted_velocity(motion: Motion, desired: Motion, acceleration: list[float], xi: Pair, g: Gains) -> Wanted:
-    """Wanted velocity and its derivative, xi held.
+    The feedback is linear, k_p·e, near the reference and saturates at the speed v_max far from it.
 
     Args:
-        motion: The ship.
-        desired: The reference.
-        acceleration: du_d, dv_d, dr_d.
-        xi: East and north, m/s.
+        motion: State of the ship.
+        desired: State of the reference.
+        acceleration: Derivatives of the reference's body velocities.
+        xi: Integral state, m/s.
         g: Gains.
     """
     x_d, y_d, psi_d, u_d, v_d, r_d = desired
     c, s = math.cos(psi_d), math.sin(psi_d)
     dx_d, dy_d = u_d * c - v_d * s, u_d * s + v_d * c
-    along, across = acceleration[0] - v_d * r_d, acceleration[1] + u_d * r_d
+    along, across = acceleration.du - v_d * r_d, acceleration.dv + u_d * r_d
     c_psi, s_psi = math.cos(motion.psi), math.sin(motion.psi)
     ex, ey = motion.x - x_d, motion.y - y_d
     dex = motion.u * c_psi - motion.v * s_psi - dx_d
@@ -80,7 +82,7 @@ def wanted_velocity(motion: Motion, desired: Motion, acceleration: list[float], 
     gain = g.k_p / math.sqrt(stretch)
     bend = slope * slope * (ex * dex + ey * dey) / stretch
     gx, gy = gain * ex + xi[0], gain * ey + xi[1]
-    return Wanted(
+    return VelocityCommand(
         dx_d - gx,
         dy_d - gy,
         along * c - across * s - gain * (dex - bend * ex),
@@ -90,37 +92,50 @@ def wanted_velocity(motion: Motion, desired: Motion, acceleration: list[float], 
     )
 
 
-def resolve(wanted: Wanted, psi: float) -> Across:
-    """Wanted velocity and its derivative seen from the hull."""
+def resolve(command: VelocityCommand, psi: float) -> BodyCommand:
+    """Velocity command and its derivative resolved along and across a hull of heading psi."""
     c, s = math.cos(psi), math.sin(psi)
-    wx, wy, dwx, dwy, _, _ = wanted
-    return Across(wx * c + wy * s, -wx * s + wy * c, dwx * c + dwy * s, -dwx * s + dwy * c)
+    wx, wy, dwx, dwy, _, _ = command
+    return BodyCommand(wx * c + wy * s, -wx * s + wy * c, dwx * c + dwy * s, -dwx * s + dwy * c)
 
 
-def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, fading: float, g: Gains) -> float:
-    """The way the reference goes, while that is the larger part of w; else as before, until w points well the other way.
+def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedback_squared: float, g: Gains) -> float:
+    """The direction of travel s, ahead or astern.
+
+    It is that of the reference while the reference's speed dominates w. Otherwise it changes with hysteresis: only when w points
+    in the other direction by more than q.
 
     Args:
-        s: Direction so far.
-        w_t: Wanted velocity along the hull, m/s.
+        s: Direction in the last period, 1 or -1.
+        w_t: Velocity command along the hull, m/s.
         distance: |e|, m; beyond R_b the ship does not go astern.
         u_d: Surge velocity of the reference, m/s.
-        fading: |g|², m²/s².
+        feedback_squared: |g|², m²/s².
         g: Gains.
+
+    Returns:
+        1 for ahead, -1 for astern.
     """
-    if u_d * u_d > max(fading, 0.04):
+    if u_d * u_d > max(feedback_squared, SLOWEST_REFERENCE_SQUARED):
         return 1.0 if u_d > 0.0 else -1.0
     if s * w_t >= -g.c * g.rho:
         return s
     return -1.0 if s > 0.0 and distance < g.R_b else 1.0
 
 
-def heading_error(w: Across, v: float, s: float, g: Gains) -> float:
+def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
     """The heading error epsilon = s·atan2(m, D) with m = w_n - v, in [-pi, pi].
 
-    D is s·w_t, kept from zero: sqrt((s·w_t)² + q_m²) ahead, s·w_t + q_m astern, with q_m² = q² + (c·T_m·min(|m|, m_max))². At
-    rest and for a small m, epsilon is m/q, which turns the ship at m/rho: a point rho ahead of midships then moves across the
-    hull at w_n. The lever grows with m, for in a strong current a short one turns the ship faster than it can follow.
+    D is s·w_t, kept away from zero: sqrt((s·w_t)² + q_m²) ahead, s·w_t + q_m astern, with q_m² = q² + (c·T_m·min(|m|, m_max))².
+    In station keeping and for a small m, epsilon is m/q, which turns the ship at m/rho: a point rho ahead of midships then moves
+    across the hull at w_n. The lever arm grows with m, because in a strong current a short one asks for a faster turn than the
+    ship can follow.
+
+    Args:
+        w: Velocity command along and across the hull.
+        v: Sway velocity, m/s.
+        s: Direction of travel.
+        g: Gains.
     """
     m = w.w_n - v
     D = s * w.w_t
@@ -128,62 +143,71 @@ def heading_error(w: Across, v: float, s: float, g: Gains) -> float:
     return s * math.atan2(m, math.sqrt(D * D + q_m * q_m) if D >= 0.0 else D + q_m)
 
 
-def carried_rate(w: Across, v: float, dv: float, r_d: float, s: float, g: Gains) -> float:
-    """r_w, the derivative of atan2(w) - s·asin(v/W), which fades to r_d at rest.
+def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Gains) -> float:
+    """Feedforward yaw rate r_w, the derivative of atan2(w) - s·asin(v/W), which tends to r_d as W tends to zero.
 
-    r_w = (w_t·dw_n - w_n·dw_t)/W² - s·(dv - v·(w·dw)/W²)/sqrt(W² - v²), every square in a denominator with q² added.
+    r_w = (w_t·dw_n - w_n·dw_t)/W² - s·(dv - v·(w·dw)/W²)/sqrt(W² - v²), with q² added to every square in a denominator.
 
     Args:
-        w: Wanted velocity and its derivative.
-        v, dv: Sway velocity and its derivative.
-        r_d: Yaw rate of the reference.
+        w: Velocity command and its derivative.
+        v, dv: Sway velocity and its derivative, m/s, m/s².
+        r_d: Yaw rate of the reference, rad/s.
         s: Direction of travel.
         g: Gains.
+
+    Returns:
+        r_w, rad/s.
     """
     q2 = (g.c * g.rho) ** 2
     square = w.w_t * w.w_t + w.w_n * w.w_n
     W2 = square + q2
     moving = square / W2
-    swing = dv - v * (w.w_t * w.dw_t + w.w_n * w.dw_n) / W2
+    crab_rate = dv - v * (w.w_t * w.dw_t + w.w_n * w.dw_n) / W2
     hull = math.sqrt(max(square - v * v, 0.0) + q2)
-    return (w.w_t * w.dw_n - w.w_n * w.dw_t) / W2 - s * moving * swing / hull + (1.0 - moving) * r_d
+    return (w.w_t * w.dw_n - w.w_n * w.dw_t) / W2 - s * moving * crab_rate / hull + (1.0 - moving) * r_d
 
 
 def approach_rate(epsilon: float, g: Gains) -> float:
-    """The yaw rate at which a heading error is to fade: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most r_max.
+    """The yaw-rate command for a heading error: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most r_max.
 
-    A ship that follows it never needs more yaw acceleration than a to stop in time.
+    The square root is the braking curve of a constant yaw acceleration: a ship that follows it never needs more than a to stop
+    the turn at epsilon = 0.
     """
     rate = g.a_max / g.c * (math.sqrt(1.0 + 2.0 * g.c * g.c * abs(epsilon) / g.a_max) - 1.0)
     return math.copysign(min(rate, g.r_max), epsilon)
 
 
-def rest(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
-    """How much the ship rests undisturbed, from 0 to 1.
+def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
+    """Degree, from 0 to 1, to which the ship is at rest and undisturbed.
+
+    1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²). Only then may the reference's heading be taken: under a disturbance an
+    underactuated ship must point against it to keep its position.
 
     Args:
         square: W², m²/s².
-        v: Sway velocity.
-        f_u, f_v: Estimated accelerations; at rest, those of the disturbance.
+        v: Sway velocity, m/s.
+        f_u, f_v: Estimated accelerations, m/s²; at rest they are those of the disturbance.
         g: Gains.
     """
     return 1.0 / (1.0 + (square + v * v) / (g.v_0 * g.v_0) + (f_u * f_u + f_v * f_v) / (g.a_0 * g.a_0))
 
 
-def drift(xi: Pair, motion: Motion, desired: Motion, carried: float, g: Gains) -> Pair:
-    """The integral xi a period later: it grows near a moving reference and is held to xi_max.
+def integrate_error(xi: Vector, motion: Motion, desired: Motion, reference_squared: float, g: Gains) -> Vector:
+    """The integral state xi one period later, by an Euler step of dxi = k_i·e; its magnitude is limited to xi_max.
+
+    Anti-windup: it is held constant while the feedback is saturated, |e| >= v_max/k_p.
 
     Args:
-        xi: East and north, m/s.
-        motion, desired: Ship and reference.
-        carried: |dp_d|², m²/s²; a resting reference has no use for xi, its error fades without.
+        xi: Integral state, m/s.
+        motion, desired: States of the ship and of the reference.
+        reference_squared: |dp_d|², m²/s². For a reference at rest xi is not integrated: its error decays without.
         g: Gains.
     """
     ex, ey = motion.x - desired.x, motion.y - desired.y
     slope = g.k_p / g.v_max
     if slope * slope * (ex * ex + ey * ey) >= 1.0:
         return xi
-    step = g.T * g.k_i * carried / (carried + 0.01)
+    step = g.T * g.k_i * reference_squared / (reference_squared + 0.01)
     x, y = xi[0] + step * ex, xi[1] + step * ey
     shrink = min(1.0, g.xi_max / max(math.hypot(x, y), 1e-9))
     return shrink * x, shrink * y

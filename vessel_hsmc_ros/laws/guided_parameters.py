@@ -1,4 +1,4 @@
-"""The gains of the guided law, one set for every case; docs/guided.md has the reason for each."""
+"""The gains of the guided law, one set for all cases; docs/guided.md gives the reason for each value."""
 
 import math
 from dataclasses import dataclass
@@ -16,52 +16,62 @@ def gain(default: float, description: str, unit: str, symbol: str, low: float = 
 
 
 def positive(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a gain that is divided by."""
+    """Declare a gain that appears in a denominator, so it must not be zero."""
     return gain(default, description, unit, symbol, low=1e-3)
 
 
 @dataclass(frozen=True)
 class GuidedParameters:
-    """Gains of guidance, surfaces, networks and filters; bandwidths in continuous time, whatever the control period."""
+    """Gains of guidance, surfaces, networks and filters; bandwidths hold in continuous time, for every control period."""
 
-    position_gain: float = positive(0.33, "Rate at which a small position error is to fade.", "1/s", "k_p")
-    approach_speed: float = positive(1.2, "Largest speed towards a reference that is far away.", "m/s", "v_max")
-    drift_gain: float = gain(0.011, "Gain of the integral that takes away what is left of the position error.", "1/s²", "k_i")
-    drift_limit: float = gain(0.1, "Largest velocity that this integral may ask for.", "m/s", "xi_max")
+    position_gain: float = positive(0.33, "Decay rate of a small position error.", "1/s", "k_p")
+    approach_speed: float = positive(1.2, "Largest speed of approach to a distant reference.", "m/s", "v_max")
+    drift_gain: float = gain(0.011, "Integral gain on the position error, which removes the steady-state error.", "1/s²", "k_i")
+    drift_limit: float = gain(0.1, "Largest velocity that the integral contributes.", "m/s", "xi_max")
     heading_surface_slope: float = positive(0.42, "Slope of the heading surface (17).", "1/s", "c")
     sway_share: float = gain(
-        0.62, "Share of the sway acceleration beyond the reference's that the commanded yaw rate carries.", "", "eta", high=1.0
+        0.62,
+        "Share of the sway acceleration beyond the reference's that the yaw-rate command feeds forward.",
+        "",
+        "eta",
+        high=1.0,
     )
     turn_acceleration_share: float = gain(
-        0.4, "Share of the largest yaw acceleration that a change of heading is planned with.", "", "a_share", low=0.01, high=1.0
+        0.4, "Share of the largest yaw acceleration that heading changes are planned with.", "", "a_share", low=0.01, high=1.0
     )
-    turn_rate_limit: float = positive(0.25, "Largest yaw rate to change the heading with.", "rad/s", "r_max")
+    turn_rate_limit: float = positive(0.25, "Largest yaw rate of a heading change.", "rad/s", "r_max")
     command_bandwidth: float = positive(2.0, "Bandwidth of the command filter.", "1/s", "lambda_c")
-    command_integral: float = gain(0.1, "Integral part of the command filter.", "", "kappa", high=1.0)
-    yaw_reaching_gain: float = positive(1.8, "Rate at which the yaw surface is approached (21).", "1/s", "k1")
-    surge_reaching_gain: float = positive(1.4, "Rate at which the surge surface is approached (27).", "1/s", "k2")
-    surge_learning_rate: float = positive(2.0, "Bandwidth at which the network for f_u learns.", "1/s", "w_u")
-    sway_learning_rate: float = positive(3.0, "Bandwidth at which the network for f_v learns.", "1/s", "w_v")
-    yaw_learning_rate: float = positive(1.8, "Bandwidth at which the network for f_r learns.", "1/s", "w_r")
-    position_filter: float = positive(1.5, "Bandwidth at which the predicted position follows the measured one.", "1/s", "w_p")
-    heading_filter: float = positive(3.0, "Bandwidth at which the predicted heading follows the measured one.", "1/s", "w_h")
-    slew_time: float = gain(0.9, "Time in which the wrench may go from zero to its limit; 0 lets it jump.", "s", "T_s")
-    resting_lever: float = positive(0.18, "Distance ahead at which a resting ship's place is held.", "m", "rho")
-    resting_lever_time: float = gain(3.0, "Time at the mismatch of its sway by which a resting ship's lever grows.", "s", "T_m")
-    resting_heading_gain: float = gain(
-        0.03, "Rate at which an undisturbed resting ship takes the reference's heading.", "1/s", "k_h"
+    command_integral: float = gain(
+        0.1, "Integral gain of the command filter, relative to its bandwidth squared.", "", "kappa", high=1.0
     )
-    resting_speed: float = positive(0.02, "Wanted speed below which a ship rests.", "m/s", "v_0")
-    resting_push: float = positive(0.005, "Disturbing acceleration below which a resting ship is undisturbed.", "m/s²", "a_0")
-    backing_distance: float = gain(50.0, "Distance up to which the ship may go astern to a reference.", "m", "R_b", high=1e6)
+    yaw_reaching_gain: float = positive(1.8, "Reaching gain of the yaw surface (21).", "1/s", "k1")
+    surge_reaching_gain: float = positive(1.4, "Reaching gain of the surge surface (27).", "1/s", "k2")
+    surge_learning_rate: float = positive(2.0, "Bandwidth of the adaptation of the network for f_u.", "1/s", "w_u")
+    sway_learning_rate: float = positive(3.0, "Bandwidth of the adaptation of the network for f_v.", "1/s", "w_v")
+    yaw_learning_rate: float = positive(1.8, "Bandwidth of the adaptation of the network for f_r.", "1/s", "w_r")
+    position_filter: float = positive(1.5, "Bandwidth of the correction of the predicted position.", "1/s", "w_p")
+    heading_filter: float = positive(3.0, "Bandwidth of the correction of the predicted heading.", "1/s", "w_h")
+    slew_time: float = gain(0.9, "Slew-rate limit: time for the wrench to go from zero to its limit; 0 for none.", "s", "T_s")
+    resting_lever: float = positive(
+        0.18, "Station-keeping lever arm: distance ahead of midships of the controlled point.", "m", "rho"
+    )
+    resting_lever_time: float = gain(3.0, "Growth of the station-keeping lever arm with the sway mismatch.", "s", "T_m")
+    resting_heading_gain: float = gain(0.03, "Gain on the reference's heading in undisturbed station keeping.", "1/s", "k_h")
+    resting_speed: float = positive(0.02, "Speed below which the ship counts as at rest.", "m/s", "v_0")
+    resting_push: float = positive(
+        0.005, "Disturbing acceleration below which station keeping counts as undisturbed.", "m/s²", "a_0"
+    )
+    backing_distance: float = gain(
+        50.0, "Largest distance over which the ship goes astern to the reference.", "m", "R_b", high=1e6
+    )
     network: NetworkParameters = group(NetworkParameters)
 
 
 class Gains(NamedTuple):
-    """Everything constant in the law, by its symbols, with what depends on the period worked out.
+    """The constants of the law by their symbols, discretised for the control period.
 
-    A bandwidth w becomes a pole z = exp(-w·T), a reaching gain k becomes (1 - exp(-k·T))/T: what the continuous law would do in
-    a period, so that no gain is too high for a rate.
+    A bandwidth w becomes a pole z = exp(-w·T), a reaching gain k becomes (1 - exp(-k·T))/T: the exact discretisation of the
+    continuous law, which is stable for every gain at every rate.
     """
 
     k_p: float
@@ -98,12 +108,12 @@ class Gains(NamedTuple):
 
 
 def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> Gains:
-    """The gains of a ship and a period.
+    """The constants of the law for a ship and a control period.
 
     Args:
-        parameters: As declared above.
-        vessel: What is known of the ship.
-        period: T, s.
+        parameters: Gains as declared.
+        vessel: The known inertia and limits.
+        period: Control period T, s.
     """
     T = period
     given = {**schema.symbols(parameters), **schema.symbols(vessel)}

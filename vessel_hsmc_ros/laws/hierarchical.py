@@ -1,4 +1,4 @@
-"""The paper's law: two-level sliding surfaces for yaw, one for surge, networks for what is unknown; (12) to (29).
+"""The paper's law: hierarchical sliding-mode control of yaw, sliding-mode control of surge, adaptive networks; (12) to (29).
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|
@@ -6,19 +6,19 @@
 | sigma1, sigma2 | first-level surfaces, sway and heading | m/s, rad/s | (12), (17) |
 | S1, S2 | second-level surface of yaw, surface of surge | rad/s, m/s | (20), (23) |
 | c1, c2, c3 | slopes of sigma1, sigma2, S2 | 1/s | (12), (17), (23) |
-| a, b | weights of sigma1, sigma2 in S1; a may switch its sign | rad/m, - | (20) |
+| a, b | weights of sigma1, sigma2 in S1; the sign of a may be switched | rad/m, - | (20) |
 | k1, k2 | reaching gains | 1/s | (21), (27) |
 | eta1, eta2 | switching gains | rad/s², m/s² | (21), (27) |
-| phi1, phi2 | boundary layers of S1, S2, unless the law switches by sgn | rad/s, m/s | - |
+| phi1, phi2 | boundary layers of S1, S2, not used with sgn | rad/s, m/s | - |
 | gamma1, gamma2, gamma3 | adaptation gains of f_v, f_r, f_u | mixed | (29) |
 | fu, fv, fr | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (14), (15), (25) |
 | Wv, Wr, Wu | their weights W1, W2, W3, shape (l,) | as the outputs | (14), (15), (25) |
 | H | activations shared by the three networks, shape (l,) | - | (2) |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m | (28), (22) |
 
-Two readings differ from the print. The parts of tau_2 are summed before anything is divided by z1, because z1 cancels: the
-printed (16) has no value at z1 = 0. The weights adapt as the Lyapunov function (32) asks: the printed (29) mixes up which
-network belongs to which error. It stays selectable.
+Two interpretations differ from the printed equations. The parts of tau_2 are summed before the division, because z1 cancels: the
+printed (16) is singular at z1 = 0. The weights adapt by the law that makes the derivative of the Lyapunov function (32) negative:
+the printed (29) assigns the networks to the wrong errors. It remains selectable.
 Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
 """
 
@@ -29,7 +29,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ControlError
-from vessel_hsmc_ros.core.kinematics import tracking_error, transform, transform_acceleration, transform_rate
+from vessel_hsmc_ros.core.kinematics import (
+    Acceleration,
+    Motion,
+    tracking_error,
+    transform,
+    transform_acceleration,
+    transform_rate,
+)
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
@@ -50,33 +57,40 @@ class Weights(NamedTuple):
 
 
 def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
-    """The weight a of (20): constant, or with the sign of sigma1·sigma2, which makes the two parts of S1 agree in sign."""
+    """The weight a of (20): constant, or with the sign of sigma1·sigma2, so that both terms of S1 have the same sign.
+
+    Args:
+        sigma1, sigma2: First-level surfaces of sway [m/s] and heading [rad/s].
+        g: Gains.
+    """
     return -g.a if g.sway_weight_sign == "switched" and sigma1 * sigma2 < 0.0 else g.a
 
 
 def control(
-    state: Array, reference: Array, reference_acceleration: Array, W: Weights, H: Array, g: Gains
+    motion: Motion, desired: Motion, acceleration: Acceleration, W: Weights, H: Array, g: Gains
 ) -> tuple[tuple[float, float], Terms]:
     """The wrench (22), (28), with the parts of tau_2 summed so that z1 cancels.
 
     tau_2 = [b·tau_eq22 - a·(z1·tau_eq21) + m33·(-eta1·sgn S1 - k1·S1)] / (b - a·z1)
 
+    The equivalent controls tau_eq keep the motion on the surfaces; the switching and reaching terms drive it there. With
+    g.switching other than sgn, its smooth approximation takes the place of sgn.
+
     Args:
-        state: x, y, psi, u, v, r, shape (6,).
-        reference: The same of the virtual ship, shape (6,).
-        reference_acceleration: du_d, dv_d, dr_d, shape (3,).
+        motion: State of the ship.
+        desired: State of the virtual ship.
+        acceleration: du_d, dv_d, dr_d.
         W: Weights of the networks.
         H: Activations of their neurons at (u, v, r), shape (l,).
         g: Gains.
 
     Returns:
-        (tau_1 [N], tau_2 [N·m]) and the terms. Without a value where b = a·z1: the caller must see to that. With g.switching
-        other than sgn, its stand-in takes the place of sgn.
+        (tau_1 [N], tau_2 [N·m]) and the intermediate terms. Undefined where b = a·z1, which the caller must exclude.
     """
-    u, v, r = float(state[3]), float(state[4]), float(state[5])
-    z, z_d = transform(state), transform(reference)
-    dz, dz_d = transform_rate(z, state), transform_rate(z_d, reference)
-    ddz_d = transform_acceleration(z_d, reference, reference_acceleration)
+    u, v, r = motion.u, motion.v, motion.r
+    z, z_d = transform(motion), transform(desired)
+    dz, dz_d = transform_rate(z, motion), transform_rate(z_d, desired)
+    ddz_d = transform_acceleration(z_d, desired, acceleration)
     z_e = tracking_error(z, z_d)
     dz1e, dz2e, dz3e = dz.z1 - dz_d.z1, dz.z2 - dz_d.z2, dz.z3 - dz_d.z3
     fv, fr, fu = output(W.Wv, H), output(W.Wr, H), output(W.Wu, H)
@@ -109,6 +123,15 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -
 
     dWv = gamma1·a·S1·H, dWr = gamma2·((b - a·z1)·S1 + z2·S2)·H, dWu = gamma3·S2·H
     (29): dWv = gamma1·S2·H, dWr = gamma2·a·S1·H, dWu = gamma3·(b·z1·S1 - a·z1·S1 + z2·S2)·H
+
+    Args:
+        z1, z2: Transformed position of the ship (9), m.
+        S1, S2: Surfaces of yaw [rad/s] and surge [m/s].
+        H: Activations, shape (l,).
+        g: Gains.
+
+    Returns:
+        Time derivatives of the weights.
     """
     if g.adaptation == "as_printed":
         return Weights(
@@ -124,19 +147,19 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -
 
 
 class HierarchicalController(Law[HierarchicalParameters]):
-    """The law with its memory: the weights, advanced by one Euler step each period.
+    """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
     Args:
         parameters: Gains and network.
-        vessel: What is known of the ship.
-        period: Time between two updates, s.
+        vessel: The known inertia; the paper's law does not use the limits.
+        period: Control period, s.
 
     Attributes:
-        weights: Of the three networks, as the next update will take them.
-        weight_rates: Their rates at the last update; zero before the first.
+        weights: Weights of the three networks that the next step will use.
+        weight_rates: Their rates at the last step; zero before the first.
 
     Raises:
-        ParameterError: a reaching gain is unstable at this period, or the listed centres are no triples.
+        ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
     """
 
     def __init__(self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> None:
@@ -144,44 +167,55 @@ class HierarchicalController(Law[HierarchicalParameters]):
         super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: HierarchicalParameters) -> None:
-        """Take other gains and keep the weights; the network's shape stays as it was made."""
-        self._side = 0.0  # another b/a
+        """Take new gains and keep the weights; the size of the network stays as constructed.
+
+        Raises:
+            ParameterError: a reaching gain is unstable at the law's period.
+        """
+        self._side = 0.0  # new gains move the singularity z1 = b/a, so the ship may be on its other side
         for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
             check_step(parameters, gain, slope, self._period, "hierarchical")
         self._gains = gains(parameters, self._vessel)
 
     def reset(self) -> None:
-        """Forget what the networks have learnt: all weights zero."""
+        """Set all weights to zero."""
         neurons = len(self._neurons.mu)
         self._side = 0.0
         self.weights = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
         self.weight_rates = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
 
-    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
-        """The wrench of (22) and (28) from the present weights, then the weights move on."""
+    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
+        """The wrench (22), (28) with the present weights, then one Euler step of the weights; see `Law.step`.
+
+        Raises:
+            ControlError: the ship is at the singularity z1 = b/a, or has crossed it since the last step.
+        """
         g = self._gains
-        z = transform(state)
+        z = transform(motion)
         self._check_side(z.z1)
-        H = activations(state[3:], *self._neurons)
-        wrench, terms = control(state, reference, reference_acceleration, self.weights, H, g)
+        H = activations(np.array(motion[3:]), *self._neurons)
+        wrench, terms = control(motion, desired, acceleration, self.weights, H, g)
+        # The adaptation law takes the weight a with the sign that the control law has just used.
         g = g._replace(a=sway_weight(terms.sway_surface, terms.heading_surface, g))
         rate = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, H, g)
         T = self._period
         W = self.weights
         self.weight_rates = rate
         self.weights = Weights(W.Wv + T * rate.Wv, W.Wr + T * rate.Wr, W.Wu + T * rate.Wu)
-        return np.array(wrench), terms
+        return wrench, terms
 
     def _check_side(self, z1: float) -> None:
-        """Hold the ship to one side of z1 = b/a, on the way to which the moment grows without bound.
+        """Require the ship to stay on one side of z1 = b/a, where the denominator of (22) vanishes.
+
+        The moment grows without bound towards it, and behind it the gain has the wrong sign.
 
         Raises:
-            ControlError: it is there, or has come past it since the last update.
+            ControlError: the ship is there, or has crossed it since the last step.
         """
         g = self._gains
         distance = g.b - g.a * (abs(z1) if g.sway_weight_sign == "switched" else z1)
         if abs(distance) <= 1e-9 * g.b or distance * self._side < 0.0:
             raise ControlError(
-                f"the hierarchical law has no value where b = a·z1: a = {g.a:g}, b = {g.b:g}, and the ship is at z1 = {z1:g} m"
+                f"the hierarchical law is singular at b = a·z1: a = {g.a:g}, b = {g.b:g}, and the ship is at z1 = {z1:g} m"
             )
         self._side = math.copysign(1.0, distance)

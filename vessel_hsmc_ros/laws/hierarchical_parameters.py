@@ -1,4 +1,4 @@
-"""The gains of the paper's law and the readings of it that may be chosen."""
+"""The gains of the paper's law and the choices between its interpretations."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -16,46 +16,48 @@ def gain(default: float, description: str, unit: str, symbol: str) -> float:
 
 
 def layer(description: str, unit: str, symbol: str) -> float:
-    """Declare a boundary layer's width, 0.01 unless said otherwise."""
+    """Declare the width of a boundary layer, 0.01 by default."""
     return parameter(0.01, description, unit=unit, low=1e-9, high=1e3, symbol=symbol, tunable=True)
 
 
 @dataclass(frozen=True)
 class HierarchicalParameters:
-    """Gains of the paper's section 6.2; adaptation gains, boundary layers and the neurons' spacing are ours, it gives none."""
+    """Gains of the paper's section 6.2; it gives no adaptation gains, boundary layers or centres, so those are our choice."""
 
     sway_surface_slope: float = gain(0.3, "Slope of the sway surface (12).", "1/s", "c1")
     heading_surface_slope: float = gain(0.3, "Slope of the heading surface (17).", "1/s", "c2")
     surge_surface_slope: float = gain(0.3, "Slope of the surge surface (23).", "1/s", "c3")
     sway_weight: float = gain(0.001, "Weight of the sway surface in the yaw surface (20).", "rad/m", "a")
     heading_weight: float = gain(100.0, "Weight of the heading surface in the yaw surface (20).", "", "b")
-    yaw_reaching_gain: float = gain(100.0, "Rate at which the yaw surface is approached (21).", "1/s", "k1")
-    surge_reaching_gain: float = gain(100.0, "Rate at which the surge surface is approached (27).", "1/s", "k2")
-    yaw_switching_gain: float = gain(0.001, "Switching part of the yaw law (21).", "rad/s²", "eta1")
-    surge_switching_gain: float = gain(0.001, "Switching part of the surge law (27).", "m/s²", "eta2")
-    sway_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_v (29).", "", "gamma1")
-    yaw_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_r (29).", "", "gamma2")
-    surge_adaptation_gain: float = gain(0.001, "Learning gain of the network for f_u (29).", "", "gamma3")
+    yaw_reaching_gain: float = gain(100.0, "Reaching gain of the yaw surface (21).", "1/s", "k1")
+    surge_reaching_gain: float = gain(100.0, "Reaching gain of the surge surface (27).", "1/s", "k2")
+    yaw_switching_gain: float = gain(0.001, "Switching gain of the yaw law (21).", "rad/s²", "eta1")
+    surge_switching_gain: float = gain(0.001, "Switching gain of the surge law (27).", "m/s²", "eta2")
+    sway_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_v (29).", "", "gamma1")
+    yaw_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_r (29).", "", "gamma2")
+    surge_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_u (29).", "", "gamma3")
     sway_weight_sign: str = parameter(
         "constant",
-        "Sign of the sway surface's weight: constant as printed, or switched so that both parts of the yaw surface agree.",
+        "Sign of the sway weight: constant as printed, or switched so that both terms of the yaw surface agree in sign.",
         choices=("constant", "switched"),
     )
     switching: str = parameter(
-        "sgn", "What both laws switch by: sgn as printed, a saturation with a boundary layer, or tanh.", choices=SWITCHING
+        "sgn",
+        "Switching function of both laws: sgn as printed, saturation with a boundary layer, or tanh.",
+        choices=SWITCHING,
     )
-    yaw_boundary_layer: float = layer("Boundary layer of the yaw surface; without effect on sgn.", "rad/s", "phi1")
-    surge_boundary_layer: float = layer("Boundary layer of the surge surface; without effect on sgn.", "m/s", "phi2")
+    yaw_boundary_layer: float = layer("Boundary layer of the yaw surface; not used with sgn.", "rad/s", "phi1")
+    surge_boundary_layer: float = layer("Boundary layer of the surge surface; not used with sgn.", "m/s", "phi2")
     adaptation: str = parameter(
         "lyapunov",
-        "How the weights adapt: as the Lyapunov function (32) asks, or by (29) as printed.",
+        "Adaptation law of the weights: derived from the Lyapunov function (32), or (29) as printed.",
         choices=("lyapunov", "as_printed"),
     )
     network: NetworkParameters = group(NetworkParameters)
 
 
 class Gains(NamedTuple):
-    """Everything constant in the law, by the paper's symbols; what may be chosen, in words."""
+    """The constants of the law by the paper's symbols, and the chosen interpretations by name."""
 
     c1: float
     c2: float
@@ -79,7 +81,7 @@ class Gains(NamedTuple):
 
 
 def gains(parameters: HierarchicalParameters, vessel: KnownVessel) -> Gains:
-    """What the equations take, from what the YAML says."""
+    """The constants of the law from its parameters and the known vessel."""
     p = parameters
     return Gains(
         **schema.symbols(p),

@@ -1,11 +1,13 @@
-"""What every control law is: made from its parameters, called once a period, retuned while it runs, reset."""
+"""The interface of a control law: constructed from its parameters, stepped once per period, retuned while it runs, reset."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.terms import Terms
 
@@ -14,15 +16,15 @@ Parameters = TypeVar("Parameters")
 
 
 class Law(ABC, Generic[Parameters]):
-    """A control law with its memory.
+    """A control law with its internal state.
 
     Args:
-        parameters: Gains, and whatever else the law declares.
-        vessel: What is known of the ship.
-        period: Time between two updates, s.
+        parameters: Gains and all other parameters that the law declares.
+        vessel: What the law knows of the ship.
+        period: Control period, the time between two steps, s.
 
     Raises:
-        ParameterError: the parameters make no law at this period.
+        ParameterError: a gain is unstable at this period, or a list among the parameters has a wrong length.
     """
 
     def __init__(self, parameters: Parameters, vessel: KnownVessel, period: float) -> None:
@@ -33,39 +35,55 @@ class Law(ABC, Generic[Parameters]):
 
     @abstractmethod
     def retune(self, parameters: Parameters) -> None:
-        """Take other gains and keep what was learnt; a network's or a horizon's shape stays as it was made.
+        """Take new gains and keep the internal state; the size of a network or of a horizon stays as constructed.
 
         Raises:
-            ParameterError: the parameters make no law at this period.
+            ParameterError: a gain is unstable at the law's period.
         """
 
     @abstractmethod
     def reset(self) -> None:
-        """Forget what was learnt."""
+        """Return to the initial internal state: zero weights, zero integrals, no estimates."""
+
+    @abstractmethod
+    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
+        """Compute the wrench for one control period and advance the internal state.
+
+        This is the form that the control loop calls: plain floats in, plain floats out.
+
+        Args:
+            motion: State of the ship, finite.
+            desired: State of the reference, finite.
+            acceleration: Derivatives of the reference's body velocities, finite.
+
+        Returns:
+            (tau_1 [N], tau_2 [N·m]) and the intermediate terms of the law.
+
+        Raises:
+            ControlError: the law is undefined for this input.
+        """
 
     def update(
         self,
-        time: float,  # noqa: ARG002 - offered to laws that change with it; none does yet
-        state: Array,
-        reference: Array,
-        reference_acceleration: Array,
+        time: float,
+        state: Sequence[float] | Array,
+        reference: Sequence[float] | Array,
+        reference_acceleration: Sequence[float] | Array,
     ) -> tuple[Array, Terms]:
-        """One period: the wrench to command, and the law's memory moved on.
+        """`step` on arrays, for notebooks and independent checks.
 
         Args:
-            time: Time of the state, s.
-            state: x, y, psi, u, v, r, shape (6,), finite.
-            reference: The same of what is followed, shape (6,), finite.
-            reference_acceleration: Its du_d, dv_d, dr_d, shape (3,), finite.
+            time: Time of the state, s. No law depends on it so far; it is part of the interface for time-varying laws.
+            state: x, y, psi, u, v, r of the ship, shape (6,), finite.
+            reference: The same of the reference, shape (6,), finite.
+            reference_acceleration: du_d, dv_d, dr_d, shape (3,), finite.
 
         Returns:
-            tau_1 [N] and tau_2 [N·m], shape (2,), and the terms that led to them.
+            tau_1 [N] and tau_2 [N·m], shape (2,), and the intermediate terms of the law.
 
         Raises:
-            ControlError: the law has no value for this input.
+            ControlError: the law is undefined for this input.
         """
-        return self._step(state, reference, reference_acceleration)
-
-    @abstractmethod
-    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
-        """One period, as `update`."""
+        del time
+        wrench, terms = self.step(as_motion(state), as_motion(reference), as_acceleration(reference_acceleration))
+        return np.array(wrench), terms

@@ -1,4 +1,4 @@
-"""The radial-basis-function network that stands in for the unknown dynamics, equations (1) to (3).
+"""The radial-basis-function (RBF) network that approximates the unknown dynamics, equations (1) to (3).
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|
@@ -8,8 +8,8 @@
 | H | activations of the neurons, shape (l,) | - | (2) |
 | W | weights, shape (l,) | unit of f | (1) |
 
-The printed (3) has the distance itself in the exponent; the text calls it a Gaussian, so its square is meant. The print stays
-selectable: `basis: as_printed`.
+The printed (3) has the distance in the exponent; the text calls the function a Gaussian, so the squared distance is meant. The
+printed form is selected by `basis: as_printed`.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class Neurons(NamedTuple):
-    """What `activations` takes besides the input: centres, shape (l, n), width, and whether (3) is taken as printed."""
+    """Centres, shape (l, n), width, and whether (3) is evaluated as printed; the arguments of `activations` after the input."""
 
     mu: Array
     delta: float
@@ -34,40 +34,40 @@ class Neurons(NamedTuple):
 
 @dataclass(frozen=True)
 class NetworkParameters:
-    """The neurons, shared by the networks of a law: on a grid, or listed."""
+    """The neurons shared by all networks of a law, on a grid or listed one by one."""
 
-    layout: str = parameter("grid", "Where the centres are: on a grid, or as listed.", choices=("grid", "listed"))
+    layout: str = parameter("grid", "Layout of the centres: on a grid, or as listed.", choices=("grid", "listed"))
     center: float = parameter(
-        0.5, "Middle of the grid of centres, in each of surge, sway and yaw velocity.", low=-1e3, high=1e3, symbol="mu"
+        0.5, "Middle of the grid of centres, on each of the axes surge, sway and yaw velocity.", low=-1e3, high=1e3, symbol="mu"
     )
     spacing: float = parameter(0.5, "Distance between neighbouring centres on an axis.", low=0.0, high=1e3)
-    centers_per_axis: int = parameter(3, "Centres on each axis; their cube is the number of neurons.", low=1, high=9)
+    centers_per_axis: int = parameter(3, "Centres on each axis; the number of neurons is its cube.", low=1, high=9)
     listed_centers: tuple[float, ...] = parameter(
         (0.5, 0.5, 0.5),
-        "The listed centres, one after the other: u, v, r of the first, u, v, r of the second.",
+        "The listed centres: u, v, r of the first, u, v, r of the second and so on.",
         low=-1e3,
         high=1e3,
     )
     width: float = parameter(5.0, "Width of every neuron.", low=1e-3, high=1e3, symbol="delta")
     basis: str = parameter(
         "gaussian",
-        "What (3) has in its exponent: the squared distance, or the distance as printed.",
+        "Exponent of (3): the squared distance, or the distance as printed.",
         choices=("gaussian", "as_printed"),
     )
 
     def neurons(self) -> Neurons:
-        """The neurons as the equations take them.
+        """Centres, width and form of the basis function.
 
         Raises:
-            ParameterError: the listed numbers are no triples.
+            ParameterError: the number of listed centres is not a positive multiple of three.
         """
         return Neurons(self.centers(), self.width, self.basis == "as_printed")
 
     def centers(self) -> Array:
-        """All centres, shape (l, 3): l = centers_per_axis³ on the grid.
+        """All centres, shape (l, 3); on the grid l = centers_per_axis³.
 
         Raises:
-            ParameterError: the listed numbers are no triples.
+            ParameterError: the number of listed centres is not a positive multiple of three.
         """
         if self.layout == "listed":
             return self._listed()
@@ -92,7 +92,7 @@ def activations(Z: Array, mu: Array, delta: float, as_printed: bool = False) -> 
         Z: Input, shape (n,).
         mu: Centres, shape (l, n).
         delta: Width, above 0.
-        as_printed: Take the print, h_i = exp(-|Z - mu_i| / (2·delta²)), instead.
+        as_printed: Evaluate the printed h_i = exp(-|Z - mu_i| / (2·delta²)) instead.
 
     Returns:
         Activations in (0, 1], shape (l,).
@@ -104,5 +104,5 @@ def activations(Z: Array, mu: Array, delta: float, as_printed: bool = False) -> 
 
 
 def output(W: Array, H: Array) -> float:
-    """f_n = WᵀH of (1)."""
+    """The network's output f_n = WᵀH of (1)."""
     return float(np.dot(W, H))

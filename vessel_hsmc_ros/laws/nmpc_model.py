@@ -1,13 +1,14 @@
-"""The ship as the predictive law knows it, (6) with every coefficient, and its motion over the horizon with its sensitivities.
+"""The ship model of the predictive law, (6) with all coefficients, and its motion over the horizon with sensitivities.
 
-Written anew for CasADi: a law does not share the plant's equations, and CasADi differentiates these.
+The equations repeat those of the plant on purpose: a law must not import the plant, because a mistake in shared equations would
+cancel out in every closed-loop test. They are written for CasADi, which differentiates them.
 
 | symbol | meaning | unit |
 |---|---|---|
 | x | position relative to the reference, heading, body velocities, shape (6,) | m, m, rad, m/s, m/s, rad/s |
-| U | inputs over the horizon, as parts of their limits, shape (2, N) | - |
-| b | disturbance that turns with the hull: two forces, a moment, shape (3,) | N, N, N·m |
-| e | disturbance that stays with the earth: two forces, shape (2,) | N, N |
+| U | inputs over the horizon, normalised by their limits, shape (2, N) | - |
+| b | hull-fixed disturbance: two forces, a moment, shape (3,) | N, N, N·m |
+| e | earth-fixed disturbance: two forces, shape (2,) | N, N |
 | h | lengths of the steps, shape (N,) | s |
 """
 
@@ -25,13 +26,13 @@ Array = NDArray[np.float64]
 
 
 def damping(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a coefficient of the model."""
+    """Declare a damping coefficient of the model."""
     return parameter(default, description, unit=unit, low=0.0, high=1e15, symbol=symbol)
 
 
 @dataclass(frozen=True)
 class ModelParameters:
-    """What a perfect model knows beside m11 and m33; defaults are the ship of the paper's section 6.2."""
+    """Coefficients of a perfect model besides m11 and m33; the defaults are the ship of the paper's section 6.2."""
 
     sway_inertia: float = parameter(177.9e3, "Mass with added mass in sway.", unit="kg", low=1e-3, high=1e12, symbol="m22")
     surge_damping: float = damping(215e2, "Linear damping in surge.", "kg/s", "d_u")
@@ -46,7 +47,7 @@ class ModelParameters:
 
 
 class Model(NamedTuple):
-    """The coefficients of (6) by the paper's symbols, and the limits that the inputs are parts of."""
+    """The coefficients of (6) by the paper's symbols, and the limits by which the inputs are normalised."""
 
     m11: float
     m33: float
@@ -65,10 +66,13 @@ class Model(NamedTuple):
 
 
 class Compiled:
-    """A function of CasADi on arrays, without the detour over its own matrices, which costs more than the function.
+    """A CasADi function on NumPy arrays.
+
+    Arguments and results are exchanged through CasADi's buffer interface: the conversion to and from its own matrix type takes
+    longer than the evaluation.
 
     Args:
-        function: Takes and gives dense matrices.
+        function: CasADi function with dense inputs and outputs.
     """
 
     def __init__(self, function: Any) -> None:
@@ -83,7 +87,14 @@ class Compiled:
         self._outputs = [a.reshape(function.size_out(k), order="F") for k, a in enumerate(outputs)]
 
     def __call__(self, *arguments: Any) -> list[Array]:
-        """Every output as a matrix, for arguments of the inputs' size."""
+        """Evaluate the function.
+
+        Args:
+            arguments: One array for each input, with as many elements.
+
+        Returns:
+            Every output as a matrix.
+        """
         for place, argument in zip(self._inputs, arguments, strict=True):
             place[...] = np.reshape(argument, place.shape)
         self._evaluate()
@@ -91,14 +102,14 @@ class Compiled:
 
 
 class Horizon(NamedTuple):
-    """Compiled functions of a model.
+    """Compiled functions of a model over a horizon.
 
     Attributes:
         inputs: x, (du, dv, dr) -> the inputs that cause du and dr, (2,), and the sway force that dv needs, N.
         step: x, u, b, e, length -> x after one step.
-        motion: x, U, b, e -> all x, (6, N).
-        sensitivity: x, U, b, e -> all x, (6, N), and their derivatives by the inputs, (6·N, 2·N).
-        solver: Minimum of a quadratic form in a box.
+        motion: x, U, b, e -> x after every step, (6, N).
+        sensitivity: x, U, b, e -> x after every step, (6, N), and its derivatives with respect to the inputs, (6·N, 2·N).
+        solver: Solver of a quadratic programme with bounds.
     """
 
     inputs: Compiled
@@ -109,10 +120,10 @@ class Horizon(NamedTuple):
 
 
 def load_casadi() -> Any:
-    """The library that differentiates and minimises.
+    """Import CasADi, which differentiates the model and solves the quadratic programme.
 
     Raises:
-        ParameterError: it is not installed.
+        ParameterError: CasADi is not installed.
     """
     try:
         import casadi
@@ -124,7 +135,15 @@ def load_casadi() -> Any:
 
 
 def derivative(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any) -> Any:
-    """The time derivative of x, (6), under inputs and disturbances."""
+    """The time derivative of x by (6) as a CasADi expression.
+
+    Args:
+        ca: The CasADi module.
+        model: Coefficients.
+        x: State, (6,).
+        u: Inputs normalised by their limits, (2,).
+        b, e: Hull-fixed and earth-fixed disturbance, (3,), (2,).
+    """
     m = model
     psi, surge, sway, yaw = x[2], x[3], x[4], x[5]
     c, s = ca.cos(psi), ca.sin(psi)
@@ -141,9 +160,22 @@ def derivative(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any) -> Any:
     )
 
 
+def _rk4(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any, h: Any) -> Any:
+    """One Runge-Kutta step of length h from x, as a CasADi expression."""
+    k1 = derivative(ca, model, x, u, b, e)
+    k2 = derivative(ca, model, x + 0.5 * h * k1, u, b, e)
+    k3 = derivative(ca, model, x + 0.5 * h * k2, u, b, e)
+    k4 = derivative(ca, model, x + h * k3, u, b, e)
+    return x + (h / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)
+
+
 @lru_cache(maxsize=4)
 def compile_horizon(model: Model, steps: tuple[float, ...]) -> Horizon:
-    """Compile a model for a horizon of steps of these lengths, s; takes about a second.
+    """Compile the functions of a horizon; this takes about a second, so the results are cached.
+
+    Args:
+        model: Coefficients and limits.
+        steps: Lengths of the steps, s.
 
     Raises:
         ParameterError: CasADi is not installed.
@@ -151,13 +183,10 @@ def compile_horizon(model: Model, steps: tuple[float, ...]) -> Horizon:
     ca = load_casadi()
     N = len(steps)
     x, u, b, e, h = (ca.SX.sym(name, size) for name, size in (("x", 6), ("u", 2), ("b", 3), ("e", 2), ("h", 1)))
-    k1 = derivative(ca, model, x, u, b, e)
-    k2 = derivative(ca, model, x + 0.5 * h * k1, u, b, e)
-    k3 = derivative(ca, model, x + 0.5 * h * k2, u, b, e)
-    k4 = derivative(ca, model, x + h * k3, u, b, e)
-    after = x + (h / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)
+    after = _rk4(ca, model, x, u, b, e, h)
     linear = ca.Function("linear", [x, u, b, e, h], [after, ca.jacobian(after, x), ca.jacobian(after, u)], {"cse": True})
 
+    # The sensitivities G of the states to all inputs, step by step: dx' = A·dx + B·dU_k.
     U = ca.SX.sym("U", 2, N)
     at, G, states, rows = x, ca.SX.zeros(6, 2 * N), [], []
     for k, length in enumerate(steps):

@@ -1,37 +1,36 @@
-"""Where the ship is by now: predicted from what was learnt and commanded, corrected by what is measured.
+"""Prediction of the ship's motion over one control period, corrected by the measurements.
 
 | symbol | meaning | unit |
 |---|---|---|
 | T | control period | s |
-| z_i = exp(-w_i·T) | pole of channel i with the bandwidth w_i | - |
+| z_i = exp(-w_i·T) | discrete pole of channel i with bandwidth w_i | - |
 | nu | u, v or r | m/s, rad/s |
 | f | its estimated unforced acceleration, the output of a network | m/s², rad/s² |
 | b | acceleration by the commanded wrench, zero in sway | m/s², rad/s² |
 
-Between two updates nu- = nu + T·(f + b). At an update the innovation e = nu_measured - nu- gives nu = nu- + (1 - z²)·e and
-f += (1 - z)²/T·e: a critically damped observer with both poles at z for every T, 2·w and w² in continuous time. Position and
-heading have one pole each.
+Between two steps nu- = nu + T·(f + b). At a step the innovation e = nu_measured - nu- gives nu = nu- + (1 - z²)·e and
+f += (1 - z)²/T·e: a critically damped observer with both poles at z for every T; in continuous time its gains are 2·w and w².
+Position and heading have one pole each.
 """
 
 import math
-from typing import NamedTuple
 
-from vessel_hsmc_ros.core.kinematics import TURN
-
-
-class Motion(NamedTuple):
-    """A ship's state, by the symbols of (6)."""
-
-    x: float
-    y: float
-    psi: float
-    u: float
-    v: float
-    r: float
+from vessel_hsmc_ros.core.kinematics import TURN, Motion
 
 
 def correct(predicted: Motion, measured: Motion, z_p: float, z_h: float, z_u: float, z_v: float, z_r: float) -> Motion:
-    """The prediction moved towards the measurement, the heading the short way round."""
+    """Correct the predicted motion by the measured one.
+
+    Pose: first-order filter with poles z_p and z_h, the heading error wrapped. Velocities: nu = nu- + (1 - z²)·e.
+
+    Args:
+        predicted, measured: Motion at this step.
+        z_p, z_h: Poles of position and heading.
+        z_u, z_v, z_r: Poles of surge, sway and yaw velocity.
+
+    Returns:
+        The corrected motion, its heading in [-pi, pi].
+    """
     p, y = predicted, measured
     return Motion(
         p.x + (1.0 - z_p) * (y.x - p.x),
@@ -44,7 +43,13 @@ def correct(predicted: Motion, measured: Motion, z_p: float, z_h: float, z_u: fl
 
 
 def predict(motion: Motion, du: float, dv: float, dr: float, T: float) -> Motion:
-    """The state a period later under held accelerations, the pose by the velocity of the period's middle."""
+    """The motion one period later under constant body accelerations; the pose is integrated by the midpoint rule.
+
+    Args:
+        motion: Motion at the start of the period.
+        du, dv, dr: Body accelerations, held over the period.
+        T: Control period, s.
+    """
     x, y, psi, u, v, r = motion
     middle = psi + 0.5 * T * (r + 0.5 * T * dr)
     ahead, aside = T * (u + 0.5 * T * du), T * (v + 0.5 * T * dv)

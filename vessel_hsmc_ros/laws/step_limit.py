@@ -1,7 +1,7 @@
-"""The longest control period at which a sliding surface is still reached.
+"""The longest control period for which a sliding-mode law is stable in discrete time.
 
-A law that holds tau over a period T makes of the error e, with s = c·e + de and dds = -k·s on the surface, the motion
-dde = -(k + c)·de - k·c·e with the right-hand side held. Its two discrete poles lie in the unit circle exactly when
+With s = c·e + de and the reaching law ds = -k·s, the error follows dde = -(k + c)·de - k·c·e. A sampled law holds the right-hand
+side constant over the period T. The two discrete poles lie inside the unit circle if and only if
 
     (k + c)·T < 2
 
@@ -11,8 +11,8 @@ dde = -(k + c)·de - k·c·e with the right-hand side held. Its two discrete pol
 | c | slope of the surface | 1/s | (12), (17), (23) |
 | T | control period | s | - |
 
-The ship's own damping d moves the limit by a share of (d·T)²/12, a millionth here. What counts as c for the hierarchical tau_2 is
-(b·c2 - a·z1·c1)/(b - a·z1), which is c2 as long as z1 is far below b/a.
+The ship's own damping d changes the limit by a relative (d·T)²/12, about 1e-6 here. For the tau_2 of the hierarchical law, c is
+(b·c2 - a·z1·c1)/(b - a·z1), which is practically c2 as long as z1 is far below b/a.
 """
 
 from typing import Any
@@ -23,24 +23,24 @@ LIMIT = 2.0
 
 
 def check_step(parameters: Any, gain: str, slope: str, period: float, law: str) -> None:
-    """Refuse a reaching gain and a slope that diverge at a period.
+    """Reject a reaching gain and a slope that are unstable at a control period.
 
     Args:
-        parameters: Those of the law.
-        gain, slope: Names of the reaching gain and of the surface's slope among them.
-        period: Time between two updates, s.
-        law: Name of the law, for the message.
+        parameters: Parameters of the law.
+        gain, slope: Names of the parameters that hold the reaching gain k and the slope c.
+        period: Control period T, s.
+        law: Name of the law, for the error message.
 
     Raises:
-        InstabilityError: (k + c)·T is 2 or more.
+        InstabilityError: (k + c)·T >= 2.
     """
     k, c = getattr(parameters, gain), getattr(parameters, slope)
     if (k + c) * period < LIMIT:
         return
-    room = LIMIT / period - c
-    way_out = f"a gain below {room:g} 1/s or a rate" if room > 0.0 else "a rate"
+    largest = LIMIT / period - c
+    remedy = f"a gain below {largest:g} 1/s or a rate" if largest > 0.0 else "a rate"
     raise InstabilityError(
         f"controller.{law}.{gain} = {k:g} 1/s is unstable at controller.rate_hz = {1.0 / period:g} Hz:"
         f" gain plus {slope} = {c:g} 1/s, times the period, is {(k + c) * period:g} and must be below {LIMIT:g},"
-        f" so take {way_out} above {(k + c) / LIMIT:g} Hz"
+        f" so take {remedy} above {(k + c) / LIMIT:g} Hz"
     )

@@ -1,12 +1,14 @@
-"""What a sliding-mode law switches by: sgn as printed in (21) and (27), or one of its smooth stand-ins."""
+"""Switching functions of a sliding-mode law: sgn as printed in (21) and (27), and two continuous approximations."""
 
 import math
+
+from vessel_hsmc_ros.core.limits import clip
 
 SWITCHING = ("sgn", "saturation", "tanh")
 
 
 def sign(value: float) -> float:
-    """The function sgn of (21) and (27): -1, 0 or 1."""
+    """The signum function of (21) and (27): -1, 0 or 1."""
     if value > 0.0:
         return 1.0
     if value < 0.0:
@@ -15,15 +17,20 @@ def sign(value: float) -> float:
 
 
 def switch(S: float, phi: float, kind: str) -> float:
-    """What stands for sgn S: sgn S itself, S/phi cut at -1 and 1, or tanh(S/phi).
+    """The switching function of a surface: sgn S, sat(S/phi) or tanh(S/phi).
+
+    The continuous functions avoid chattering: inside the boundary layer |S| < phi they act as a proportional gain.
 
     Args:
         S: Sliding surface.
         phi: Width of the boundary layer, in the unit of S, above 0.
         kind: One of SWITCHING.
+
+    Returns:
+        A value in [-1, 1].
     """
     if kind == "sgn":
         return sign(S)
     if kind == "tanh":
         return math.tanh(S / phi)
-    return min(max(S / phi, -1.0), 1.0)
+    return clip(S / phi, 1.0)

@@ -1,18 +1,18 @@
-"""What a control law computed on its way to the wrench, in words; the fields of ControlState.msg, for every law.
+"""The intermediate terms of a control law, named in words; they are the fields of ControlState.msg, for every law.
 
-| word | meaning | unit | equation |
+| name | meaning | unit | equation |
 |---|---|---|---|
 | surge, sway, heading_error | z1e, z2e, z3e | m, m, rad | (11) |
 | .._error_rate | their time derivatives | m/s, m/s, rad/s | (23), (12), (17) |
 | sway, heading_surface | sigma1, sigma2 | m/s, rad/s | (12), (17) |
 | yaw, surge_surface | S1, S2 | rad/s, m/s | (20), (23) |
-| commanded_.. | what a guidance layer asks of heading, yaw rate and surge velocity | rad, rad/s, m/s | - |
+| commanded_.. | heading, yaw rate and surge velocity that the guidance commands | rad, rad/s, m/s | - |
 | .._estimate | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (25), (14), (15) |
 | .._weights | their weights W3, W1, W2, shape (l,) | as the outputs | (25), (14), (15) |
-| .._weight_norm | length of each weight vector | as the outputs | (30) |
-| lyapunov | V_S = (S1² + S2²)/2, the part of V that is known | mixed | (30) |
-| lyapunov_rate | its change since the last update over the time since then | 1/s | (31) |
-| .._saturated | whether the law cut the wrench at the ship's limits | - | - |
+| .._weight_norm | Euclidean norm of each weight vector | as the outputs | (30) |
+| lyapunov | V_S = (S1² + S2²)/2, the part of V that can be measured | mixed | (30) |
+| lyapunov_rate | difference quotient of V_S since the last step | 1/s | (31) |
+| .._saturated | whether the law limited the wrench | - | - |
 """
 
 import math
@@ -28,7 +28,7 @@ NO_WEIGHTS: Array = np.empty(0)
 
 
 class Terms(NamedTuple):
-    """The terms of one control period; a law leaves out what it does not have, which then is NaN, empty or false."""
+    """The terms of one control period; terms that a law does not have keep their default: NaN, empty or false."""
 
     surge_error: float = NONE
     sway_error: float = NONE
@@ -59,12 +59,12 @@ class Terms(NamedTuple):
 
 
 def diagnosed(terms: Terms, previous_lyapunov: float | None, interval: float) -> Terms:
-    """The terms of a law with what follows from them for every law: the norms of the weights, V_S and its rate.
+    """Add the quantities that follow from the terms of any law: weight norms, V_S and its rate of change.
 
     Args:
-        terms: As the law gave them.
-        previous_lyapunov: V_S at the last update; None at the first, whose rate is then 0.
-        interval: Time since that update, s.
+        terms: Terms as returned by the law.
+        previous_lyapunov: V_S at the last step; None at the first step, whose rate is 0.
+        interval: Time since the last step, s.
     """
     lyapunov = 0.5 * (terms.yaw_surface * terms.yaw_surface + terms.surge_surface * terms.surge_surface)
     rate = 0.0 if previous_lyapunov is None else (lyapunov - previous_lyapunov) / interval

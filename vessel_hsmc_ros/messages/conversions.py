@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kinematics import heading_from_quaternion, quaternion_from_heading
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, heading_from_quaternion, quaternion_from_heading
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages.raw import message_class
@@ -87,18 +87,18 @@ def new_control_state() -> ControlState:
     return _new("vessel_hsmc_msgs/msg/ControlState", BODY)
 
 
-def write_pose(pose: Any, state: Array) -> None:
+def write_pose(pose: Any, state: Motion | Array) -> None:
     """Write x, y, psi of a state into a geometry_msgs/Pose."""
     pose.position.x, pose.position.y = float(state[0]), float(state[1])
     pose.orientation.z, pose.orientation.w = quaternion_from_heading(float(state[2]))
 
 
-def write_twist(twist: Twist, state: Array) -> None:
+def write_twist(twist: Twist, state: Motion | Array) -> None:
     """Write u, v, r of a state into a geometry_msgs/Twist."""
     twist.linear.x, twist.linear.y, twist.angular.z = float(state[3]), float(state[4]), float(state[5])
 
 
-def write_odometry(message: Odometry, stamp: Time, state: Array) -> None:
+def write_odometry(message: Odometry, stamp: Time, state: Motion | Array) -> None:
     """Write a state into an odometry message.
 
     Args:
@@ -188,15 +188,15 @@ def write_terms(message: ControlState, stamp: Time, terms: Terms) -> None:
         setattr(message, name, array.array("d", value.tobytes()) if isinstance(value, np.ndarray) else value)
 
 
-def read_odometry(message: Any) -> Array:
-    """The state x, y, psi, u, v, r of an odometry message, shape (6,)."""
-    return _state(message.pose.pose, message.twist.twist)
+def read_odometry(message: Any) -> Motion:
+    """The state of an odometry message."""
+    return _motion(message.pose.pose, message.twist.twist)
 
 
-def read_reference(message: Any) -> tuple[Array, Array]:
-    """The state (6,) and the acceleration in the body frame (3,) of a reference message."""
+def read_reference(message: Any) -> tuple[Motion, Acceleration]:
+    """The state and the acceleration in the body frame of a reference message."""
     a = message.acceleration
-    return _state(message.pose, message.twist), np.array([a.linear.x, a.linear.y, a.angular.z])
+    return _motion(message.pose, message.twist), Acceleration(a.linear.x, a.linear.y, a.angular.z)
 
 
 def read_wrench(message: Any) -> tuple[float, float]:
@@ -218,16 +218,16 @@ def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
     }
 
 
-def not_finite(state: Array, acceleration: Array | None = None) -> str | None:
-    """The values of a state (6,) and an acceleration (3,) that are not finite, as `x = nan`; None when all are finite."""
-    values = state if acceleration is None else np.concatenate((state, acceleration))
-    if np.isfinite(values).all():
+def not_finite(motion: Motion, acceleration: Acceleration | None = None) -> str | None:
+    """Names and values of the non-finite numbers in a state and an acceleration, as `x = nan`; None when all are finite."""
+    values = (*motion, *(() if acceleration is None else acceleration))
+    if all(map(math.isfinite, values)):
         return None
     named = zip(STATE_NAMES, values, strict=False)
     return ", ".join(f"{name} = {value}" for name, value in named if not math.isfinite(value))
 
 
-def _state(pose: Any, twist: Any) -> Array:
+def _motion(pose: Any, twist: Any) -> Motion:
     position, q = pose.position, pose.orientation
     psi = heading_from_quaternion(q.x, q.y, q.z, q.w)
-    return np.array([position.x, position.y, psi, twist.linear.x, twist.linear.y, twist.angular.z])
+    return Motion(position.x, position.y, psi, twist.linear.x, twist.linear.y, twist.angular.z)

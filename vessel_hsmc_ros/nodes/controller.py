@@ -4,16 +4,14 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ControlLoop
 from vessel_hsmc_ros.core.exceptions import ControlError
-from vessel_hsmc_ros.core.kinematics import extrapolate
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
@@ -24,8 +22,6 @@ from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer
-
-Array = NDArray[np.float64]
 
 TROUBLE_SHOWN = 1.5
 """Time that a trouble stays in the diagnostics after it was last met, s."""
@@ -48,9 +44,9 @@ class ControllerNode(VesselNode):
         self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz), make_observer(p))
         self._start = 0
         self._phase: Timer | None = None
-        self._odometry: tuple[int, Array] | None = None
+        self._odometry: tuple[int, Motion] | None = None
         self._odometry_at = self._reference_at = 0
-        self._references: dict[int, tuple[Array, Array]] = {}
+        self._references: dict[int, tuple[Motion, Acceleration]] = {}
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
         self._trouble = ""
@@ -164,7 +160,7 @@ class ControllerNode(VesselNode):
         oldest = now - round(self.parameters.input_timeout * NANOSECONDS)
         return "odometry" if self._odometry_at < oldest else "reference" if self._reference_at < oldest else None
 
-    def _update_in_real_time(self, elapsed: int, stamp: int, state: Array) -> Terms | None:
+    def _update_in_real_time(self, elapsed: int, stamp: int, state: Motion) -> Terms | None:
         """The law on the latest odometry and the reference carried to its time; no wrench where the law has no value."""
         ((reference_stamp, (reference, acceleration)),) = self._references.items()
         reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
@@ -177,7 +173,9 @@ class ControllerNode(VesselNode):
 
     # -- output -------------------------------------------------------------------------------------------------------
 
-    def _update(self, stamp: int, state: Array, reference: Array, acceleration: Array, measured_at: int | None = None) -> Terms:
+    def _update(
+        self, stamp: int, state: Motion, reference: Motion, acceleration: Acceleration, measured_at: int | None = None
+    ) -> Terms:
         began = time.perf_counter()
         terms = self._loop.step(stamp, state, reference, acceleration, measured_at)
         self._compute_time = time.perf_counter() - began

@@ -6,16 +6,14 @@ No node may know the plant, so this law exists offline only, to separate the err
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.hierarchical import Weights, control
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_sim_node.plant import Vessel, unforced_acceleration
-
-Array = NDArray[np.float64]
 
 ONE_NEURON = np.ones(1)
 
@@ -40,9 +38,8 @@ class ExactModelLaw(Law[HierarchicalParameters]):
     def reset(self) -> None:
         """There is no state to reset."""
 
-    def _step(self, state: Array, reference: Array, reference_acceleration: Array) -> tuple[Array, Terms]:
+    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """As `HierarchicalController`; each network is one neuron that says what is true."""
-        f_u, f_v, f_r = unforced_acceleration(float(state[3]), float(state[4]), float(state[5]), self._ship)
+        f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, self._ship)
         weights = Weights(np.array([f_v]), np.array([f_r]), np.array([f_u]))
-        wrench, terms = control(state, reference, reference_acceleration, weights, ONE_NEURON, self._gains)
-        return np.array(wrench), terms
+        return control(motion, desired, acceleration, weights, ONE_NEURON, self._gains)

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kinematics import tracking_error, transform, transform_rate
+from vessel_hsmc_ros.core.kinematics import Motion, as_motion, tracking_error, transform, transform_rate
 from vessel_sim_node.plant import Vessel, unforced_acceleration
 
 Array = NDArray[np.float64]
@@ -47,19 +47,19 @@ class Surfaces(NamedTuple):
     b: float
 
 
-def on_surfaces(x: float, y: float, psi: float, v: float, reference: Array, g: Surfaces) -> tuple[float, float, float]:
+def on_surfaces(x: float, y: float, psi: float, v: float, desired: Motion, g: Surfaces) -> tuple[float, float, float]:
     """Velocities that keep S1 = S2 = 0, and the lateral error.
 
     Args:
         x, y, psi, v: Position, heading and sway velocity of the ship.
-        reference: x, y, psi, u, v, r of the virtual ship, shape (6,).
+        desired: State of the virtual ship.
         g: Constants of the surfaces.
 
     Returns:
         u [m/s], r [rad/s], z2e [m].
     """
-    z, z_d = transform(np.array([x, y, psi, 0.0, v, 0.0])), transform(reference)
-    dz_d = transform_rate(z_d, reference)
+    z, z_d = transform(Motion(x, y, psi, 0.0, v, 0.0)), transform(desired)
+    dz_d = transform_rate(z_d, desired)
     z_e = tracking_error(z, z_d)
     r = (g.b * (dz_d.z3 - g.c2 * z_e.z3) - g.a * (g.c1 * z_e.z2 + v - dz_d.z2)) / (g.b - g.a * z.z1)
     return dz_d.z1 - g.c3 * z_e.z1 - z.z2 * r, r, z_e.z2
@@ -82,14 +82,14 @@ def lateral_error(time: Array, reference: Array, disturbance: Array, start: Arra
 
     def rate(state: Array, k: int) -> Array:
         x, y, psi, v = (float(value) for value in state)
-        u, r, _ = on_surfaces(x, y, psi, v, reference[k], g)
+        u, r, _ = on_surfaces(x, y, psi, v, as_motion(reference[k]), g)
         _, f_v, _ = unforced_acceleration(u, v, r, vessel)
         c, s = math.cos(psi), math.sin(psi)
         return np.array([u * c - v * s, u * s + v * c, r, f_v + disturbance[k]])
 
     def lateral(k: int) -> float:
         x, y, psi, v = (float(value) for value in state)
-        return on_surfaces(x, y, psi, v, reference[k], g)[2]
+        return on_surfaces(x, y, psi, v, as_motion(reference[k]), g)[2]
 
     state, T = start, float(time[2] - time[0])
     errors = np.full((len(time) + 1) // 2, np.nan)

@@ -1,1 +1,1 @@
-"""What the vessel follows: the virtual ship, a course, goals, paths."""
+"""References to track: the virtual ship, a course, goals, paths."""

@@ -1,7 +1,7 @@
-"""A heading to follow and nothing else: the reference of case 1.
+"""A heading over time: the reference of case 1, course control.
 
-No ship makes this motion. The heading is a programme over time, its derivatives go with it, and the position runs along it at a
-constant speed, so that the messages are complete; a law that steers by heading alone has no use for it.
+The heading is a given function of time with its exact derivatives. To make the reference complete, the position moves along the
+heading at a constant speed; it is not the motion of a ship, and course-control laws ignore it.
 """
 
 import math
@@ -18,27 +18,30 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CourseReferenceParameters:
-    """The heading over time; all its parts add up."""
+    """The heading over time: the sum of a constant, a sine, steps and a ramp."""
 
     heading: float = parameter(0.0, "Constant part of the heading.", unit="rad", low=-1e3, high=1e3, symbol="psi_d")
     heading_sine: SineParameters = group(SineParameters)
     heading_steps: StepsParameters = group(StepsParameters)
     heading_ramp: RampParameters = group(RampParameters)
     surge_velocity: float = parameter(
-        0.0, "Speed at which the position runs along the heading.", unit="m/s", low=-1e3, high=1e3, symbol="u_d"
+        0.0, "Speed of the position along the heading.", unit="m/s", low=-1e3, high=1e3, symbol="u_d"
     )
 
 
 class CourseReference:
-    """A heading over time, published in steps of 1/rate as a motion.
+    """A heading over time in discrete time.
 
     Args:
-        parameters: The heading's programme and the speed.
-        start: x, y of the position at the start, m.
+        parameters: The heading as a function of time, and the speed.
+        start: Initial position x, y, m.
         period: Time between two published states, s.
 
+    Attributes:
+        state: x, y, psi, u, v, r, shape (6,).
+
     Raises:
-        ParameterError: the times of the programme's steps or ramp do not fit their values.
+        ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
     """
 
     def __init__(self, parameters: CourseReferenceParameters, start: tuple[float, float], period: float) -> None:
@@ -49,25 +52,25 @@ class CourseReference:
         self.reset()
 
     def reset(self) -> None:
-        """Begin the programme anew, at the start."""
+        """Return to the start."""
         self._steps = 0
         self._position = self._start
         self._read()
 
     def acceleration(self) -> Array:
-        """0, 0, dr_d, shape (3,): m/s², m/s², rad/s²."""
-        return np.array([0.0, 0.0, self._turning])
+        """Derivatives 0, 0, dr_d of the body velocities, shape (3,): m/s², m/s², rad/s²."""
+        return np.array([0.0, 0.0, self._yaw_acceleration])
 
     def advance(self) -> None:
-        """Move on by one period, the position with the heading of its middle."""
+        """Advance by one period, the position by the midpoint rule."""
         psi = self._heading.value((self._steps + 0.5) * self._period)
         x, y = self._position
-        way = self._speed * self._period
-        self._position = x + way * math.cos(psi), y + way * math.sin(psi)
+        distance = self._speed * self._period
+        self._position = x + distance * math.cos(psi), y + distance * math.sin(psi)
         self._steps += 1
         self._read()
 
     def _read(self) -> None:
         time = self._steps * self._period
-        rate, self._turning = self._heading.rates(time)
+        rate, self._yaw_acceleration = self._heading.rates(time)
         self.state: Array = np.array([*self._position, self._heading.value(time), self._speed, 0.0, rate])

@@ -1,4 +1,4 @@
-"""What there is to follow, behind one way to make and to move it."""
+"""The common interface of all references, and their factory."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.reference.course import CourseReference, CourseReferenceParameters
-from vessel_hsmc_ros.reference.goal import GoalParameters, GoalReference
+from vessel_hsmc_ros.reference.goal import GoalReference
+from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.motion_filter import FilteredMotion, MotionLimits
 from vessel_hsmc_ros.reference.path import PathParameters, PathReference
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
@@ -18,23 +19,23 @@ Array = NDArray[np.float64]
 
 
 class Reference(Protocol):
-    """A desired motion in steps of a fixed period."""
+    """A desired motion in discrete time."""
 
     @property
     def state(self) -> Array:
-        """The pose x, y, psi and the body velocities u, v, r of the present step, shape (6,)."""
+        """Pose x, y, psi and body velocities u, v, r of the present step, shape (6,)."""
         ...
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Return to the start."""
         ...
 
     def acceleration(self) -> Array:
-        """The derivatives of the body velocities at the present step, shape (3,)."""
+        """Derivatives du, dv, dr of the body velocities at the present step, shape (3,): m/s², m/s², rad/s²."""
         ...
 
     def advance(self) -> None:
-        """Move on by one period."""
+        """Advance by one period."""
         ...
 
 
@@ -65,11 +66,11 @@ REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] =
 
 @dataclass(frozen=True)
 class ReferenceShipParameters(VirtualShipParameters):
-    """What is followed: the paper's virtual ship, a heading alone, goals or waypoints."""
+    """Parameters of all references: virtual ship, course, goals, path."""
 
     mode: str = parameter(
         "virtual_ship",
-        "What is followed: the virtual ship (8); a course, a heading over time; goals; or a path of waypoints.",
+        "Reference to track: virtual_ship, the virtual ship (8); course, a heading over time; goal; or path, waypoints.",
         choices=tuple(REFERENCES),
     )
     course: CourseReferenceParameters = group(CourseReferenceParameters)
@@ -79,13 +80,13 @@ class ReferenceShipParameters(VirtualShipParameters):
 
 
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
-    """The reference that the parameters ask for.
+    """Make the reference that the parameters select.
 
     Args:
-        parameters: Those of the node reference_ship.
+        parameters: Parameters of the node reference_ship.
         period: Time between two published states, s.
 
     Raises:
-        ParameterError: a programme, the goals or the waypoints make no sense.
+        ParameterError: times and values of an input, goal or waypoint list differ in number, or times do not increase.
     """
     return REFERENCES[parameters.mode](parameters, period)

@@ -1,63 +1,39 @@
-"""Goals to follow: a pose to go to and stay at, or a stream of poses that move.
+"""Goals: a pose to reach and keep, or a stream of poses that move.
 
-A goal at rest is gone to in legs: turn the bow to it, or the stern when it is near and behind, go there, stop; when the place is
-reached, turn to its heading on the spot. A goal that moves, which a stream of poses tells, is followed by line of sight along its
-course, its speed and its turning fed forward. Where it goes next nobody says, so it is followed with a small lag.
+A goal at rest is approached in stages: turn the bow towards it, or the stern if it is near and astern; go there; stop; turn to
+its heading on the spot. A moving goal, which a stream of poses defines, is followed by line-of-sight guidance along its course,
+with its speed and yaw rate as feedforward. Its future motion is unknown, so the reference follows with a small lag.
 """
 
 import math
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.reference.motion_filter import FilteredMotion, approach, clip
+from vessel_hsmc_ros.reference.goal_parameters import GoalParameters, scheduled_goals
+from vessel_hsmc_ros.reference.motion_filter import FilteredMotion
+from vessel_hsmc_ros.reference.steering import follow_line, surge_setpoint, yaw_rate_setpoint
 
 Array = NDArray[np.float64]
 
-GAIN = 0.25
-"""Speed over way to go, and yaw rate over angle to turn, near their ends, 1/s."""
-
-NEAR, FREEZE, REACHED = 3.0, 0.5, 0.05
-"""Nearer than the first it goes straight only, than the second a leg's direction holds, than the third it is there, m."""
+NEAR, HELD_BEARING, REACHED = 3.0, 0.5, 0.05
+"""Distances to the goal, m: nearer than the first it is approached straight only; than the second its bearing is kept constant,
+because it is ill-defined close to the goal; than the third the position is reached."""
 
 STRAIGHT = 0.15
-"""Near the place, it does not go with more than this to turn, rad."""
+"""Heading error above which a near goal is not approached, rad."""
 
-ALONG, TURN, STILL = 0.02, 0.02, 0.005
-"""A leg is over when way and angle to go and the speed are below these, m, rad, m/s."""
+STOPPED_DISTANCE, STOPPED_ANGLE, STOPPED_SPEED = 0.02, 0.02, 0.005
+"""A stage ends when distance, heading error and speed are below these, m, rad, m/s."""
 
 STREAM_GAP, STREAM_SPEED = 1.5, 0.1
-"""Goals that come within the first of each other, s, and move faster than the second, m/s, are a stream."""
-
-LOOKAHEAD, LEG_LOOKAHEAD = 6.0, 15.0
-"""Lookahead of line of sight, behind a moving goal and on a path's leg, which begins with a corner, m."""
-
-
-NEVER = -1.0
-"""The time of what does not happen, s: an empty list is none for ROS."""
-
-
-@dataclass(frozen=True)
-class GoalParameters:
-    """Goals from the parameters file, for runs without a publisher of `goal_pose`."""
-
-    poses: tuple[float, ...] = parameter(
-        (0.0, 0.0, 0.0), "Goals one after the other: x [m], y [m], heading of the first, of the second.", low=-1e6, high=1e6
-    )
-    times: tuple[float, ...] = parameter(
-        (NEVER,), "When each becomes the goal; increasing, below 0 for never.", unit="s", low=-1.0, high=1e9
-    )
-    astern_distance: float = parameter(10.0, "Goals nearer than this and behind are gone to astern.", unit="m", low=0.0, high=1e6)
+"""Goals that follow each other within the first, s, and move faster than the second, m/s, are a stream."""
 
 
 class Target(NamedTuple):
-    """A goal: its pose, when it was said and measured, and how it moves: m, m, rad, s, s, m/s, m/s, rad/s."""
+    """A goal: pose, time of arrival, time of measurement, and velocity; m, m, rad, s, s, m/s, m/s, rad/s."""
 
     x: float
     y: float
@@ -70,28 +46,18 @@ class Target(NamedTuple):
 
     @property
     def speed(self) -> float:
-        """m/s."""
+        """Speed over ground, m/s."""
         return math.hypot(self.dx, self.dy)
 
 
-def programme(p: GoalParameters) -> list[tuple[float, tuple[float, float, float]]]:
-    """Times and poses of the goals in the parameters.
+def estimate_velocity(last: Target, new: Target, elapsed: float) -> Target:
+    """The new goal with the velocity between the last one and it, smoothed over a second.
 
-    Raises:
-        ParameterError: there is not one time for each x, y, heading, or the times do not increase.
+    Args:
+        last: The previous goal.
+        new: The new goal, without velocity.
+        elapsed: Time between the two, s; above STREAM_GAP the new goal is at rest.
     """
-    if len(p.poses) != 3 * len(p.times):
-        raise ParameterError(
-            f"reference_ship.goal.poses with {len(p.poses)} numbers is not allowed: it takes x, y, heading for each of the"
-            f" {len(p.times)} goal.times"
-        )
-    if any(later <= earlier for earlier, later in pairwise(time for time in p.times if time >= 0.0)):
-        raise ParameterError(f"reference_ship.goal.times = {list(p.times)} is not allowed: it takes increasing times")
-    return [(time, (p.poses[3 * i], p.poses[3 * i + 1], p.poses[3 * i + 2])) for i, time in enumerate(p.times)]
-
-
-def _moved(last: Target, new: Target, elapsed: float) -> Target:
-    """A new goal with the motion that it and the last one tell, smoothed over a second; at rest when long after it."""
     if not 0.0 < elapsed <= STREAM_GAP:
         return new
     share = 1.0 if last.speed == 0.0 else min(1.0, elapsed)
@@ -102,36 +68,35 @@ def _moved(last: Target, new: Target, elapsed: float) -> Target:
     )
 
 
-def _facing(turn: float, away: float) -> float:
-    """The part of its speed at which to go with an angle still to turn: far away it may go in an arc, near only straight."""
-    return max(0.0, math.cos(turn)) ** 2 if away > NEAR else max(0.0, 1.0 - abs(turn) / STRAIGHT)
+def speed_factor(heading_error: float, distance: float) -> float:
+    """Reduction of the approach speed, in [0, 1], for a heading error: a far goal may be approached in an arc, a near one not."""
+    if distance > NEAR:
+        return max(0.0, math.cos(heading_error)) ** 2
+    return max(0.0, 1.0 - abs(heading_error) / STRAIGHT)
 
 
 class GoalReference:
-    """A feasible motion to the latest goal; before the first it keeps its place.
-
-    Attributes:
-        state: x, y, psi, u, v, r, shape (6,).
+    """A feasible motion to the latest goal; before the first goal it keeps its initial position.
 
     Args:
-        motion: What moves.
-        parameters: Goals known beforehand.
-        period: Time between two steps, s.
+        motion: The motion to steer.
+        parameters: Scheduled goals.
+        period: Length of a step, s.
 
     Raises:
-        ParameterError: the goals make no sense.
+        ParameterError: poses and times of the goals differ in number, or the times do not increase.
     """
 
     def __init__(self, motion: FilteredMotion, parameters: GoalParameters, period: float) -> None:
         self._motion = motion
-        self._goals = programme(parameters)
+        self._goals = scheduled_goals(parameters)
         self._astern_distance = parameters.astern_distance
         self._period = period
         self.reset()
 
     @property
     def state(self) -> Array:
-        """The pose x, y, psi and the body velocities u, v, r of the present step, shape (6,)."""
+        """Pose x, y, psi and body velocities u, v, r of the present step, shape (6,)."""
         return self._motion.state
 
     @property
@@ -140,56 +105,62 @@ class GoalReference:
         return self._steps * self._period
 
     def reset(self) -> None:
-        """Back to the start; goals that were set are forgotten, those of the parameters begin anew."""
+        """Return to the start: goals that were set are discarded, scheduled goals begin again."""
         self._motion.reset()
         self._steps = 0
-        x, y, psi = (float(value) for value in self._motion.state[:3])
+        x, y, psi = self._motion.state[:3].tolist()
         self._target = Target(x, y, psi, -math.inf)
         self._arrived, self._direction, self._ahead = True, psi, 1.0
-        self._take_due()
+        self._set_scheduled()
 
     def acceleration(self) -> Array:
-        """The derivatives du, dv, dr of the body velocities, shape (3,): m/s², m/s², rad/s²."""
+        """Derivatives du, dv, dr of the body velocities, shape (3,): m/s², m/s², rad/s²."""
         return self._motion.acceleration()
 
     def advance(self) -> None:
-        """Move on by one period."""
+        """Advance by one period."""
         target = self.target()
-        wishes = self._to_rest(target) if target.speed < STREAM_SPEED else self._to_moving(target)
-        self._motion.advance(*wishes)
+        setpoints = self._approach(target) if target.speed < STREAM_SPEED else self._follow(target)
+        self._motion.advance(*setpoints)
         self._steps += 1
-        self._take_due()
+        self._set_scheduled()
 
     def go_to(self, x: float, y: float, psi: float) -> None:
-        """Take a new goal at rest."""
-        self._target = Target(x, y, psi, self.time)
-        self._begin_leg(self._target)
-
-    def set_goal(self, x: float, y: float, psi: float, stamp: float | None = None) -> None:
-        """Take a new goal; one that comes soon after the last tells how it moves.
+        """Set a goal at rest.
 
         Args:
-            x, y, psi: The goal, m, m, rad.
-            stamp: When it was measured, s; None for now.
+            x, y: Position, m.
+            psi: Heading, rad.
+        """
+        self._target = Target(x, y, psi, self.time)
+        self._begin_stage(self._target)
+
+    def set_goal(self, x: float, y: float, psi: float, stamp: float | None = None) -> None:
+        """Set a goal; goals that follow each other shortly define a moving goal.
+
+        Args:
+            x, y: Position, m.
+            psi: Heading, rad.
+            stamp: Time of the measurement, s; None if it is unknown, then the present time counts.
         """
         last, now = self._target, self.time
         if (x, y, psi) == last[:3] and last.speed == 0.0:
             self._target = last._replace(time=now, stamp=stamp)
             return
         elapsed = now - last.time if stamp is None or last.stamp is None else stamp - last.stamp
-        self._target = _moved(last, Target(x, y, psi, now, stamp), elapsed)
-        if self._target.speed > 2.0 * self._motion.limits.speed:  # no stream but another place
+        self._target = estimate_velocity(last, Target(x, y, psi, now, stamp), elapsed)
+        if self._target.speed > 2.0 * self._motion.limits.speed:  # not a stream but a new place
             self._target = Target(x, y, psi, now, stamp)
-        self._begin_leg(self._target)
+        self._begin_stage(self._target)
 
     def target(self) -> Target:
-        """The goal now: carried on while a stream lasts, at rest after it."""
+        """The present goal: extrapolated while a stream continues, at rest after its end."""
         target, elapsed = self._target, self.time - self._target.time
         if target.speed == 0.0:
             return target
         if elapsed > STREAM_GAP:
             self._target = Target(target.x, target.y, target.psi, target.time, target.stamp)
-            self._begin_leg(self._target)
+            self._begin_stage(self._target)
             return self._target
         return target._replace(
             x=target.x + elapsed * target.dx,
@@ -197,68 +168,43 @@ class GoalReference:
             psi=wrap(target.psi + elapsed * target.r),
         )
 
-    def _take_due(self) -> None:
+    def _set_scheduled(self) -> None:
         for time, pose in self._goals:
             if time >= 0.0 and round(time / self._period) == self._steps:
                 self.set_goal(*pose)
 
-    def _begin_leg(self, target: Target) -> None:
-        """Choose bow or stern, and the direction."""
-        x, y, psi = (float(value) for value in self.state[:3])
-        away = math.hypot(target.x - x, target.y - y)
+    def _begin_stage(self, target: Target) -> None:
+        """Decide whether the position is reached, and whether to approach with the bow or with the stern."""
+        x, y, psi = self.state[:3].tolist()
+        distance = math.hypot(target.x - x, target.y - y)
         bearing = math.atan2(target.y - y, target.x - x)
-        behind = abs(wrap(bearing - psi)) > 0.5 * math.pi
-        self._arrived = away < REACHED and target.speed == 0.0
-        self._ahead = -1.0 if behind and away < self._astern_distance else 1.0
+        astern = abs(wrap(bearing - psi)) > 0.5 * math.pi
+        self._arrived = distance < REACHED and target.speed == 0.0
+        self._ahead = -1.0 if astern and distance < self._astern_distance else 1.0
         self._direction = bearing if self._ahead > 0.0 else wrap(bearing + math.pi)
 
-    def _to_rest(self, target: Target) -> tuple[float, float]:
-        """Wishes for a goal at rest."""
-        x, y, psi, u = (float(value) for value in self.state[:4])
-        away_x, away_y = target.x - x, target.y - y
-        away = math.hypot(away_x, away_y)
-        if not self._arrived and (away > FREEZE or (abs(u) < STILL and away > REACHED)):
-            bearing = math.atan2(away_y, away_x)
+    def _approach(self, target: Target) -> tuple[float, float]:
+        """Setpoints of surge speed and yaw rate for a goal at rest."""
+        x, y, psi, u = self.state[:4].tolist()
+        dx, dy = target.x - x, target.y - y
+        distance = math.hypot(dx, dy)
+        stopped = abs(u) < STOPPED_SPEED
+        if not self._arrived and (distance > HELD_BEARING or (stopped and distance > REACHED)):
+            bearing = math.atan2(dy, dx)
             self._direction = bearing if self._ahead > 0.0 else wrap(bearing + math.pi)
         heading = target.psi if self._arrived else self._direction
-        along = away_x * math.cos(psi) + away_y * math.sin(psi)
-        turn = wrap(heading - psi)
-        limits = self._motion.limits
-        facing = 1.0 if self._arrived else _facing(turn, away)
-        u_c = facing * approach(along, GAIN, 0.5 * limits.acceleration, limits.speed)
-        if not self._arrived and abs(along) < ALONG and abs(turn) < TURN and abs(u) < STILL:
-            self._begin_leg(target)
-        return u_c, turning(self._motion, turn)
+        along = dx * math.cos(psi) + dy * math.sin(psi)
+        error = wrap(heading - psi)
+        factor = 1.0 if self._arrived else speed_factor(error, distance)
+        u_c = factor * surge_setpoint(self._motion, along)
+        if not self._arrived and stopped and abs(along) < STOPPED_DISTANCE and abs(error) < STOPPED_ANGLE:
+            self._begin_stage(target)
+        return u_c, yaw_rate_setpoint(self._motion, error)
 
-    def _to_moving(self, target: Target) -> tuple[float, float]:
-        """Wishes for a goal that moves."""
+    def _follow(self, target: Target) -> tuple[float, float]:
+        """Setpoints of surge speed and yaw rate for a moving goal."""
         course = math.atan2(target.dy, target.dx)
         x, y = float(self.state[0]) - target.x, float(self.state[1]) - target.y
         along, across = x * math.cos(course) + y * math.sin(course), -x * math.sin(course) + y * math.cos(course)
-        u_c = target.speed - approach(along, GAIN, 0.5 * self._motion.limits.acceleration, self._motion.limits.speed)
-        return follow(self._motion, course, across, u_c, target.r)
-
-
-def turning(motion: FilteredMotion, turn: float, feedforward: float = 0.0) -> float:
-    """The yaw rate wished for an angle to turn, on top of one that is known."""
-    limits = motion.limits
-    return feedforward + approach(turn, GAIN, 0.5 * limits.yaw_acceleration, limits.yaw_rate)
-
-
-def follow(
-    motion: FilteredMotion, course: float, across: float, speed: float, yaw_rate: float = 0.0, lookahead: float = LOOKAHEAD
-) -> tuple[float, float]:
-    """Wishes that bring the motion onto a line and along it: line of sight for its course, which is heading plus drift angle.
-
-    Args:
-        motion: What moves.
-        course: Of the line, rad.
-        across: How far to the line's left it is, m.
-        speed: Speed along the line, m/s.
-        yaw_rate: With which the line turns, rad/s.
-        lookahead: How far ahead on the line to aim, m.
-    """
-    psi, u, v = (float(value) for value in motion.state[2:5])
-    drift = math.atan2(v, max(u, 0.3))
-    turn = wrap(course - math.atan(across / lookahead) - drift - psi)
-    return speed * max(0.0, math.cos(turn)), turning(motion, turn, clip(yaw_rate, motion.limits.yaw_rate))
+        u_c = target.speed - surge_setpoint(self._motion, along)
+        return follow_line(self._motion, course, across, u_c, target.r)

@@ -1,8 +1,8 @@
-"""What drives a reference over time: a constant, a sine, steps and a ramp, all added up.
+"""Inputs as functions of time: the sum of a constant, a sine, steps and a ramp.
 
 program(t) = constant + amplitude·sin(frequency·t + phase) + steps(t) + ramp(t)
 
-The unit is that of what is driven: N, N·m, rad. A group that is left at its defaults adds nothing.
+The unit is that of the input, N, N·m or rad. A group with its default values contributes zero.
 """
 
 import bisect
@@ -15,18 +15,18 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
 
 EARLY = 0.5e-9
-"""Half a nanosecond, s: a step falls on its instant, whatever the rounding of the time."""
+"""Tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times."""
 
 LONGEST, LARGEST = 1e9, 1e12
 
 
 def times(description: str) -> tuple[float, ...]:
-    """Declare instants, the start unless said otherwise."""
+    """Declare a list of times, (0,) by default."""
     return parameter((0.0,), description, unit="s", low=0.0, high=LONGEST)
 
 
 def values(description: str) -> tuple[float, ...]:
-    """Declare what belongs to the instants, nothing unless said otherwise."""
+    """Declare the list of values at those times, (0,) by default."""
     return parameter((0.0,), description, low=-LARGEST, high=LARGEST)
 
 
@@ -34,37 +34,37 @@ def values(description: str) -> tuple[float, ...]:
 class SineParameters:
     """amplitude·sin(frequency·t + phase)."""
 
-    amplitude: float = parameter(0.0, "Amplitude of the sine, in the unit of what it drives.", low=-LARGEST, high=LARGEST)
+    amplitude: float = parameter(0.0, "Amplitude of the sine, in the unit of the input.", low=-LARGEST, high=LARGEST)
     frequency: float = parameter(0.05, "Angular frequency of the sine.", unit="rad/s", low=0.0, high=1e3)
     phase: float = parameter(0.0, "Phase of the sine at the start.", unit="rad", low=-1e3, high=1e3)
 
 
 @dataclass(frozen=True)
 class StepsParameters:
-    """values[i] from times[i] on, until the next; nothing before the first."""
+    """Steps: values[i] from times[i] until times[i + 1]; zero before times[0]."""
 
-    times: tuple[float, ...] = times("When each value begins to hold; increasing.")
-    values: tuple[float, ...] = values("The value that holds from each time on, in the unit of what it drives.")
+    times: tuple[float, ...] = times("Times of the steps, increasing.")
+    values: tuple[float, ...] = values("Value from each time on, in the unit of the input.")
 
 
 @dataclass(frozen=True)
 class RampParameters:
-    """A straight line from each point (times[i], values[i]) to the next; the outer values hold before and after."""
+    """Linear interpolation between the points (times[i], values[i]); constant before the first and after the last."""
 
-    times: tuple[float, ...] = times("Times of the points that straight lines join; increasing.")
-    values: tuple[float, ...] = values("Values at those times, in the unit of what they drive.")
+    times: tuple[float, ...] = times("Times of the points, increasing.")
+    values: tuple[float, ...] = values("Values of the points, in the unit of the input.")
 
 
 class InputProgram:
-    """A constant, a sine, steps and a ramp.
+    """The sum of a constant, a sine, steps and a ramp.
 
     Args:
-        constant: In the unit of what is driven, as all values.
-        sine, steps, ramp: What is added to it.
-        name: The parameter of the constant, for error messages; the groups are named after it.
+        constant: Constant part, in the unit of the input.
+        sine, steps, ramp: The other parts.
+        name: Name of the constant's parameter, for error messages; the groups are named after it.
 
     Raises:
-        ParameterError: the times of the steps or of the ramp do not increase, or are not as many as the values.
+        ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
     """
 
     def __init__(
@@ -75,20 +75,20 @@ class InputProgram:
         self._constant, self._sine, self._steps, self._ramp = constant, sine, steps, ramp
 
     def value(self, time: float) -> float:
-        """The sum at a time since the start, s."""
+        """The value at a time since the start, s."""
         s = self._sine
-        swing = s.amplitude * math.sin(s.frequency * time + s.phase)
-        return self._constant + swing + held(self._steps, time) + self._interpolated(time)[0]
+        sine = s.amplitude * math.sin(s.frequency * time + s.phase)
+        return self._constant + sine + step_value(self._steps, time) + self._interpolated(time)[0]
 
     def rates(self, time: float) -> tuple[float, float]:
-        """First and second derivative at a time, per s and per s²; a step has none, a ramp its slope."""
+        """First and second derivative at a time since the start, per s and per s²; those of the steps are taken as zero."""
         s = self._sine
         angle = s.frequency * time + s.phase
         first = s.amplitude * s.frequency * math.cos(angle) + self._interpolated(time)[1]
         return first, -s.amplitude * s.frequency * s.frequency * math.sin(angle)
 
     def _interpolated(self, time: float) -> tuple[float, float]:
-        """Value and slope of the ramp; at a point, the slope of what follows."""
+        """Value and slope of the ramp; at a point, the slope to its right."""
         t, y = self._ramp.times, self._ramp.values
         after = bisect.bisect_right(t, time + EARLY)
         if after == 0:
@@ -100,31 +100,35 @@ class InputProgram:
 
 
 def program_of(parameters: Any, name: str, owner: str) -> InputProgram:
-    """The programme of one input: a constant of that name and the three groups named after it.
+    """Make the input of a given name from its parameters.
 
     Args:
-        parameters: Holds `name`, `name_sine`, `name_steps` and `name_ramp`.
-        name: Of the constant.
-        owner: What the parameters belong to, for error messages.
+        parameters: Dataclass with the fields `name`, `name_sine`, `name_steps` and `name_ramp`.
+        name: Name of the constant.
+        owner: Name of the node or group of the parameters, for error messages.
 
     Raises:
-        ParameterError: the times of its steps or ramp do not fit their values.
+        ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
     """
     sine, steps, ramp = (getattr(parameters, f"{name}_{kind}") for kind in ("sine", "steps", "ramp"))
     return InputProgram(getattr(parameters, name), sine, steps, ramp, f"{owner}.{name}")
 
 
-def held(steps: StepsParameters, time: float) -> float:
-    """The value of the last step that has begun; 0 before the first."""
+def step_value(steps: StepsParameters, time: float) -> float:
+    """The value of the steps at a time since the start, s; 0 before the first."""
     begun = bisect.bisect_right(steps.times, time + EARLY)
     return steps.values[begun - 1] if begun else 0.0
 
 
 def check_points(points: StepsParameters | RampParameters, name: str) -> None:
-    """Refuse times without values, values without times, and times that go back.
+    """Check the times and values of steps or of a ramp.
+
+    Args:
+        points: Times and values.
+        name: Name of the group, for error messages.
 
     Raises:
-        ParameterError: they are so.
+        ParameterError: lengths differ, the lists are empty, or the times do not increase.
     """
     times, values = list(points.times), list(points.values)
     if len(times) != len(values) or not times:

@@ -1,14 +1,14 @@
-"""A motion that a ship with a propeller and a rudder can follow, made of wishes for speed and turning.
+"""A reference filter: surge-speed and yaw-rate setpoints become a motion that a ship with propeller and rudder can follow.
 
 | symbol | meaning | unit |
 |---|---|---|
 | x, y, psi, u, v, r | pose and body velocities of the reference | m, m, rad, m/s, m/s, rad/s |
 | a, alpha | surge and yaw acceleration | m/s², rad/s² |
-| u_c, r_c | wished surge velocity and yaw rate | m/s, rad/s |
-| T_f, T_a | time constants: of a velocity towards its wish, of an acceleration | s, s |
+| u_c, r_c | setpoints of surge speed and yaw rate | m/s, rad/s |
+| T_f, T_a | time constants of velocity and acceleration | s, s |
 
-da = (sat((u_c - u)/T_f) - a)/T_a and likewise for alpha; dv = f_v(u, v, r) of (7): nothing pushes sideways, the sway is what the
-hull makes of it. So position, velocity and acceleration are continuous, limits hold, and the heading turns on past 180°.
+da = (sat((u_c - u)/T_f) - a)/T_a and likewise for alpha; dv = f_v(u, v, r) of (7), because sway is not actuated: the sway
+velocity is that of the unforced hull. Position, velocity and acceleration are continuous and limited. The heading is not wrapped.
 """
 
 import math
@@ -17,18 +17,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.plant import Vessel, unforced_acceleration
 
 Array = NDArray[np.float64]
 
 T_F, T_A = 1.5, 0.4
-"""Time constants, s: with them the chain of velocity and acceleration is damped critically."""
+"""Time constants, s; the damping ratio of velocity and acceleration is sqrt(T_F/T_A)/2 = 0.97, almost critical."""
 
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """How fast and how briskly a goal is gone to or a path followed; the ship must be able to do a little more."""
+    """Limits of the reference's motion; the ship must be able to exceed them a little in order to correct errors."""
 
     speed: float = parameter(1.5, "Largest surge velocity.", unit="m/s", low=1e-3, high=1e3)
     acceleration: float = parameter(0.2, "Largest surge acceleration.", unit="m/s²", low=1e-6, high=1e3)
@@ -36,35 +37,17 @@ class MotionLimits:
     yaw_acceleration: float = parameter(0.02, "Largest yaw acceleration.", unit="rad/s²", low=1e-6, high=1e2)
 
 
-def clip(value: float, limit: float) -> float:
-    """The value, at most `limit` either way."""
-    return min(max(value, -limit), limit)
-
-
-def approach(distance: float, gain: float, braking: float, largest: float) -> float:
-    """The speed at which to go a way so that one can stop in time: proportional to it at its end, limited by braking before.
-
-    Args:
-        distance: Way to go, either sign.
-        gain: Speed over distance at the end, 1/s.
-        braking: Deceleration to count on.
-        largest: Largest speed.
-    """
-    way = abs(distance)
-    return math.copysign(min(gain * way, math.sqrt(2.0 * braking * way), largest), distance)
-
-
 class FilteredMotion:
-    """The reference's motion, in steps of a fixed period.
+    """The motion of a reference in discrete time.
 
     Attributes:
         state: x, y, psi, u, v, r, shape (6,).
-        limits: How fast and how briskly it moves.
+        limits: Limits of the motion.
 
     Args:
-        pose, velocity: Where and how it starts.
-        limits: How fast and how briskly it moves.
-        vessel: The hull that makes the sway.
+        pose, velocity: Initial x, y, psi and u, v, r.
+        limits: Limits of the motion.
+        vessel: Coefficients of the hull, for its sway.
         period: Length of a step, s.
     """
 
@@ -78,32 +61,36 @@ class FilteredMotion:
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start."""
+        """Return to the initial state."""
         self.state: Array = self._start.copy()
         self._a = self._alpha = 0.0
 
     def acceleration(self) -> Array:
-        """du, dv, dr, shape (3,): m/s², m/s², rad/s²."""
-        u, v, r = (float(value) for value in self.state[3:])
+        """Derivatives du, dv, dr of the body velocities, shape (3,): m/s², m/s², rad/s²."""
+        u, v, r = self.state[3:].tolist()
         return np.array([self._a, unforced_acceleration(u, v, r, self._vessel)[1], self._alpha])
 
     def advance(self, u_c: float, r_c: float) -> None:
-        """Move on by one period towards a surge velocity and a yaw rate, by one Runge-Kutta step."""
-        limits = self.limits
-        u_c, r_c = clip(u_c, limits.speed), clip(r_c, limits.yaw_rate)
+        """Advance by one period towards the setpoints, by one Runge-Kutta step.
 
-        def rate(s: Array) -> Array:
-            psi, u, v, r, a, alpha = (float(value) for value in s[2:])
-            c, sine = math.cos(psi), math.sin(psi)
-            to_a = (clip((u_c - u) / T_F, limits.acceleration) - a) / T_A
-            to_alpha = (clip((r_c - r) / T_F, limits.yaw_acceleration) - alpha) / T_A
-            dv = unforced_acceleration(u, v, r, self._vessel)[1]
-            return np.array([u * c - v * sine, u * sine + v * c, r, a, dv, alpha, to_a, to_alpha])
-
+        Args:
+            u_c: Surge-speed setpoint, m/s; limited to the largest speed.
+            r_c: Yaw-rate setpoint, rad/s; limited to the largest yaw rate.
+        """
+        u_c, r_c = clip(u_c, self.limits.speed), clip(r_c, self.limits.yaw_rate)
         h, s = self._period, np.array([*self.state, self._a, self._alpha])
-        k1 = rate(s)
-        k2 = rate(s + 0.5 * h * k1)
-        k3 = rate(s + 0.5 * h * k2)
-        k4 = rate(s + h * k3)
+        k1 = self._derivative(s, u_c, r_c)
+        k2 = self._derivative(s + 0.5 * h * k1, u_c, r_c)
+        k3 = self._derivative(s + 0.5 * h * k2, u_c, r_c)
+        k4 = self._derivative(s + h * k3, u_c, r_c)
         s = s + (h / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)
         self.state, self._a, self._alpha = s[:6], float(s[6]), float(s[7])
+
+    def _derivative(self, s: Array, u_c: float, r_c: float) -> Array:
+        """The time derivative of x, y, psi, u, v, r, a, alpha."""
+        psi, u, v, r, a, alpha = s[2:].tolist()
+        c, sine = math.cos(psi), math.sin(psi)
+        jerk = (clip((u_c - u) / T_F, self.limits.acceleration) - a) / T_A
+        yaw_jerk = (clip((r_c - r) / T_F, self.limits.yaw_acceleration) - alpha) / T_A
+        dv = unforced_acceleration(u, v, r, self._vessel)[1]
+        return np.array([u * c - v * sine, u * sine + v * c, r, a, dv, alpha, jerk, yaw_jerk])

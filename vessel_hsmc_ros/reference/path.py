@@ -1,7 +1,8 @@
-"""Waypoints to follow, at a speed, with a stop at the last.
+"""Paths: waypoints joined by straight legs, followed at a constant speed, with a stop at the last waypoint.
 
-From leg to leg by line of sight: a leg is left for the next when its end is within a radius or has been passed, and the filter
-behind makes the corner round. The last leg ends as a goal does, at the last waypoint with the heading of that leg.
+The legs are followed by line-of-sight guidance. The reference switches to the next leg within an acceptance radius of the
+waypoint or when it has passed it; the reference filter rounds the corner. The end of the last leg is a goal with the heading of
+that leg.
 """
 
 import math
@@ -14,18 +15,20 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.reference.goal import LEG_LOOKAHEAD, NEVER, GoalParameters, GoalReference, follow
-from vessel_hsmc_ros.reference.motion_filter import FilteredMotion, approach
+from vessel_hsmc_ros.reference.goal import GoalReference
+from vessel_hsmc_ros.reference.goal_parameters import NEVER, GoalParameters
+from vessel_hsmc_ros.reference.motion_filter import FilteredMotion
+from vessel_hsmc_ros.reference.steering import LEG_LOOKAHEAD, follow_line, surge_setpoint
 
 Array = NDArray[np.float64]
 
 Point = tuple[float, float]
 
 END = 8.0
-"""Way before the last waypoint at which it becomes the goal, m."""
+"""Distance before the last waypoint at which it becomes the goal, m."""
 
-SAME = 0.01
-"""Waypoints nearer to each other than this are one, m."""
+DISTINCT = 0.01
+"""Consecutive waypoints nearer to each other than this are treated as one, m."""
 
 
 @dataclass(frozen=True)
@@ -33,17 +36,19 @@ class PathParameters:
     """Waypoints from the parameters file, for runs without a publisher of `path`."""
 
     waypoints: tuple[float, ...] = parameter(
-        (0.0, 0.0), "Waypoints one after the other: x, y, x, y.", unit="m", low=-1e6, high=1e6
+        (0.0, 0.0), "Waypoints: x, y of the first, of the second and so on.", unit="m", low=-1e6, high=1e6
     )
-    time: float = parameter(NEVER, "When they become the path; below 0 for never.", unit="s", low=-1.0, high=1e9)
-    radius: float = parameter(10.0, "A leg is left for the next this far from its end.", unit="m", low=0.1, high=1e6)
+    time: float = parameter(NEVER, "Time at which the path is set; below 0 for never.", unit="s", low=-1.0, high=1e9)
+    radius: float = parameter(
+        10.0, "Acceptance radius of a waypoint, for switching to the next leg.", unit="m", low=0.1, high=1e6
+    )
 
 
 def points_of(parameters: PathParameters) -> list[Point]:
     """The waypoints of the parameters.
 
     Raises:
-        ParameterError: a y is missing.
+        ParameterError: the number of coordinates is odd.
     """
     numbers = parameters.waypoints
     if len(numbers) % 2:
@@ -54,19 +59,16 @@ def points_of(parameters: PathParameters) -> list[Point]:
 
 
 class PathReference:
-    """A feasible motion along waypoints; before the first path it keeps its place.
-
-    Attributes:
-        state: x, y, psi, u, v, r, shape (6,).
+    """A feasible motion along waypoints; before the first path it keeps its initial position.
 
     Args:
-        motion: What moves.
-        parameters: Waypoints known beforehand.
-        goal: How its end is gone to.
-        period: Time between two steps, s.
+        motion: The motion to steer.
+        parameters: Scheduled path.
+        goal: Parameters of the approach to the last waypoint.
+        period: Length of a step, s.
 
     Raises:
-        ParameterError: the waypoints make no sense.
+        ParameterError: the number of coordinates is odd.
     """
 
     def __init__(self, motion: FilteredMotion, parameters: PathParameters, goal: GoalParameters, period: float) -> None:
@@ -79,32 +81,35 @@ class PathReference:
 
     @property
     def state(self) -> Array:
-        """The pose x, y, psi and the body velocities u, v, r of the present step, shape (6,)."""
+        """Pose x, y, psi and body velocities u, v, r of the present step, shape (6,)."""
         return self._motion.state
 
     def reset(self) -> None:
-        """Back to the start of the parameters' waypoints; a path that was set is forgotten."""
+        """Return to the start: a path that was set is discarded, the scheduled path begins again."""
         self._end.reset()
         self._legs: list[tuple[Point, Point]] = []
         self._steps = 0
-        self._take_due()
+        self._set_scheduled()
 
     def acceleration(self) -> Array:
-        """The derivatives du, dv, dr of the body velocities, shape (3,): m/s², m/s², rad/s²."""
+        """Derivatives du, dv, dr of the body velocities, shape (3,): m/s², m/s², rad/s²."""
         return self._motion.acceleration()
 
     def set_path(self, points: Sequence[Point]) -> None:
-        """Follow other waypoints, from where the reference is now to the first.
+        """Set a new path; its first leg begins at the present position of the reference.
+
+        Args:
+            points: Waypoints x, y, m.
 
         Raises:
-            GoalError: there is no waypoint.
+            GoalError: there are no waypoints.
         """
         if not points:
             raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")
-        x, y, psi = (float(value) for value in self.state[:3])
+        x, y, psi = self.state[:3].tolist()
         course, corners = psi, [(x, y)]
         for point in points:
-            if math.dist(corners[-1], point) > SAME:
+            if math.dist(corners[-1], point) > DISTINCT:
                 course = math.atan2(point[1] - corners[-1][1], point[0] - corners[-1][0])
                 corners.append(point)
         self._legs = list(pairwise(corners))
@@ -113,46 +118,43 @@ class PathReference:
             self._end.go_to(*self._last)
 
     def advance(self) -> None:
-        """Move on by one period."""
+        """Advance by one period."""
         self._move()
         self._steps += 1
-        self._take_due()
+        self._set_scheduled()
 
-    def _take_due(self) -> None:
+    def _set_scheduled(self) -> None:
         time = self._parameters.time
         if time >= 0.0 and round(time / self._period) == self._steps:
             self.set_path(self._known)
 
     def _move(self) -> None:
-        while self._legs and self._leave_leg():
+        while self._legs and self._leg_completed():
             del self._legs[0]
             if not self._legs:
                 self._end.go_to(*self._last)
         if not self._legs:
             self._end.advance()
             return
-        along, across, length, course = self._place()
-        limits = self._motion.limits
-        speed = limits.speed
+        along, across, length, course = self._track_position()
+        speed = self._motion.limits.speed
         if len(self._legs) == 1:
-            speed = approach(max(length - along, 0.0), 0.25, 0.5 * limits.acceleration, speed)
-        self._motion.advance(*follow(self._motion, course, across, speed, lookahead=LEG_LOOKAHEAD))
+            speed = surge_setpoint(self._motion, max(length - along, 0.0))
+        self._motion.advance(*follow_line(self._motion, course, across, speed, lookahead=LEG_LOOKAHEAD))
 
-    def _place(self) -> tuple[float, float, float, float]:
-        """Way along the present leg, to its left, its length, its course: m, m, m, rad."""
+    def _track_position(self) -> tuple[float, float, float, float]:
+        """Distance along the present leg and to its left, its length, its course: m, m, m, rad."""
         (ax, ay), (bx, by) = self._legs[0]
         course = math.atan2(by - ay, bx - ax)
         x, y = float(self.state[0]) - ax, float(self.state[1]) - ay
         c, s = math.cos(course), math.sin(course)
         return c * x + s * y, -s * x + c * y, math.hypot(bx - ax, by - ay), course
 
-    def _leave_leg(self) -> bool:
-        """Whether it is time for the next leg, or for the goal at the last one's end."""
-        along, across, length, _ = self._place()
-        if len(self._legs) > 1:
-            return along >= length or math.hypot(length - along, across) < min(self._parameters.radius, 0.5 * self._next())
-        return along >= length - END
-
-    def _next(self) -> float:
-        """Length of the next leg, m: a short one must not be left out."""
-        return math.dist(*self._legs[1])
+    def _leg_completed(self) -> bool:
+        """Whether to switch to the next leg, or to the goal at the end of the last one."""
+        along, across, length, _ = self._track_position()
+        if len(self._legs) == 1:
+            return along >= length - END
+        # Half the length of the next leg bounds the radius, so that a short leg is not skipped.
+        radius = min(self._parameters.radius, 0.5 * math.dist(*self._legs[1]))
+        return along >= length or math.hypot(length - along, across) < radius

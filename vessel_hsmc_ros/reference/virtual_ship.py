@@ -1,8 +1,8 @@
 """The virtual ship that generates the desired trajectory, equation (8).
 
-It has the dynamics (6) without disturbance and is driven by its own inputs tau_1d, tau_2d, so whatever it does a ship of
-the same kind can do. Its states and inputs carry the suffix d in the paper. The inputs are programmes over time, which the
-paper does not give; each is held over a period.
+It has the dynamics (6) without disturbance and is driven by its own inputs tau_1d, tau_2d, so its trajectory is feasible for a
+ship of the same kind. Its states and inputs carry the suffix d in the paper. The inputs are functions of time, which the paper
+does not give; each is constant over a period.
 """
 
 from dataclasses import dataclass
@@ -13,23 +13,19 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.reference.input_program import RampParameters, SineParameters, StepsParameters, program_of
 from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters, derivative
+from vessel_sim_node.plant import VesselParameters, derivative, initial_pose, initial_velocity
 
 Array = NDArray[np.float64]
 
-CALM = (0.0, 0.0, 0.0)
+UNDISTURBED = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class VirtualShipParameters:
-    """Where the virtual ship starts, what it is and what drives it."""
+    """Initial state, inputs and coefficients of the virtual ship."""
 
-    initial_pose: tuple[float, ...] = parameter(
-        (15.0, 15.0, 0.0), "Position x, y [m] and heading at the start.", low=-1e6, high=1e6, length=3
-    )
-    initial_velocity: tuple[float, ...] = parameter(
-        (0.0, 0.0, 0.0), "Surge, sway and yaw velocity at the start.", low=-1e3, high=1e3, length=3
-    )
+    initial_pose: tuple[float, ...] = initial_pose((15.0, 15.0, 0.0))
+    initial_velocity: tuple[float, ...] = initial_velocity()
     surge_force: float = parameter(
         1e5, "Constant part of the surge force on the virtual ship.", unit="N", low=-1e9, high=1e9, symbol="tau_1d"
     )
@@ -46,14 +42,17 @@ class VirtualShipParameters:
 
 
 class ReferenceShip:
-    """The virtual ship (8), moved in steps of 1/rate.
+    """The virtual ship (8) in discrete time.
 
     Args:
-        parameters: The virtual ship's parameters.
+        parameters: Parameters of the virtual ship.
         period: Time between two published states, s.
 
+    Attributes:
+        state: x_d, y_d, psi_d, u_d, v_d, r_d, shape (6,).
+
     Raises:
-        ParameterError: the times of an input's programme do not fit its values.
+        ParameterError: times and values of an input differ in number, or the times do not increase.
     """
 
     def __init__(self, parameters: VirtualShipParameters, period: float) -> None:
@@ -66,18 +65,18 @@ class ReferenceShip:
         self.reset()
 
     def reset(self) -> None:
-        """Put the virtual ship back to its start; its inputs begin anew."""
+        """Return to the initial state and the start of the inputs."""
         self.state: Array = np.array(self._parameters.initial_pose + self._parameters.initial_velocity)
         self._steps = 0
         self._read_inputs()
 
     def acceleration(self) -> Array:
-        """du_d, dv_d, dr_d of (8) at the present state, shape (3,): m/s², m/s², rad/s²."""
-        return derivative(self.state, self._wrench, CALM, self._vessel)[3:]
+        """Derivatives du_d, dv_d, dr_d of (8) at the present state, shape (3,): m/s², m/s², rad/s²."""
+        return derivative(self.state, self._wrench, UNDISTURBED, self._vessel)[3:]
 
     def advance(self) -> None:
-        """Move on by one period, under the inputs of its beginning."""
-        self.state = rk4(self.state, self._wrench, CALM, self._vessel, self._period)
+        """Advance by one period under the inputs at its beginning."""
+        self.state = rk4(self.state, self._wrench, UNDISTURBED, self._vessel, self._period)
         self._steps += 1
         self._read_inputs()
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.core.kinematics import as_published
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
@@ -38,13 +38,13 @@ class Desired:
     grid: RateGrid
     index: int = -1
 
-    def at(self, stamp: int) -> tuple[Array, Array]:
+    def at(self, stamp: int) -> tuple[Motion, Acceleration]:
         """State and acceleration at the last published instant not after a time, ns."""
         while self.index < self.grid.index(stamp):
             if self.index >= 0:
                 self.ship.advance()
             self.index += 1
-            self._published = as_published(self.ship.state), self.ship.acceleration()
+            self._published = as_published(self.ship.state), as_acceleration(self.ship.acceleration())
         return self._published
 
 
@@ -78,7 +78,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     samples = sample_count(sim.duration, grid)
     rows = np.empty((samples, sum(WIDTHS)))
     terms: list[tuple[float, Terms]] = []
-    estimates: list[Array] = []
+    estimates: list[Motion] = []
     for k in range(samples):
         stamp = grid.stamp(k)
         time = seconds(stamp)
@@ -105,7 +105,7 @@ def sample_count(duration: float, grid: RateGrid) -> int:
     return round(duration * grid.rate_hz) + 1
 
 
-def _run(rows: Array, terms: Sequence[tuple[float, Terms]], estimates: Sequence[Array]) -> Run:
+def _run(rows: Array, terms: Sequence[tuple[float, Terms]], estimates: Sequence[Motion]) -> Run:
     """Assemble a run from its rows of WIDTHS columns, the law's terms with their times, and the observer's estimates."""
     control = {"time": np.array([time for time, _ in terms])}
     for name in Terms._fields:

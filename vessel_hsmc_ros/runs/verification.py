@@ -14,6 +14,7 @@ from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
 
@@ -108,7 +109,7 @@ def _steps(
         if loop.due(stamp):
             if not known[row]:
                 return
-            loop.step(stamp, states[row], references[row], accelerations[row])
+            loop.step(stamp, as_motion(states[row]), as_motion(references[row]), as_acceleration(accelerations[row]))
         yield loop.wrench
 
 

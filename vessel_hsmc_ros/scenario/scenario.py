@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import Law, make_controller
+from vessel_hsmc_ros.laws import LAWS, Law
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
@@ -106,9 +106,8 @@ def make_law(parameters: ControllerParameters) -> Law[Any]:
         ParameterError: a gain is unstable at the controller's rate.
     """
     chosen = getattr(parameters, parameters.law)
-    return make_controller(
-        parameters.law, 1.0 / parameters.rate_hz, **schema.flatten(parameters.vessel), **schema.flatten(chosen)
-    )
+    law: Law[Any] = LAWS[parameters.law].controller(chosen, parameters.vessel, 1.0 / parameters.rate_hz)
+    return law
 
 
 def make_observer(parameters: ControllerParameters) -> Observer | None:

@@ -1,0 +1,37 @@
+"""The reference filter on its own."""
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.reference.motion_filter import FilteredMotion, MotionLimits
+from vessel_sim_node.plant import VesselParameters
+
+LIMITS = MotionLimits()
+SHIP = VesselParameters().coefficients()
+
+
+def filtered(u_c: float, r_c: float, steps: int = 600) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities u, v, r and accelerations for constant setpoints, both (steps, 3)."""
+    motion = FilteredMotion((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), LIMITS, SHIP, 0.1)
+    velocities, accelerations = [], []
+    for _ in range(steps):
+        motion.advance(u_c, r_c)
+        velocities.append(motion.state[3:])
+        accelerations.append(motion.acceleration())
+    return np.array(velocities), np.array(accelerations)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_setpoints_beyond_the_limits_are_limited(sign: float) -> None:
+    velocities, accelerations = filtered(10.0 * sign, 10.0 * sign)
+    assert np.abs(velocities[:, 0]).max() <= LIMITS.speed * (1.0 + 1e-5)
+    assert np.abs(velocities[:, 2]).max() <= LIMITS.yaw_rate * (1.0 + 1e-5)
+    assert np.abs(accelerations[:, 0]).max() <= LIMITS.acceleration
+    assert np.abs(accelerations[:, 2]).max() <= LIMITS.yaw_acceleration
+    np.testing.assert_allclose(velocities[-1, [0, 2]], [sign * LIMITS.speed, sign * LIMITS.yaw_rate], rtol=1e-3)
+
+
+def test_setpoints_within_the_limits_are_reached() -> None:
+    velocities, accelerations = filtered(0.5, 0.03)
+    np.testing.assert_allclose(velocities[-1, [0, 2]], [0.5, 0.03], rtol=1e-6)
+    np.testing.assert_allclose(accelerations[-1], 0.0, atol=1e-5)
