@@ -8,35 +8,35 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import KnownVessel, make_controller
+from vessel_hsmc_ros.laws import KnownVessel, Terms, make_controller
 
 STATE, REFERENCE = Motion(0.0, 0.0, 0.2, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NONE = Acceleration(0.0, 0.0, 0.0)
 
 
 @pytest.fixture
-def loop():
+def loop() -> ControlLoop:
     return ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0))
 
 
-def step(loop, milliseconds):
+def step(loop: ControlLoop, milliseconds: int) -> Terms:
     return loop.step(milliseconds * 1_000_000, STATE, REFERENCE, NONE)
 
 
-def test_a_period_is_served_once(loop):
+def test_a_period_is_served_once(loop: ControlLoop) -> None:
     assert loop.due(0)
     step(loop, 0)
     assert not loop.due(9_999_999)
     assert loop.due(10_000_000)
 
 
-def test_missed_periods_are_counted(loop):
+def test_missed_periods_are_counted(loop: ControlLoop) -> None:
     for milliseconds in (0, 10, 25, 61):
         step(loop, milliseconds)
     assert loop.missed_periods == 3  # those that began at 30, 40 and 50 ms
 
 
-def test_disabled_means_no_wrench_and_nothing_learnt(loop):
+def test_a_disabled_loop_commands_zero_and_resets_the_law(loop: ControlLoop) -> None:
     step(loop, 0)
     assert any(loop.wrench)
     loop.enabled = False
@@ -47,7 +47,7 @@ def test_disabled_means_no_wrench_and_nothing_learnt(loop):
     assert step(loop, 30).yaw_weights.any()
 
 
-def test_reset_starts_over(loop):
+def test_reset_clears_count_and_wrench(loop: ControlLoop) -> None:
     step(loop, 500)
     step(loop, 900)
     loop.reset()
@@ -56,7 +56,7 @@ def test_reset_starts_over(loop):
     assert loop.wrench == (0.0, 0.0)
 
 
-def test_what_follows_from_the_terms_is_added_for_every_law(loop):
+def test_weight_norms_and_lyapunov_function_are_added_to_the_terms(loop: ControlLoop) -> None:
     first, second, late = step(loop, 0), step(loop, 10), step(loop, 40)
     for terms in (first, second, late):
         assert terms.lyapunov == pytest.approx(0.5 * (terms.yaw_surface**2 + terms.surge_surface**2))
@@ -67,7 +67,7 @@ def test_what_follows_from_the_terms_is_added_for_every_law(loop):
     assert math.isnan(first.commanded_heading)
 
 
-def test_an_observer_stands_between_measurement_and_law():
+def test_the_law_receives_the_estimate_of_the_observer() -> None:
     observer = observed()
     law = make_controller("hierarchical", 0.01)
     loop = ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed())
@@ -84,10 +84,11 @@ def test_an_observer_stands_between_measurement_and_law():
     loop.forget()
     assert loop.estimate is None
     loop.step(30_000_000, measured, REFERENCE, NONE)
+    assert loop.estimate is not None
     np.testing.assert_allclose(loop.estimate, [*measured[:3], 0.0, 0.0, 0.0])
 
 
-def test_the_observer_goes_by_the_time_of_the_measurement():
+def test_the_observer_predicts_to_the_time_of_the_measurement() -> None:
     early, late = (ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed()) for _ in range(2))
     for milliseconds in (0, 10, 20):
         moved = as_motion(np.array(STATE) + 1e-3 * milliseconds)
@@ -96,5 +97,5 @@ def test_the_observer_goes_by_the_time_of_the_measurement():
     np.testing.assert_array_equal(early.estimate, late.estimate)
 
 
-def observed():
+def observed() -> Observer:
     return Observer(ObserverParameters(), KnownVessel())

@@ -13,13 +13,13 @@ motions = st.builds(kin.Motion, numbers, numbers, angles, *[st.floats(-5.0, 5.0)
 accelerations = st.builds(kin.Acceleration, *[st.floats(-5.0, 5.0)] * 3)
 
 
-def test_a_turn_across_the_seam_is_short():
+def test_a_heading_difference_across_180_degrees_is_wrapped() -> None:
     assert math.degrees(kin.wrap(math.radians(-170.0) - math.radians(170.0))) == pytest.approx(20.0)
     assert math.degrees(kin.wrap(math.radians(170.0) - math.radians(-170.0))) == pytest.approx(-20.0)
 
 
 @given(angles)
-def test_wrap_keeps_the_direction_and_its_range(angle):
+def test_wrap_keeps_the_direction_and_its_range(angle: float) -> None:
     wrapped = kin.wrap(angle)
     assert -math.pi < wrapped <= math.pi or wrapped == pytest.approx(-math.pi)
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)
@@ -27,18 +27,18 @@ def test_wrap_keeps_the_direction_and_its_range(angle):
 
 
 @given(st.floats(-math.pi, math.pi, exclude_min=True))
-def test_wrap_changes_no_bit_of_an_angle_in_range(angle):
+def test_wrap_returns_an_angle_in_range_unchanged(angle: float) -> None:
     assert kin.wrap(angle) == angle
 
 
 @given(angles)
-def test_heading_survives_its_quaternion(psi):
+def test_heading_to_quaternion_and_back_is_the_identity(psi: float) -> None:
     z, w = kin.quaternion_from_heading(psi)
     assert kin.wrap(kin.heading_from_quaternion(0.0, 0.0, z, w) - psi) == pytest.approx(0.0, abs=1e-12)
 
 
 @given(angles, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(0.1, 10.0))
-def test_heading_of_a_rolling_pitching_ship_and_of_any_scale(yaw, pitch, roll, scale):
+def test_heading_of_a_rolling_pitching_ship_and_of_any_scale(yaw, pitch, roll, scale) -> None:
     cy, sy, cp, sp, cr, sr = (f(0.5 * a) for a in (yaw, pitch, roll) for f in (math.cos, math.sin))
     x, y = sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy
     z, w = cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy
@@ -46,7 +46,7 @@ def test_heading_of_a_rolling_pitching_ship_and_of_any_scale(yaw, pitch, roll, s
     assert kin.wrap(heading - yaw) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_transformation_by_hand():
+def test_transformation_by_hand() -> None:
     state = kin.Motion(3.0, 4.0, math.pi / 2, 0.0, 0.0, 0.0)
     assert kin.transform(state) == pytest.approx((4.0, -3.0, math.pi / 2))
 
@@ -68,7 +68,7 @@ def advance(state, acceleration, dt):
 
 
 @given(motions, accelerations)
-def test_rates_are_the_derivatives_of_the_transformation(state, acceleration):
+def test_rates_are_the_derivatives_of_the_transformation(state, acceleration) -> None:
     dt = 1e-4
     before, after = advance(state, acceleration, -dt), advance(state, acceleration, dt)
     z, zb, za = kin.transform(state), kin.transform(before), kin.transform(after)
@@ -80,17 +80,17 @@ def test_rates_are_the_derivatives_of_the_transformation(state, acceleration):
 
 
 @given(motions, accelerations, st.floats(-0.02, 0.02))
-def test_extrapolation_is_close_to_the_motion(state, acceleration, interval):
+def test_extrapolation_is_close_to_the_motion(state, acceleration, interval) -> None:
     np.testing.assert_allclose(kin.extrapolate(state, acceleration, interval), advance(state, acceleration, interval), atol=1e-4)
 
 
 @given(motions, accelerations)
-def test_extrapolation_by_nothing_changes_no_bit(state, acceleration):
+def test_extrapolation_by_zero_returns_the_same_state(state, acceleration) -> None:
     assert kin.extrapolate(state, acceleration, 0.0) is state
 
 
 @given(motions)
-def test_published_state_differs_in_nothing_but_whole_turns(state):
+def test_the_published_state_differs_by_full_turns_only(state) -> None:
     published = kin.as_published(state)
     np.testing.assert_array_equal(np.delete(published, 2), np.delete(state, 2))
     assert kin.wrap(published[2] - state[2]) == pytest.approx(0.0, abs=1e-12)

@@ -6,7 +6,7 @@ import pytest
 from vessel_hsmc_ros.core.metrics import evaluate, heading_error, position_error, reversals_per_second
 
 
-def test_metrics_by_hand():
+def test_metrics_by_hand() -> None:
     time = np.arange(5.0)
     state = np.zeros((5, 6))
     state[:, 0] = [5.0, 3.0, 0.0, 0.0, 4.0]
@@ -23,7 +23,7 @@ def test_metrics_by_hand():
     assert m.yaw_moment_rms == pytest.approx(math.sqrt(4 / 5))
 
 
-def test_errors_of_position_and_of_heading_across_the_seam():
+def test_position_error_and_wrapped_heading_error() -> None:
     state, reference = np.zeros((1, 6)), np.zeros((1, 6))
     state[0, :3] = 3.0, 4.0, math.radians(-170.0)
     reference[0, 2] = math.radians(170.0)
@@ -31,7 +31,7 @@ def test_errors_of_position_and_of_heading_across_the_seam():
     assert np.degrees(heading_error(state, reference)) == pytest.approx([20.0])
 
 
-def test_reversals_are_counted_where_the_rate_changes_its_sign():
+def test_reversals_are_counted_where_the_rate_changes_its_sign() -> None:
     time = np.arange(0.0, 100.0, 0.5)
     held = np.repeat(np.tile([0.0, 1.0], 50), 2)  # up and down every second, held for two samples
     assert reversals_per_second(time, held) == pytest.approx(98.0 / 99.5)

@@ -1,6 +1,7 @@
 """The two laws of case 1, alone and on a ship that only turns."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,11 +21,11 @@ states = st.tuples(st.just(0.0), st.just(0.0), angles, st.floats(-3.0, 3.0), rat
 
 
 @given(states, st.tuples(angles, rates, rates))
-def test_the_course_surface_is_approached_as_the_law_promises(state, desired):
+def test_the_course_surface_obeys_its_reaching_law(state, desired) -> None:
     """dS = -k·S - eta·sgn S where the network is exact."""
     reference = np.array([0.0, 0.0, desired[0], 0.0, 0.0, desired[1]])
-    law = make_controller("course", 0.01, **{"network.layout": "listed", "network.listed_centers": state[3:]})
-    law.weights[:] = unforced_acceleration(*state[3:], SHIP)[2]
+    law: Any = make_controller("course", 0.01, **{"network.layout": "listed", "network.listed_centers": state[3:]})
+    law.weights[:] = unforced_acceleration(state[3], state[4], state[5], SHIP)[2]
     wrench, terms = law.update(0.0, state, reference, np.array([0.0, 0.0, desired[2]]))
     dds = derivative(state, wrench, CALM, SHIP)[5] - desired[2]
     S = terms.heading_surface
@@ -32,8 +33,8 @@ def test_the_course_surface_is_approached_as_the_law_promises(state, desired):
     assert 0.3 * terms.heading_error_rate + dds == pytest.approx(-100.0 * S - 0.001 * sign(S), abs=1e-9)
 
 
-def test_the_course_network_learns_by_integration():
-    law = make_controller("course", 0.01, adaptation_gain=2.0)
+def test_the_course_network_learns_by_integration() -> None:
+    law: Any = make_controller("course", 0.01, adaptation_gain=2.0)
     state = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0])
     first, second, third = (law.update(0.0, state, np.zeros(6), np.zeros(3))[1] for _ in range(3))
     assert not first.yaw_weights.any()
@@ -47,8 +48,8 @@ def test_the_course_network_learns_by_integration():
     assert not law.weights.any()
 
 
-def test_the_pd_controller_by_hand():
-    law = make_controller("pd", 0.01, heading_gain=1e6, yaw_rate_gain=3e7, yaw_damping=8e6, surge_force=5e4)
+def test_the_pd_controller_by_hand() -> None:
+    law: Any = make_controller("pd", 0.01, heading_gain=1e6, yaw_rate_gain=3e7, yaw_damping=8e6, surge_force=5e4)
     state = np.array([9.0, 9.0, 0.3, 2.0, 0.0, 0.04])
     reference = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.01])
     wrench, terms = law.update(0.0, state, reference, np.array([0.0, 0.0, 0.002]))
@@ -57,7 +58,7 @@ def test_the_pd_controller_by_hand():
 
 
 @pytest.mark.parametrize("law", ["course", "pd"])
-def test_a_turn_across_the_seam_is_short_and_other_terms_are_none(law):
+def test_the_heading_error_is_wrapped_and_other_terms_are_nan(law) -> None:
     state, reference = np.zeros(6), np.zeros(6)
     state[2], reference[2] = math.radians(170.0), math.radians(-170.0)
     wrench, terms = make_controller(law, 0.01).update(0.0, state, reference, np.zeros(3))
@@ -68,6 +69,6 @@ def test_a_turn_across_the_seam_is_short_and_other_terms_are_none(law):
     assert math.isnan(terms.surge_estimate)
 
 
-def test_an_unstable_course_gain_is_refused():
+def test_an_unstable_course_gain_is_rejected() -> None:
     with pytest.raises(ParameterError, match=r"controller\.course\.reaching_gain = 100 1/s is unstable .* below 99\.7 1/s"):
         make_controller("course", 0.02)

@@ -1,4 +1,4 @@
-"""Guidance and the predictor against what they are derived from."""
+"""Guidance and the predictor against their defining equations."""
 
 import math
 
@@ -26,7 +26,7 @@ from vessel_hsmc_ros.laws.predictor import correct, predict
 
 G = gains(GuidedParameters(), KnownVessel(), 0.02)
 LIGHT = G._replace(rho=1e-6)
-"""As good as without the resting ship's lever: the formulas of a moving ship."""
+"""Practically without the station-keeping lever arm: the equations of a moving ship."""
 
 places = st.floats(-50.0, 50.0)
 angles = st.floats(-math.pi, math.pi)
@@ -36,12 +36,14 @@ accelerations = st.builds(Acceleration, *[st.floats(-0.2, 0.2)] * 3)
 STEADY = Acceleration(0.0, 0.0, 0.0)
 
 
-def advanced(motion, acceleration, dt):
+def advanced(motion: Motion, acceleration: Acceleration, dt: float) -> Motion:
     return predict(motion, *acceleration, dt)
 
 
 @given(motions, accelerations, motions, accelerations)
-def test_the_wanted_velocity_has_the_derivative_it_says(motion, dnu, desired, dnu_d):
+def test_the_velocity_command_has_the_derivative_it_states(
+    motion: Motion, dnu: Acceleration, desired: Motion, dnu_d: Acceleration
+) -> None:
     dt = 1e-4
     now = velocity_command(motion, desired, dnu_d, (0.01, -0.02), G)
     ahead, behind = (
@@ -52,13 +54,13 @@ def test_the_wanted_velocity_has_the_derivative_it_says(motion, dnu, desired, dn
 
 
 @given(motions, motions)
-def test_far_away_the_approach_is_no_faster_than_told(motion, desired):
+def test_the_approach_speed_is_limited_far_from_the_reference(motion, desired) -> None:
     wanted = velocity_command(motion, desired, STEADY, (0.0, 0.0), G)
     assert wanted.feedback_squared <= G.v_max**2 * (1 + 1e-9)
 
 
 @given(st.floats(0.5, 3.0), angles, st.floats(-0.3, 0.3), st.sampled_from([1.0, -1.0]))
-def test_a_ship_turned_by_the_heading_error_has_the_sway_that_it_needs(speed, direction, v, s):
+def test_a_ship_turned_by_the_heading_error_has_the_commanded_sway_velocity(speed: float, direction: float, v: float, s) -> None:
     wanted = velocity_command(Motion(0, 0, 0, 0, 0, 0), Motion(0, 0, direction, speed, 0, 0), STEADY, (0.0, 0.0), LIGHT)
     psi = 0.3
     for _ in range(60):
@@ -69,7 +71,9 @@ def test_a_ship_turned_by_the_heading_error_has_the_sway_that_it_needs(speed, di
 
 
 @given(st.floats(0.5, 3.0), angles, speeds, speeds, st.floats(-0.4, 0.4), st.floats(-0.2, 0.2), st.sampled_from([1.0, -1.0]))
-def test_the_carried_rate_is_the_derivative_of_the_commanded_heading(speed, direction, dwx, dwy, v, dv, s):
+def test_the_course_rate_is_the_derivative_of_the_commanded_heading(
+    speed: float, direction: float, dwx, dwy, v: float, dv, s
+) -> None:
     wx, wy = speed * math.cos(direction), speed * math.sin(direction)
 
     def commanded(t):
@@ -84,12 +88,12 @@ def test_the_carried_rate_is_the_derivative_of_the_commanded_heading(speed, dire
     assert course_rate(w, v, dv, 0.1, s, LIGHT) == pytest.approx(slope, abs=1e-3)
 
 
-def test_at_rest_the_carried_rate_is_that_of_the_reference():
+def test_at_rest_the_course_rate_is_the_yaw_rate_of_the_reference() -> None:
     assert course_rate(BodyCommand(0.0, 0.0, 0.1, 0.1), 0.0, 0.1, 0.05, 1.0, G) == pytest.approx(0.05)
 
 
 @given(st.floats(-math.pi, math.pi))
-def test_a_turn_can_be_stopped_with_the_planned_acceleration(epsilon):
+def test_a_turn_can_be_stopped_with_the_planned_acceleration(epsilon: float) -> None:
     """Along r = c(epsilon), depsilon = -r, the yaw acceleration is c'(epsilon)·r."""
     h = 1e-5
     rate = approach_rate(epsilon, G)
@@ -100,13 +104,13 @@ def test_a_turn_can_be_stopped_with_the_planned_acceleration(epsilon):
     assert approach_rate(1e-4, G) == pytest.approx(G.c * 1e-4, rel=0.01)
 
 
-def test_at_rest_a_point_ahead_of_midships_moves_as_wanted():
+def test_in_station_keeping_a_point_ahead_of_midships_has_the_commanded_velocity() -> None:
     w, v = BodyCommand(0.0, 1e-4, 0.0, 0.0), 5e-4
     rate = approach_rate(heading_error(w, v, 1.0, G), G)
     assert v + G.rho * rate == pytest.approx(w.w_n, abs=1e-5)
 
 
-def test_the_direction_of_travel_has_hysteresis_and_knows_the_reference():
+def test_the_direction_of_travel_has_hysteresis_and_follows_the_reference() -> None:
     near, far = 5.0, 2.0 * G.R_b
     edge = G.c * G.rho
     assert direction_of_travel(1.0, -0.9 * edge, near, 0.0, 1.0, G) == 1.0
@@ -118,7 +122,7 @@ def test_the_direction_of_travel_has_hysteresis_and_knows_the_reference():
     assert direction_of_travel(1.0, 1.0, near, -2.0, 1.0, G) == -1.0
 
 
-def test_the_drift_integral_is_limited_and_waits_until_the_ship_is_near():
+def test_the_error_integral_is_limited_and_held_far_from_the_reference() -> None:
     here, near, far = Motion(0, 0, 0, 0, 0, 0), Motion(1, 0, 0, 0, 0, 0), Motion(100, 0, 0, 0, 0, 0)
     assert integrate_error((0.0, 0.0), far, here, 4.0, G) == (0.0, 0.0)
     assert integrate_error((0.0, 0.0), near, here, 0.0, G) == (0.0, 0.0)
@@ -129,7 +133,7 @@ def test_the_drift_integral_is_limited_and_waits_until_the_ship_is_near():
 
 
 @given(motions, accelerations)
-def test_prediction_is_exact_for_a_held_acceleration_in_velocity_and_second_order_in_pose(motion, dnu):
+def test_prediction_is_exact_for_a_held_acceleration_in_velocity(motion: Motion, dnu: Acceleration) -> None:
     T, n = 0.1, 200
     coarse, fine = predict(motion, *dnu, T), motion
     for _ in range(n):
@@ -140,7 +144,7 @@ def test_prediction_is_exact_for_a_held_acceleration_in_velocity_and_second_orde
 
 
 @pytest.mark.parametrize("period", [0.001, 0.02, 0.1, 1.0])
-def test_the_predictor_finds_state_and_acceleration_at_any_period(period):
+def test_the_predictor_converges_to_state_and_acceleration_at_any_period(period: float) -> None:
     """Velocity channel with f as the network's output: both poles at exp(-w·T), so nothing is left after 20/w."""
     g = gains(GuidedParameters(), KnownVessel(), period)
     truth, f, u_hat = 0.3, 0.0, 0.0
@@ -153,7 +157,7 @@ def test_the_predictor_finds_state_and_acceleration_at_any_period(period):
     assert u_hat == pytest.approx(truth, abs=1e-5)
 
 
-def test_correction_goes_the_short_way_round():
+def test_the_heading_correction_is_wrapped() -> None:
     below, above = Motion(0, 0, math.pi - 0.01, 0, 0, 0), Motion(0, 0, -math.pi + 0.01, 0, 0, 0)
     half = correct(below, above, 0.5, 0.5, 0.5, 0.5, 0.5)
     assert abs(half.psi) == pytest.approx(math.pi)

@@ -1,4 +1,4 @@
-"""The guided law: what holds for any input, and what it does in the closed loop; `make benchmark-guided` runs the whole table."""
+"""The guided law: properties for any input, and closed-loop behaviour; `make benchmark-guided` runs the complete table."""
 
 import math
 import sys
@@ -43,19 +43,25 @@ def answers(law, course, acceleration=STILL):
 
 @given(st.lists(wide_inputs, min_size=1, max_size=4), st.sampled_from([0.001, 0.02, 0.1, 1.0]))
 @settings(max_examples=300)
-def test_any_finite_input_gives_a_finite_wrench_within_the_limits(inputs, period):
+def test_any_finite_input_gives_a_finite_wrench_within_the_limits(inputs, period: float) -> None:
     law = controller(period)
-    for values in inputs:
-        wrench, terms = law.update(0.0, values[:6], values[6:12], values[12:])
+    for numbers in inputs:
+        wrench, terms = law.update(0.0, numbers[:6], numbers[6:12], numbers[12:])
         assert np.isfinite(wrench).all()
         assert (np.abs(wrench) <= LIMITS).all()
         assert -math.pi <= terms.commanded_heading <= math.pi
-        told = (terms.yaw_surface, terms.surge_surface, terms.surge_estimate, terms.sway_estimate, terms.yaw_estimate)
-        assert np.isfinite(told).all()
+        values = (
+            terms.yaw_surface,
+            terms.surge_surface,
+            terms.surge_estimate,
+            terms.sway_estimate,
+            terms.yaw_estimate,
+        )
+        assert np.isfinite(values).all()
         assert np.isfinite(law.weights).all()
 
 
-def test_the_largest_numbers_there_are_pass():
+def test_the_largest_floats_give_a_finite_wrench() -> None:
     law = controller()
     for sign in (1.0, -1.0):
         wrench, _ = law.update(0.0, np.full(6, sign * sys.float_info.max), np.full(6, -sign * sys.float_info.max), STILL)
@@ -63,7 +69,7 @@ def test_the_largest_numbers_there_are_pass():
 
 
 @given(courses, st.floats(-10.0, 10.0))
-def test_the_earth_may_be_turned_under_the_ship(course, angle):
+def test_the_wrench_is_invariant_under_rotations_of_the_earth_fixed_frame(course, angle: float) -> None:
     """No heading is special, 180° neither: turning everything leaves the wrench."""
 
     def turned(s):
@@ -75,7 +81,7 @@ def test_the_earth_may_be_turned_under_the_ship(course, angle):
     np.testing.assert_allclose(straight, other, atol=1e-6 * LIMITS.max())
 
 
-def test_nothing_jumps_where_the_heading_does():
+def test_the_output_is_continuous_where_the_heading_wraps() -> None:
     def wrench(psi):
         law = controller(slew_time=0.0)
         return law.update(0.0, np.array([0.0, 0.0, psi, 1.0, 0.1, 0.0]), np.array([-2.0, 0.5, psi, 1.0, 0.1, 0.0]), STILL)[0]
@@ -84,7 +90,7 @@ def test_nothing_jumps_where_the_heading_does():
 
 
 @given(courses)
-def test_port_and_starboard_are_alike(course):
+def test_port_and_starboard_are_alike(course) -> None:
     mirror = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
     one_neuron = {"network.layout": "listed", "network.listed_centers": [0.5, 0.0, 0.0]}
     straight = answers(controller(**one_neuron), course)
@@ -93,7 +99,7 @@ def test_port_and_starboard_are_alike(course):
 
 
 @given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-math.pi, math.pi))
-def test_near_zero_speed_a_small_change_makes_a_small_difference(u, v, psi):
+def test_near_zero_speed_a_small_change_makes_a_small_difference(u: float, v: float, psi: float) -> None:
     """Around rest and around the reference's place, where w, u and v all vanish."""
 
     def wrench(nudge):
@@ -103,7 +109,7 @@ def test_near_zero_speed_a_small_change_makes_a_small_difference(u, v, psi):
     assert (np.abs(wrench(1e-7) - wrench(0.0)) < 1e-3 * LIMITS).all()
 
 
-def test_new_gains_keep_what_was_learnt_and_reset_forgets_it():
+def test_new_gains_keep_the_internal_state_and_reset_clears_it() -> None:
     law, course = controller(), [((3.0, 1.0, 0.2, 1.0, 0.1, 0.05), (0.0, 0.0, 0.0, 0.5, 0.0, 0.0))] * 20
     first = answers(law, course)
     weights, memory = law.weights.copy(), law.memory
@@ -133,7 +139,7 @@ def distances(law, seconds=60.0):
     return np.array(far)
 
 
-def test_a_minute_at_the_limits_teaches_the_networks_nothing():
+def test_saturated_actuators_suspend_the_adaptation() -> None:
     law = controller()
     moored(law, 6.0)
     surge, _, yaw = law.weights
@@ -154,7 +160,7 @@ def circle():
     return row, simulate(load_scenario(row.scenario, row.changes))
 
 
-def test_the_circle_is_held_to_a_centimetre_within_the_limits(circle):
+def test_the_circle_is_tracked_to_a_centimetre_within_the_limits(circle) -> None:
     row, run = circle
     verdict = judge(row, run)
     assert verdict.hit, verdict
@@ -162,19 +168,19 @@ def test_the_circle_is_held_to_a_centimetre_within_the_limits(circle):
     assert position_error(run.state, run.reference)[run.time >= 100.0].max() < 0.2
 
 
-def test_the_wrench_does_not_chatter(circle):
+def test_the_wrench_does_not_chatter(circle) -> None:
     _, run = circle
     for column in (0, 1):
         assert reversals_per_second(run.time, run.wrench[:, column], 100.0) < 0.2
 
 
-def test_a_force_beyond_the_thrust_blows_the_ship_away_and_it_comes_back():
+def test_the_ship_returns_after_a_force_beyond_its_thrust() -> None:
     """A minute of 300 kN against the bow saturates the thrust for good; afterwards the ship returns as any other would."""
     law, state, there = controller(), np.zeros(6), np.zeros(6)
     for k in range(round(300.0 / T)):
-        push = (-3e5 / SHIP.m11, 0.0, 0.0) if k * T < 60.0 else (0.0, 0.0, 0.0)
+        disturbance = (-3e5 / SHIP.m11, 0.0, 0.0) if k * T < 60.0 else (0.0, 0.0, 0.0)
         wrench, _ = law.update(0.0, state, there, STILL)
-        state = rk4(state, wrench, push, SHIP, T)
+        state = rk4(state, wrench, disturbance, SHIP, T)
     assert math.hypot(state[0], state[1]) < 0.3
 
 
@@ -198,8 +204,8 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, however far the filter's state is off: otherwise it would wind up at the limit."""
     m = Memory(AT_REST, Filter(rate=rate))
-    asked, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
-    assert abs(AT_REST.r - asked.r_c) == pytest.approx(G.S1_max)
+    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
+    assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 
 
 @pytest.mark.parametrize("slew_time", [0.5, 2.0])

@@ -1,6 +1,7 @@
-"""The paper's law against what it is derived from: on the plant (7), with exact networks and no disturbance."""
+"""The paper's law against its derivation: on the plant (7), with exact networks and no disturbance."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,7 +38,7 @@ gains = st.builds(
 
 def exact_networks(state):
     """One neuron that is always on, with the true f_u, f_v, f_r for weights."""
-    f_u, f_v, f_r = unforced_acceleration(*state[3:], SHIP)
+    f_u, f_v, f_r = unforced_acceleration(state[3], state[4], state[5], SHIP)
     return Weights(np.array([f_v]), np.array([f_r]), np.array([f_u])), np.array([1.0])
 
 
@@ -53,7 +54,7 @@ def surfaces(state, reference, g):
 
 
 @given(states, states, inputs, gains)
-def test_the_surfaces_are_approached_as_the_law_promises(state, reference, reference_input, g):
+def test_the_surfaces_obey_their_reaching_laws(state, reference, reference_input, g) -> None:
     """dS1 = -k1·S1 - eta1·sgn S1 and dS2 = -k2·S2 - eta2·sgn S2."""
     assume(abs(abs(state[2] - reference[2]) - math.pi) > 0.01)
     W, H = exact_networks(state)
@@ -76,7 +77,7 @@ def test_the_surfaces_are_approached_as_the_law_promises(state, reference, refer
 
 
 @given(states, states, inputs, st.tuples(velocities, velocities, velocities))
-def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, reference, reference_input, missing):
+def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, reference, reference_input, missing) -> None:
     """With weights that are off by W~, dV gains S1·(a·f~v + (b - a·z1)·f~r) + S2·(f~u + z2·f~r), and adaptation takes it away."""
     W, H = exact_networks(state)
     error = Weights(*(np.array([m]) for m in missing))
@@ -84,7 +85,7 @@ def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, referenc
     reference_acceleration = derivative(reference, reference_input, CALM, SHIP)[3:]
     _, terms = control(as_motion(state), as_motion(reference), as_acceleration(reference_acceleration), guess, H, G)
     S1, S2 = terms.yaw_surface, terms.surge_surface
-    f_u, f_v, f_r = unforced_acceleration(*state[3:], SHIP)
+    f_u, f_v, f_r = unforced_acceleration(state[3], state[4], state[5], SHIP)
     z = complex(state[0], state[1]) * np.exp(-1j * state[2])
 
     # What is left of dS1 and dS2 after the promised part: the law's estimates in place of the truth.
@@ -95,7 +96,7 @@ def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, referenc
     assert S1 * left1 + S2 * left2 == pytest.approx(removed, rel=1e-9, abs=1e-9 * (1.0 + abs(S1) + abs(S2)))
 
 
-def test_the_printed_singularity_at_z1_zero_is_gone():
+def test_the_law_is_continuous_at_z1_zero_where_the_printed_one_is_singular() -> None:
     reference = Motion(1.0, 2.0, 0.1, 1.0, 0.0, 0.1)
     W, H = exact_networks(reference)
 
@@ -106,8 +107,8 @@ def test_the_printed_singularity_at_z1_zero_is_gone():
     assert math.isfinite(tau_2(0.0))
 
 
-def test_the_one_singularity_left_is_named():
-    controller = make_controller("hierarchical", 0.01)
+def test_the_remaining_singularity_is_reported() -> None:
+    controller: Any = make_controller("hierarchical", 0.01)
     place = np.array([1e5, 0.0, 0.0, 0.0, 0.0, 0.0])
     with pytest.raises(ControlError, match=r"z1 = 100000 m"):
         controller.update(0.0, place, np.zeros(6), np.zeros(3))
@@ -117,8 +118,8 @@ def at(x):
     return np.array([x, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-def test_a_ship_that_steps_across_it_is_told_so():
-    controller = make_controller("hierarchical", 0.01)
+def test_crossing_the_singularity_is_an_error() -> None:
+    controller: Any = make_controller("hierarchical", 0.01)
     controller.update(0.0, at(99_999.0), np.zeros(6), np.zeros(3))
     with pytest.raises(ControlError, match=r"b = a·z1: a = 0.001, b = 100, and the ship is at z1 = 100001 m"):
         controller.update(0.01, at(100_001.0), np.zeros(6), np.zeros(3))
@@ -127,8 +128,8 @@ def test_a_ship_that_steps_across_it_is_told_so():
     controller.update(0.03, at(100_001.0), np.zeros(6), np.zeros(3))  # it may start there
 
 
-def test_other_gains_are_another_place():
-    controller = make_controller("hierarchical", 0.01)
+def test_new_gains_move_the_singularity() -> None:
+    controller: Any = make_controller("hierarchical", 0.01)
     controller.update(0.0, at(50.0), np.zeros(6), np.zeros(3))
     controller.retune(HierarchicalParameters(sway_weight=10.0))
     controller.update(0.01, at(50.0), np.zeros(6), np.zeros(3))
@@ -136,8 +137,8 @@ def test_other_gains_are_another_place():
         controller.update(0.02, at(9.0), np.zeros(6), np.zeros(3))
 
 
-def test_first_wrench_of_case_2_peaks_as_the_errata_measured():
-    controller = make_controller("hierarchical", 0.01)
+def test_the_first_wrench_of_case_2_has_the_peaks_of_the_errata() -> None:
+    controller: Any = make_controller("hierarchical", 0.01)
     state = np.array([5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
     reference = np.array([15.0, 15.0, 0.0, 0.0, 0.0, 0.0])
     acceleration = np.array([1e5 / 120e3, 0.0, 1e6 / 636e5])
@@ -146,8 +147,8 @@ def test_first_wrench_of_case_2_peaks_as_the_errata_measured():
     assert tau_2 == pytest.approx(-1.5e9, rel=0.05)
 
 
-def test_weights_are_integrated_not_assigned():
-    controller = make_controller("hierarchical", 0.01)
+def test_weights_are_integrated_not_assigned() -> None:
+    controller: Any = make_controller("hierarchical", 0.01)
     state, reference = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6)
     _, first = controller.update(0.0, state, reference, np.zeros(3))
     _, second = controller.update(0.01, state, reference, np.zeros(3))
@@ -161,8 +162,8 @@ def test_weights_are_integrated_not_assigned():
     assert not fresh.yaw_weights.any()
 
 
-def test_new_gains_keep_what_was_learnt():
-    controller = make_controller("hierarchical", 0.01)
+def test_new_gains_keep_the_weights() -> None:
+    controller: Any = make_controller("hierarchical", 0.01)
     state = np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0])
     controller.update(0.0, state, np.zeros(6), np.zeros(3))
     learnt = controller.weights.Wr.copy()
@@ -171,15 +172,15 @@ def test_new_gains_keep_what_was_learnt():
 
 
 @pytest.mark.parametrize(("gain", "other"), [("yaw", "surge"), ("surge", "yaw")])
-def test_a_gain_too_high_for_the_period_is_refused_with_the_way_out(gain, other):
+def test_a_gain_too_high_for_the_period_is_rejected_with_the_remedy(gain: str, other: str) -> None:
     low = {f"{other}_reaching_gain": 10.0}
-    told = rf"{gain}_reaching_gain = 100 1/s is unstable.*50 Hz.*2\.006 .*below 99\.7 1/s or a rate above 50\.15 Hz"
-    with pytest.raises(ParameterError, match=told):
+    message = rf"{gain}_reaching_gain = 100 1/s is unstable.*50 Hz.*2\.006 .*below 99\.7 1/s or a rate above 50\.15 Hz"
+    with pytest.raises(ParameterError, match=message):
         make_controller("hierarchical", 0.02, **low)
     make_controller("hierarchical", 0.0199, **low)
 
 
-def test_parameters_have_the_names_of_the_yaml():
+def test_parameters_have_the_names_of_the_yaml() -> None:
     make_controller("hierarchical", 0.01, surge_inertia=1e5, heading_weight=50.0, **{"network.width": 2.0})
     with pytest.raises(ParameterError, match="did you mean heading_weight"):
         make_controller("hierarchical", 0.01, heading_wait=50.0)

@@ -1,6 +1,7 @@
 """The law against its independent double on random states, references, weights, gains and neurons: 1e-9 relative."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,7 +62,7 @@ def compare(random, motion, settings, options):
     weights = random.normal(size=(3, 8))
     named = {SYMBOLS[symbol]: value for symbol, value in gains.items()}
     shape = {f"network.{name}": value for name, value in {**network, "width": width}.items()}
-    law = make_controller("hierarchical", PERIOD, **{**named, **shape, **settings})
+    law: Any = make_controller("hierarchical", PERIOD, **{**named, **shape, **settings})
     law.weights = Weights(*weights)
     wrench, _ = law.update(0.0, *motion)
     rates = (np.array(law.weights) - weights) / PERIOD
@@ -75,13 +76,13 @@ def compare(random, motion, settings, options):
 
 
 @pytest.mark.parametrize("seed", range(200))
-def test_wrench_and_weight_rates_agree(seed):
+def test_wrench_and_weight_rates_agree(seed: int) -> None:
     random = np.random.default_rng(seed)
     compare(random, random_motion(random), {}, {})
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_at_z1_zero_where_the_printed_law_has_no_value(seed):
+def test_law_and_double_agree_at_z1_zero_where_the_printed_law_is_singular(seed: int) -> None:
     random = np.random.default_rng(seed)
     state, reference, acceleration = random_motion(random)
     state[[0, 2]] = 0.0
@@ -89,7 +90,7 @@ def test_at_z1_zero_where_the_printed_law_has_no_value(seed):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_across_the_seam_of_the_heading(seed):
+def test_law_and_double_agree_for_headings_across_180_degrees(seed: int) -> None:
     random = np.random.default_rng(seed)
     state, reference, acceleration = random_motion(random)
     state[2], reference[2] = math.pi - 0.1, -math.pi + 0.1
@@ -98,17 +99,17 @@ def test_across_the_seam_of_the_heading(seed):
 
 @pytest.mark.parametrize("choice", CHOICES)
 @pytest.mark.parametrize("seed", range(15))
-def test_the_choices_agree_as_well(seed, choice):
+def test_law_and_double_agree_for_every_interpretation(seed: int, choice: str) -> None:
     random = np.random.default_rng(seed)
     compare(random, random_motion(random), *CHOICES[choice])
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_listed_neurons_agree(seed):
+def test_listed_neurons_agree(seed: int) -> None:
     random = np.random.default_rng(seed)
     motion, listed, weights = random_motion(random), random.uniform(-1.0, 1.0, (4, 3)), random.normal(size=(3, 4))
     named = {"network.layout": "listed", "network.listed_centers": list(listed.ravel()), "network.width": 0.8}
-    law = make_controller("hierarchical", PERIOD, **named)
+    law: Any = make_controller("hierarchical", PERIOD, **named)
     law.weights = Weights(*weights)
     gains = {**symbols(HierarchicalParameters()), **symbols(KnownVessel()), "delta": 0.8}
     expected, _ = IndependentLaw(gains, listed).update(*motion, *weights)
@@ -116,13 +117,13 @@ def test_listed_neurons_agree(seed):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_the_course_law_is_the_same_law_with_the_heading_surface_alone(seed):
+def test_the_course_law_is_the_same_law_with_the_heading_surface_alone(seed: int) -> None:
     """a = 0, b = 1, at the origin, where surge has no part in what yaw learns."""
     random = np.random.default_rng(seed)
     state, reference, acceleration = random_motion(random)
     state[:2] = 0.0
     weights = random.normal(size=8)
-    law = make_controller("course", PERIOD, **{"network.centers_per_axis": 2, "switching_gain": 0.1, "adaptation_gain": 0.5})
+    law: Any = make_controller("course", PERIOD, **{"network.centers_per_axis": 2, "switching_gain": 0.1, "adaptation_gain": 0.5})
     law.weights = weights
     (_, tau_2), _ = law.update(0.0, state, reference, acceleration)
 

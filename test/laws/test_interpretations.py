@@ -1,4 +1,4 @@
-"""What may be chosen besides the paper's reading of itself, by what it does."""
+"""The selectable interpretations of the paper, by their effect."""
 
 import math
 
@@ -28,12 +28,12 @@ states = st.tuples(places, places, st.floats(-3.0, 3.0), velocities, velocities,
         ("tanh", np.tanh([-3.0, -0.5, 0.0, 0.5, 3.0])),
     ],
 )
-def test_what_stands_for_the_sign(kind, expected):
+def test_the_switching_functions_by_hand(kind: str, expected) -> None:
     assert [switch(S, 0.02, kind) for S in (-0.06, -0.01, 0.0, 0.01, 0.06)] == pytest.approx(list(expected))
 
 
 @pytest.mark.parametrize(("switching", "chatters"), [("sgn", True), ("saturation", False), ("tanh", False)])
-def test_at_rest_the_sign_chatters_and_a_boundary_layer_does_not(switching, chatters):
+def test_sgn_chatters_at_rest_and_a_boundary_layer_does_not(switching: str, chatters: bool) -> None:
     """With k2·T = 1 and nothing to disturb, sgn throws S2 from eta2·T to -eta2·T and back, by ±2·eta2·m11 = 240 N."""
     changes = {"vessel_sim.duration": 40.0, "controller.hierarchical.switching": switching}
     force = simulate(load_scenario("case3_calm", changes)).wrench[-101:, 0]
@@ -45,7 +45,7 @@ def test_at_rest_the_sign_chatters_and_a_boundary_layer_does_not(switching, chat
 
 
 @given(states, states)
-def test_a_switched_weight_makes_both_parts_of_the_yaw_surface_agree(state, reference):
+def test_a_switched_weight_gives_both_terms_of_the_yaw_surface_one_sign(state, reference) -> None:
     terms = {
         kind: make_controller("hierarchical", 0.01, sway_weight_sign=kind).update(0.0, state, reference, np.zeros(3))[1]
         for kind in ("constant", "switched")
@@ -55,7 +55,7 @@ def test_a_switched_weight_makes_both_parts_of_the_yaw_surface_agree(state, refe
     assert abs(terms["switched"].yaw_surface) == pytest.approx(abs(sway) + abs(heading))
 
 
-def test_with_the_printed_higher_damping_a_turn_is_as_slow_as_its_polynomial_says():
+def test_with_the_printed_damping_a_steady_turn_solves_its_polynomial() -> None:
     printed = VesselParameters(as_printed=True).coefficients()
     state = np.zeros(6)
     for _ in range(4000):
@@ -67,7 +67,7 @@ def test_with_the_printed_higher_damping_a_turn_is_as_slow_as_its_polynomial_say
 
 
 @given(states, states)
-def test_before_it_has_learnt_the_law_does_not_know_left_from_right(state, reference):
+def test_with_zero_weights_the_law_is_symmetric_to_port_and_starboard(state, reference) -> None:
     wrenches = [
         make_controller("hierarchical", 0.01).update(0.0, side * state, side * reference, np.zeros(3))[0]
         for side in (1.0, MIRROR)
@@ -75,7 +75,7 @@ def test_before_it_has_learnt_the_law_does_not_know_left_from_right(state, refer
     assert wrenches[1] == pytest.approx(wrenches[0] * [1.0, -1.0], rel=1e-9, abs=1e-3)
 
 
-def test_a_ship_that_passes_z1_zero_feels_no_jump_in_its_yaw_moment():
+def test_the_yaw_moment_is_continuous_at_z1_zero() -> None:
     """On the circle the origin comes abeam twice a turn; its moment bends no more there than elsewhere."""
     run = simulate(load_scenario("case2_tracking", {"vessel_sim.duration": 60.0}))
     x, y, psi = run.state[2000:, :3].T
@@ -86,7 +86,7 @@ def test_a_ship_that_passes_z1_zero_feels_no_jump_in_its_yaw_moment():
     assert np.max(bends[crossings]) < 1.0  # N·m, beside a moment of 1e6; where S1 changes its sign, sgn makes 5000
 
 
-def test_an_unstable_gain_is_refused_while_the_law_runs_and_changes_nothing():
+def test_an_unstable_gain_is_rejected_while_the_law_runs_and_changes_nothing() -> None:
     law = make_controller("hierarchical", 0.01)
     motion = np.array([1.0, 2.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6), np.zeros(3)
     with pytest.raises(ParameterError, match=r"surge_reaching_gain = 250 1/s is unstable .* below 199\.7 1/s"):

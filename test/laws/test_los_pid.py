@@ -1,4 +1,4 @@
-"""Line-of-sight guidance and PID: what it does in every state, and that it is a fair baseline."""
+"""Line-of-sight guidance with PID: properties in every state, and closed-loop performance as a baseline."""
 
 import math
 
@@ -32,7 +32,7 @@ def run_of(seconds, **changes):
 
 @given(states, states)
 @settings(max_examples=200)
-def test_the_wrench_is_finite_and_within_the_limits_in_every_state(state, reference):
+def test_the_wrench_is_finite_and_within_the_limits_in_every_state(state, reference) -> None:
     made = law()
     for _ in range(3):
         wrench, terms = made.update(0.0, state, reference, np.array([9.0, 9.0, 9.0]))
@@ -45,12 +45,12 @@ def test_the_wrench_is_finite_and_within_the_limits_in_every_state(state, refere
     ("changes", "at_most"),
     [({}, 0.05), ({"reference_ship__yaw_moment": 0.0}, 0.05), ({"vessel_sim__initial_pose": (55.0, 15.0, 3.0)}, 0.1)],
 )
-def test_it_follows_a_ship_through_the_papers_disturbance(changes, at_most):
+def test_it_follows_a_ship_through_the_papers_disturbance(changes, at_most: float) -> None:
     run = run_of(200.0, **changes)
     assert rms(position_error(run.state, run.reference)[-500:]) < at_most
 
 
-def test_it_goes_to_a_resting_point_from_either_end():
+def test_a_reference_at_rest_is_reached_with_bow_or_stern() -> None:
     for heading in (0.0, math.pi):
         resting = {"reference_ship__surge_force": 0.0, "reference_ship__yaw_moment": 0.0}
         run = run_of(120.0, vessel_sim__initial_pose=(-30.0, 20.0, heading), **resting)
@@ -59,7 +59,7 @@ def test_it_goes_to_a_resting_point_from_either_end():
 
 @pytest.mark.parametrize("side", [-5.0, 5.0])
 @pytest.mark.parametrize("speed", [-2.0, 2.0])
-def test_it_steers_to_the_line_in_the_direction_of_travel(side, speed):
+def test_it_steers_to_the_line_in_the_direction_of_travel(side: float, speed: float) -> None:
     state, reference = np.array([0.0, side, 0.0, speed, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, speed, 0.0, 0.0])
     made = law()
     for _ in range(30):
@@ -67,14 +67,14 @@ def test_it_steers_to_the_line_in_the_direction_of_travel(side, speed):
     assert np.sign(terms.commanded_heading) == -np.sign(side * speed)
 
 
-def test_a_half_turn_is_taken_the_short_way():
+def test_the_heading_error_is_wrapped() -> None:
     state, reference = AHEAD.copy(), AHEAD.copy()
     state[2], reference[2] = math.radians(-170.0), math.radians(170.0)
     wrench, _ = law().update(0.0, state, reference, NONE)
     assert wrench[1] < 0.0
 
 
-def test_integrals_stop_while_their_actuator_is_at_its_limit():
+def test_integrals_stop_while_their_actuator_is_at_its_limit() -> None:
     made = law(surge_force_limit=1.0, yaw_moment_limit=1.0)
     for _ in range(600):
         _, terms = made.update(0.0, np.array([-50.0, 5.0, 0.0, 0.0, 0.0, 0.0]), AHEAD, NONE)
@@ -83,7 +83,7 @@ def test_integrals_stop_while_their_actuator_is_at_its_limit():
     assert made.memory.surge_integral == made.memory.yaw_integral == 0.0
 
 
-def test_gains_change_while_the_integrals_stay():
+def test_new_gains_keep_the_integrals() -> None:
     made = law()
     made.update(0.0, np.array([0.5, 0.1, 0.01, 1.9, 0.0, 0.0]), AHEAD, NONE)
     kept = made.memory

@@ -7,20 +7,20 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws.network import NetworkParameters, activations, output
 
 
-def test_a_neuron_is_one_at_its_centre_and_a_gaussian_around():
+def test_a_neuron_is_a_gaussian_about_its_centre() -> None:
     mu = np.array([[0.5, 0.5, 0.5]])
     assert activations(np.array([0.5, 0.5, 0.5]), mu, 5.0) == pytest.approx([1.0])
     assert activations(np.array([0.5, 3.5, 4.5]), mu, 5.0) == pytest.approx([math.exp(-25.0 / 50.0)])
 
 
-def test_grid_of_centres():
+def test_grid_of_centres() -> None:
     centers = NetworkParameters(center=0.5, spacing=0.5, centers_per_axis=3).centers()
     assert centers.shape == (27, 3)
     np.testing.assert_allclose(np.unique(centers), [0.0, 0.5, 1.0])
     np.testing.assert_array_equal(NetworkParameters(centers_per_axis=1).centers(), [[0.5, 0.5, 0.5]])
 
 
-def test_gradient_descent_teaches_125_neurons_a_damping_curve():
+def test_gradient_descent_teaches_125_neurons_a_damping_curve() -> None:
     mu = NetworkParameters(center=0.0, spacing=0.6, centers_per_axis=5).centers()
     random = np.random.default_rng(1)
     W = np.zeros(len(mu))
@@ -39,14 +39,14 @@ def test_gradient_descent_teaches_125_neurons_a_damping_curve():
     assert error_rms() < 0.05 * untaught
 
 
-def test_the_printed_basis_has_the_distance_itself_in_its_exponent():
+def test_the_printed_basis_has_the_distance_in_its_exponent() -> None:
     mu = np.array([[0.5, 0.5, 0.5]])
     assert activations(np.array([0.5, 3.5, 4.5]), mu, 5.0, as_printed=True) == pytest.approx([math.exp(-5.0 / 50.0)])
     assert NetworkParameters(basis="as_printed").neurons().as_printed
     assert not NetworkParameters().neurons().as_printed
 
 
-def test_listed_centres_are_taken_in_triples():
+def test_listed_centres_are_taken_in_triples() -> None:
     listed = NetworkParameters(layout="listed", listed_centers=(0.0, 0.1, 0.2, 1.0, 1.1, 1.2))
     np.testing.assert_array_equal(listed.centers(), [[0.0, 0.1, 0.2], [1.0, 1.1, 1.2]])
     for wrong in ((), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0)):

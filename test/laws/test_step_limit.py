@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.laws import CourseLawParameters, make_controller
+from vessel_hsmc_ros.laws import CourseLawParameters, Terms, make_controller
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters
@@ -15,7 +15,7 @@ SHIP = VesselParameters().coefficients()
 
 
 @given(st.floats(0.01, 500.0), st.floats(0.01, 500.0), st.floats(0.001, 1.0))
-def test_the_limit_is_where_a_pole_leaves_the_unit_circle(k, c, T):
+def test_the_limit_is_where_a_pole_leaves_the_unit_circle(k: float, c, T: float) -> None:
     assume(abs((k + c) * T - 2.0) > 1e-3)
     # e and de after a period in which dde = -(k + c)·de - k·c·e was held
     held = np.array([-k * c, -(k + c)])
@@ -33,7 +33,7 @@ def test_the_limit_is_where_a_pole_leaves_the_unit_circle(k, c, T):
 
 def surface_after(law, seconds, period=0.02):
     """|S| of the course law that has been held at 1 degree beside its course for a while, on a ship at rest."""
-    state, terms = np.array([0.0, 0.0, np.radians(1.0), 0.0, 0.0, 0.0]), None
+    state, terms = np.array([0.0, 0.0, np.radians(1.0), 0.0, 0.0, 0.0]), Terms()
     for _ in range(round(seconds / period)):
         wrench, terms = law.update(0.0, state, np.zeros(6), np.zeros(3))
         state = rk4(state, wrench, (0.0, 0.0, 0.0), SHIP, period)
@@ -41,14 +41,14 @@ def surface_after(law, seconds, period=0.02):
 
 
 @pytest.mark.parametrize(("k", "settles"), [(99.4, True), (99.68, True), (99.72, False), (100.0, False)])
-def test_a_ship_settles_on_one_side_of_the_limit_only(k, settles):
+def test_the_loop_is_stable_on_one_side_of_the_limit_only(k: float, settles: bool) -> None:
     """At 50 Hz with c = 0.3 1/s the limit is k = 99.7 1/s; 100 1/s, which k·T < 2 would just not allow, is beyond it."""
     law = make_controller("course", 0.01, reaching_gain=k, switching_gain=0.0, adaptation_gain=0.0)  # refused at 0.02 s
     late, later = surface_after(law, 40.0), surface_after(law, 80.0)
     assert (later < late) == settles
 
 
-def test_the_way_out_is_told():
+def test_the_error_names_the_remedy() -> None:
     slow = CourseLawParameters(reaching_gain=1.0, heading_surface_slope=3.0)
     with pytest.raises(ParameterError, match=r"is 4 and must be below 2, so take a rate above 2 Hz"):
         check_step(slow, "reaching_gain", "heading_surface_slope", 1.0, "course")

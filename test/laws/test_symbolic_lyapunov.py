@@ -20,21 +20,21 @@ PRINTED = (gamma_v * FIRST * H_v, gamma_r * SECOND * H_r, gamma_u * THIRD * H_u)
 PRINTED_FOR_33 = (gamma_v * SECOND * H_v, gamma_r * THIRD * H_r, gamma_u * FIRST * H_u)  # names of (33): u, v, r
 
 
-def lyapunov_rate(adaptation, errors=0, pushes=0):
+def lyapunov_rate(adaptation, errors=0, disturbed=0):
     """dV of (30) under the law, in the order v, r, u; dW~ = -dW^. The print of (31) forgets that sign."""
     known = {p.f_v: p.fv_hat + MISSED_V + errors * eps_v, p.f_r: p.fr_hat + MISSED_R + errors * eps_r}
     known[p.f_u] = p.fu_hat + MISSED_U + errors * eps_u
     dS1, dS2 = a * p.PRINTED_13 + b * p.PRINTED_18, p.PRINTED_24
     dV = (S1 * dS1 + S2 * dS2).subs(p.tau_1, p.LAW_TAU_1).subs(p.tau_2, p.SUMMED_TAU_2).subs(known)
-    dV = dV.subs({push: pushes * push for push in p.DISTURBANCE})
+    dV = dV.subs({tau: disturbed * tau for tau in p.DISTURBANCE})
     return dV - sum(e.dot(rate) / gamma for e, rate, gamma in zip(E, adaptation, GAMMA, strict=True))
 
 
-def test_the_consistent_adaptation_cancels_the_cross_terms_of_32():
+def test_the_consistent_adaptation_cancels_the_cross_terms_of_32() -> None:
     assert sp.simplify(lyapunov_rate(CONSISTENT) - PROMISED) == 0
 
 
-def test_no_other_adaptation_does():
+def test_no_other_adaptation_cancels_the_cross_terms() -> None:
     """dV is linear in the weights' errors, so each rate follows from its coefficient: (29) has no freedom but the gammas."""
     rates = [sp.Matrix(sp.symbols(f"dw_{n}:2", real=True)) for n in "vru"]
     dV = sp.expand(sp.simplify(lyapunov_rate(rates)))
@@ -57,15 +57,15 @@ def test_no_other_adaptation_does():
     ],
     ids=["names of (14), (15), (25)", "names of (33)"],
 )
-def test_the_printed_adaptation_leaves_a_residue(printed, residue):
+def test_the_printed_adaptation_leaves_a_residue(printed, residue) -> None:
     """Linear in the weights' errors, so of either sign: V may grow. With the names of (33) one z1 too many is all."""
     assert residue != 0
     assert sp.simplify(lyapunov_rate(printed) - PROMISED - residue) == 0
 
 
-def test_what_the_switching_gains_have_to_outweigh():
+def test_the_terms_that_the_switching_gains_must_exceed() -> None:
     """The exact terms behind (34): b - a·z1 weighs both tau_rw and the error of f_r; the printed |b - a| has lost z1."""
     weighs_on_1 = a * (tau_vw + eps_v) + (b - a * z1) * (tau_rw + eps_r)
     weighs_on_2 = (tau_uw + eps_u) + z2 * (tau_rw + eps_r)
-    left = lyapunov_rate(CONSISTENT, errors=1, pushes=1) - PROMISED
+    left = lyapunov_rate(CONSISTENT, errors=1, disturbed=1) - PROMISED
     assert sp.simplify(left - S1 * weighs_on_1 - S2 * weighs_on_2) == 0

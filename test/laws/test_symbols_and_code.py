@@ -1,6 +1,7 @@
-"""The code computes what the symbols say: both evaluated at random places, so neither can drift away from the paper alone."""
+"""The code against the symbolic equations, both evaluated at random states."""
 
 import math
+from typing import Any
 
 import numpy as np
 import paper_symbols as p
@@ -39,16 +40,16 @@ def state_of(motion, which=p.STATE):
     return np.array([motion[q] for q in which])
 
 
-def test_the_ship_is_6(motion):
-    """(6) with the reading of E1."""
+def test_the_ship_is_6(motion) -> None:
+    """(6) with interpretation E1."""
     f = dict(zip((p.f_u, p.f_v, p.f_r), p.unforced(p.u, p.v, p.r), strict=True))
     expected = [number(p.RATES[q].subs(f), motion) for q in p.STATE]
-    wrench, push = (motion[p.tau_1], motion[p.tau_2]), state_of(motion, p.DISTURBANCE)
-    rates = derivative(state_of(motion), wrench, push, VesselParameters().coefficients())
+    wrench, disturbance = (motion[p.tau_1], motion[p.tau_2]), state_of(motion, p.DISTURBANCE)
+    rates = derivative(state_of(motion), wrench, disturbance, VesselParameters().coefficients())
     np.testing.assert_allclose(rates, expected, rtol=1e-12, atol=1e-14)
 
 
-def test_the_transformation_is_9_with_its_derivatives(motion):
+def test_the_transformation_is_9_with_its_derivatives(motion) -> None:
     state = state_of(motion)
     accelerations = {p.f_u: 0.3, p.f_v: -0.2, p.f_r: 0.1, p.tau_1: 0.0, p.tau_2: 0.0, **dict.fromkeys(p.DISTURBANCE, 0.0)}
     z = [p.DEFINITIONS[q] for q in (p.z1, p.z2, p.z3)]
@@ -63,7 +64,7 @@ def test_the_transformation_is_9_with_its_derivatives(motion):
     np.testing.assert_allclose(computed, [number(q, {**motion, **accelerations}) for q in ddz], rtol=1e-10, atol=1e-12)
 
 
-def test_the_law_is_22_and_28_summed(motion):
+def test_the_law_is_22_and_28_summed(motion) -> None:
     """Surfaces and wrench of the controller with one neuron that is always on."""
     d_acceleration, estimates = np.array([0.2, -0.1, 0.01]), {p.fv_hat: 0.03, p.fr_hat: -0.02, p.fu_hat: 0.01}
     values = {**motion, **GAINS, **estimates, **dict(zip((p.f_ud, p.f_vd, p.f_rd), d_acceleration, strict=True))}
@@ -73,7 +74,7 @@ def test_the_law_is_22_and_28_summed(motion):
     values[p.S1], values[p.S2] = number(p.YAW_SURFACE, values), number(p.SURGE_SURFACE, values)
     values[p.tau_2] = number(p.SUMMED_TAU_2, values)
 
-    law = make_controller("hierarchical", 0.01, **{"network.centers_per_axis": 1, "network.width": 1000.0})
+    law: Any = make_controller("hierarchical", 0.01, **{"network.centers_per_axis": 1, "network.width": 1000.0})
     at_centre = state_of(motion)
     law.weights = Weights(*(np.array([estimates[q] / activation(at_centre)]) for q in (p.fv_hat, p.fr_hat, p.fu_hat)))
     wrench, terms = law.update(0.0, at_centre, state_of(motion, p.DESIRED), d_acceleration)

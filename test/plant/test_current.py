@@ -28,7 +28,7 @@ def on_water(state, current):
 
 
 @given(motions, currents)
-def test_earth_fixed_acceleration_is_that_of_the_calm_ship_seen_from_the_water(state, current):
+def test_the_earth_fixed_acceleration_depends_on_the_velocity_through_the_water(state, current) -> None:
     def earth_fixed(seen, rates):
         """d/dt of R(psi)·(u, v)."""
         c, s, r = math.cos(seen[2]), math.sin(seen[2]), seen[5]
@@ -41,7 +41,7 @@ def test_earth_fixed_acceleration_is_that_of_the_calm_ship_seen_from_the_water(s
     np.testing.assert_allclose(moving, calm, rtol=1e-9, atol=1e-9)
 
 
-def test_a_run_in_a_current_is_the_calm_run_carried_along():
+def test_a_run_in_a_current_is_the_run_in_still_water_plus_the_drift() -> None:
     current = (0.7, -0.4)
     over_ground = np.array([5.0, 1.0, 0.6, 1.0, 0.2, 0.1])
     seen = on_water(over_ground, current)
@@ -53,7 +53,7 @@ def test_a_run_in_a_current_is_the_calm_run_carried_along():
     np.testing.assert_allclose(carried, seen, rtol=0.0, atol=1e-8)
 
 
-def test_a_ship_left_alone_ends_drifting_with_the_current():
+def test_a_ship_without_inputs_finally_drifts_with_the_current() -> None:
     current = (0.5, 0.3)
     state = np.array([0.0, 0.0, 1.1, 0.0, 0.0, 0.0])
     for _ in range(3000):
@@ -64,13 +64,13 @@ def test_a_ship_left_alone_ends_drifting_with_the_current():
 
 
 @given(motions)
-def test_still_water_changes_nothing(state):
+def test_a_current_of_zero_is_still_water(state) -> None:
     np.testing.assert_array_equal(
         derivative(state, (1e5, 1e6), CALM, SHIP), derivative(state, (1e5, 1e6), CALM, SHIP, (0.0, 0.0))
     )
 
 
-def test_a_current_on_the_beam_turns_the_ship_by_the_munk_moment():
+def test_a_current_on_the_beam_turns_the_ship_by_the_munk_moment() -> None:
     ahead = np.array([0.0, 0.0, 0.0, 2.0, 0.0, 0.0])
     f_r = unforced_in_current(ahead, SHIP, (0.0, 0.5))[2]
     assert f_r == pytest.approx((SHIP.m11 - SHIP.m22) * 2.0 * -0.5 / SHIP.m33)

@@ -28,7 +28,7 @@ REST = np.zeros(6)
 motions = st.tuples(*[st.floats(-100.0, 100.0)] * 2, st.floats(-7.0, 7.0), *[st.floats(-3.0, 3.0)] * 3).map(np.array)
 
 
-def test_derivative_by_hand():
+def test_derivative_by_hand() -> None:
     state = np.array([0.0, 0.0, math.pi / 2, 2.0, 1.0, 0.5])
     rates = derivative(state, (1e5, 1e6), (0.1, 0.2, 0.3), SHIP)
     damping_u = 215e2 * 2.0 + 43e2 * 4.0 + 21.5e2 * 8.0
@@ -45,7 +45,7 @@ def test_derivative_by_hand():
     np.testing.assert_allclose(rates, expected, rtol=1e-12)
 
 
-def test_as_printed_the_higher_yaw_damping_is_divided_by_the_surge_inertia():
+def test_as_printed_the_higher_yaw_damping_is_divided_by_the_surge_inertia() -> None:
     printed = VesselParameters(as_printed=True).coefficients()
     u, v, r = 2.0, 1.0, -0.5
     f_u, f_v, f_r = unforced_acceleration(u, v, r, printed)
@@ -54,13 +54,13 @@ def test_as_printed_the_higher_yaw_damping_is_divided_by_the_surge_inertia():
     assert f_r == pytest.approx(((120e3 - 177.9e3) * u * v - 802e4 * r) / 636e5 - higher / 120e3)
 
 
-def test_the_munk_moment_turns_a_drifting_ship():
+def test_the_munk_moment_turns_a_drifting_ship() -> None:
     drifting = np.array([0.0, 0.0, 0.0, 2.0, 0.5, 0.0])
     assert derivative(drifting, (0.0, 0.0), CALM, SHIP)[5] == pytest.approx((120e3 - 177.9e3) * 1.0 / 636e5)
 
 
 @given(motions, st.floats(-1e6, 1e6), st.floats(-1e7, 1e7))
-def test_left_and_right_are_alike(state, force, moment):
+def test_the_plant_is_symmetric_to_port_and_starboard(state, force, moment) -> None:
     mirror = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
     left = derivative(state, (force, moment), (0.1, 0.2, 0.3), SHIP)
     right = derivative(mirror * state, (force, -moment), (0.1, -0.2, -0.3), SHIP)
@@ -68,13 +68,13 @@ def test_left_and_right_are_alike(state, force, moment):
 
 
 @given(motions)
-def test_without_input_kinetic_energy_falls(state):
+def test_without_inputs_the_kinetic_energy_decreases(state) -> None:
     inertia = np.array([SHIP.m11, SHIP.m22, SHIP.m33])
     power = np.sum(inertia * state[3:] * derivative(state, (0.0, 0.0), CALM, SHIP)[3:])
     assert power <= 1e-6
 
 
-def test_steady_surge_speed_solves_the_drag_polynomial():
+def test_steady_surge_speed_solves_the_drag_polynomial() -> None:
     state = REST
     for _ in range(20_000):
         state = rk4(state, (1e5, 0.0), CALM, SHIP, 0.01)
@@ -82,7 +82,7 @@ def test_steady_surge_speed_solves_the_drag_polynomial():
     assert state[3] == pytest.approx(float(roots[np.isreal(roots)].real[0]), rel=1e-9)
 
 
-def test_runge_kutta_converges_at_order_four():
+def test_runge_kutta_converges_at_order_four() -> None:
     start = np.array([0.0, 0.0, 0.3, 2.0, -0.4, 0.3])  # no velocity changes its sign: |v|v is smooth there only once
 
     def error(steps):
@@ -98,27 +98,27 @@ def test_runge_kutta_converges_at_order_four():
     assert all(3.8 < order < 4.2 for order in orders), orders
 
 
-def test_the_papers_disturbance():
+def test_the_papers_disturbance() -> None:
     w = periodic_wrench(50.0 * math.pi, PeriodicParameters())
     assert w == pytest.approx((2 * 11e2, 2 * 26e2, 2 * 950e2))
     assert acceleration(w, SHIP) == pytest.approx((22e2 / 120e3, 52e2 / 177.9e3, 1900e2 / 636e5))
 
 
 @given(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5), st.floats(-7.0, 7.0))
-def test_an_earth_fixed_force_keeps_its_direction(east, north, psi):
+def test_an_earth_fixed_force_keeps_its_direction(east, north, psi: float) -> None:
     along, across, moment = body_wrench((east, north), psi)
     c, s = math.cos(psi), math.sin(psi)
     assert (along * c - across * s, along * s + across * c, moment) == pytest.approx((east, north, 0.0), abs=1e-9)
 
 
-def test_disturbances_add_up():
-    calm = {"earth_fixed": EarthFixedParameters(east_force=2e4)}
-    simulator = Simulator(PlantParameters(disturbance=DisturbanceParameters(**calm)), 0.01)
+def test_disturbances_add_up() -> None:
+    wind = EarthFixedParameters(east_force=2e4)
+    simulator = Simulator(PlantParameters(disturbance=DisturbanceParameters(earth_fixed=wind)), 0.01)
     expected = total((1100.0, 2600.0, 95000.0), body_wrench((2e4, 0.0), math.pi / 4))
     assert simulator.disturbance(0.0) == pytest.approx(expected)
 
 
-def test_gusts_have_their_standard_deviation_and_die_away():
+def test_gusts_have_their_standard_deviation_and_correlation_time() -> None:
     blowing = EarthFixedParameters(east_force=1e4, gust_deviation=2e3, gust_time_constant=5.0)
     wind = Wind(blowing, 0.5, np.random.default_rng(1))
     force = []
@@ -133,56 +133,56 @@ def test_gusts_have_their_standard_deviation_and_die_away():
         np.testing.assert_allclose(memory, math.exp(-0.1 * lag), atol=0.05)
 
 
-def test_a_force_ahead_of_midships_turns_the_ship():
+def test_a_force_ahead_of_midships_turns_the_ship() -> None:
     assert body_wrench((0.0, 1e3), 0.0, lever=3.0) == (0.0, 1e3, 3e3)
 
 
-def test_the_same_seed_gives_the_same_weather_again_after_a_reset():
-    weather = DisturbanceParameters(
+def test_a_reset_repeats_disturbances_and_noise() -> None:
+    disturbances = DisturbanceParameters(
         earth_fixed=EarthFixedParameters(gust_deviation=1e4), waves=WaveParameters(significant_height=1.0)
     )
-    simulator = Simulator(PlantParameters(disturbance=weather, sensors=SensorParameters(position_noise=0.1)), 0.01)
+    simulator = Simulator(PlantParameters(disturbance=disturbances, sensors=SensorParameters(position_noise=0.1)), 0.01)
 
-    def said():
+    def simulated():
         rows = []
         for k in range(50):
-            push = simulator.disturbance(0.01 * k)
-            rows.append([*push, *simulator.measured(k * 10_000_000)])
-            simulator.advance(simulator.applied((1e5, 1e6)), push)
+            wrench = simulator.disturbance(0.01 * k)
+            rows.append([*wrench, *simulator.measured(k * 10_000_000)])
+            simulator.advance(simulator.applied((1e5, 1e6)), wrench)
         return np.array(rows)
 
-    first = said()
+    first = simulated()
     simulator.reset()
-    np.testing.assert_array_equal(said(), first)
+    np.testing.assert_array_equal(simulated(), first)
 
 
-def test_what_is_random_does_not_depend_on_what_else_is_switched_on():
+def test_random_sources_are_independent_of_each_other() -> None:
     gusts = DisturbanceParameters(earth_fixed=EarthFixedParameters(gust_deviation=1e4))
-    pushes = []
+    wrenches = []
     for sensors in (SensorParameters(), SensorParameters(position_noise=0.1)):
         simulator = Simulator(PlantParameters(disturbance=gusts, sensors=sensors), 0.01)
         simulator.measured(0)
         simulator.advance((0.0, 0.0), simulator.disturbance(0.0))
         simulator.measured(10_000_000)
-        pushes.append(simulator.disturbance(0.01))
-    assert pushes[0] == pushes[1]
+        wrenches.append(simulator.disturbance(0.01))
+    assert wrenches[0] == wrenches[1]
 
 
 @pytest.mark.parametrize("command", [(math.nan, 0.0), (0.0, math.inf)])
-def test_a_command_that_is_no_number_never_reaches_the_ship(command):
+def test_a_command_that_is_not_finite_is_rejected(command) -> None:
     simulator = Simulator(PlantParameters(), 0.01)
     with pytest.raises(SimulationError, match=r"(nan|inf).*must be finite"):
         simulator.applied(command)
     np.testing.assert_array_equal(simulator.state, [5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
 
 
-def test_a_motion_that_explodes_is_reported():
+def test_a_motion_that_is_not_finite_is_reported() -> None:
     simulator = Simulator(PlantParameters(), 0.01)
     with pytest.raises(SimulationError, match="no longer finite"):
         simulator.advance((1e300, 1e300), CALM)
 
 
-def test_substeps_refine_the_same_motion():
+def test_substeps_refine_the_same_motion() -> None:
     coarse, fine = (Simulator(PlantParameters(substeps=n), 0.1) for n in (1, 20))
     for simulator in (coarse, fine):
         for _ in range(50):

@@ -13,7 +13,7 @@ def samples(parameters, count, seed=1):
     return np.array([sensors.measure(k * STEP, STATE) for k in range(count)])
 
 
-def test_noise_has_its_standard_deviation_and_no_memory():
+def test_noise_is_white_with_its_standard_deviation() -> None:
     errors = samples(NOISY, 20_000) - STATE
     sigma = np.array([0.1, 0.1, 0.002, 0.01, 0.01, 0.001])
     np.testing.assert_allclose(errors.std(axis=0), sigma, rtol=0.03)  # 6 standard errors of 20 000 samples
@@ -22,30 +22,30 @@ def test_noise_has_its_standard_deviation_and_no_memory():
     assert np.max(np.abs(correlation)) < 0.04
 
 
-def test_bias_adds_up():
+def test_bias_adds_up() -> None:
     biased = SensorParameters(position_bias=(1.0, -2.0), heading_bias=0.1, velocity_bias=(0.2, -0.3), yaw_rate_bias=0.01)
     np.testing.assert_allclose(samples(biased, 1)[0] - STATE, [1.0, -2.0, 0.1, 0.2, -0.3, 0.01])
 
 
-def test_each_channel_holds_its_last_sample():
+def test_each_sensor_holds_its_last_sample() -> None:
     slow = SensorParameters(**{**vars(NOISY), "position_rate_hz": 1.0, "heading_rate_hz": 10.0, "velocity_rate_hz": 50.0})
-    said = samples(slow, 300)
-    changes = (np.diff(said, axis=0) != 0.0).sum(axis=0)
+    measured = samples(slow, 300)
+    changes = (np.diff(measured, axis=0) != 0.0).sum(axis=0)
     np.testing.assert_array_equal(changes, [2, 2, 29, 149, 149, 149])
-    assert np.all(np.flatnonzero(np.diff(said[:, 2])) % 10 == 9)  # new at 0.1 s, 0.2 s, ...
+    assert np.all(np.flatnonzero(np.diff(measured[:, 2])) % 10 == 9)  # new at 0.1 s, 0.2 s, ...
 
 
-def test_velocities_that_are_not_measured_are_zero():
+def test_velocities_that_are_not_measured_are_zero() -> None:
     blind = SensorParameters(velocity_noise=1.0, velocity_bias=(1.0, 1.0), measures_velocity=False)
     assert not samples(blind, 10)[:, 3:].any()
 
 
-def test_the_same_seed_gives_the_same_bits_and_another_does_not():
+def test_the_same_seed_gives_bit_identical_noise_and_another_does_not() -> None:
     np.testing.assert_array_equal(samples(NOISY, 50), samples(NOISY, 50))
     assert not np.array_equal(samples(NOISY, 50), samples(NOISY, 50, seed=2))
 
 
 @pytest.mark.parametrize("change", [{"position_noise": 0.1}, {"yaw_rate_bias": 1e-3}, {"heading_rate_hz": 5.0}])
-def test_any_error_makes_the_sensors_imperfect(change):
+def test_any_error_makes_the_sensors_imperfect(change) -> None:
     assert SensorParameters().perfect()
     assert not SensorParameters(**change).perfect()

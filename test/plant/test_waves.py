@@ -17,32 +17,32 @@ def waves(seed=1, **parameters):
 
 
 def one_wave(**parameters):
-    """A regular wave: its frequency is what the draw says, so is its phase."""
+    """A regular wave of random frequency and phase."""
     return waves(components=1, **parameters)
 
 
 @pytest.mark.parametrize("gamma", [1.0, 3.3])
-def test_the_spectrum_holds_the_energy_of_the_significant_height(gamma):
+def test_the_spectrum_holds_the_energy_of_the_significant_height(gamma: float) -> None:
     omega = np.linspace(0.05, 30.0, 100_000)
     energy = np.trapezoid(spectrum(omega, 2.0, PEAK, gamma), omega)
     assert 4.0 * math.sqrt(energy) == pytest.approx(2.0, rel=0.01)  # the usual normalisation is good to a per cent
 
 
-def test_pierson_moskowitz_shares_its_energy_out_as_in_closed_form():
+def test_pierson_moskowitz_shares_its_energy_out_as_in_closed_form() -> None:
     shares = np.linspace(0.02, 0.98, 25)
     below_the_cut = shares * math.exp(-1.25 / 6.0**4)  # the last thousandth, above six times the peak's frequency, is left out
     expected = PEAK * (1.25 / -np.log(below_the_cut)) ** 0.25
     np.testing.assert_allclose(frequencies(shares, PEAK, 1.0), expected, rtol=3e-3)
 
 
-def test_a_jonswap_peak_is_narrower_and_at_its_frequency():
+def test_a_jonswap_peak_is_narrower_and_at_its_frequency() -> None:
     omega = np.linspace(0.5, 2.0, 3001)
     assert omega[np.argmax(spectrum(omega, 1.0, PEAK, 3.3))] == pytest.approx(PEAK, abs=1e-3)
     spread = [float(np.subtract(*frequencies(np.array([0.75, 0.25]), PEAK, gamma))) for gamma in (1.0, 3.3)]
     assert spread[1] < 0.7 * spread[0]
 
 
-def test_the_elevation_has_the_significant_height():
+def test_the_elevation_has_the_significant_height() -> None:
     heights = []
     for seed in range(10):
         sea = waves(seed, components=60)
@@ -57,7 +57,7 @@ def test_the_elevation_has_the_significant_height():
     st.floats(0.0, 1000.0),
     st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
 )
-def test_velocities_are_the_rates_of_the_pose(ship, direction, time, current):
+def test_velocities_are_the_rates_of_the_pose(ship, direction: float, time, current) -> None:
     """For a ship that keeps its heading: the hull's turning is slow beside the waves and is left out."""
     sea = waves(direction=direction)
     state = np.array([*ship, 0.0])
@@ -72,7 +72,7 @@ def test_velocities_are_the_rates_of_the_pose(ship, direction, time, current):
     np.testing.assert_allclose(rates, [u * c - v * s, u * s + v * c, r], atol=1e-5)
 
 
-def test_long_waves_carry_the_hull_as_they_carry_water():
+def test_the_hull_follows_long_waves_like_a_water_particle() -> None:
     sea = one_wave(peak_period=30.0, hull_length=0.5, hull_draught=0.01)
     amplitude = 1.0 / math.sqrt(8.0)
     track = np.array([sea.moved(t, REST, STILL) for t in np.arange(0.0, 300.0, 0.1)])
@@ -80,12 +80,12 @@ def test_long_waves_carry_the_hull_as_they_carry_water():
     assert not track[:, 1:3].any()
 
 
-def test_short_waves_leave_a_long_ship_alone():
+def test_a_long_hull_filters_short_waves() -> None:
     long, short = (np.std([one_wave(peak_period=T).moved(t, REST, STILL)[0] for t in range(200)]) for T in (12.0, 2.0))
     assert short < 0.05 * long
 
 
-def test_bow_waves_turn_the_ship_and_waves_from_ahead_do_not():
+def test_bow_waves_turn_the_ship_and_waves_from_ahead_do_not() -> None:
     bow, ahead = (waves(direction=d) for d in (0.75 * math.pi, math.pi))
     turns = [np.ptp([sea.moved(t, REST, STILL)[2] for t in np.arange(0.0, 60.0, 0.2)]) for sea in (bow, ahead)]
     assert turns[0] > 0.01
@@ -93,35 +93,35 @@ def test_bow_waves_turn_the_ship_and_waves_from_ahead_do_not():
 
 
 @given(st.floats(-7.0, 7.0))
-def test_nothing_jumps_where_the_waves_come_abeam(direction):
+def test_the_wave_motion_is_continuous_in_beam_seas(direction: float) -> None:
     a, b = (waves(direction=direction + d).moved(3.0, REST, STILL) for d in (0.0, 1e-7))
     np.testing.assert_allclose(a, b, atol=1e-6)
 
 
-def test_mean_drift_of_short_waves_on_the_beam_is_that_of_a_wall():
+def test_the_mean_drift_force_of_short_beam_seas_is_that_of_a_wall() -> None:
     sea = one_wave(peak_period=1.5, direction=math.pi / 2)
     mean = np.mean([sea.drift(t, REST, STILL)[1] for t in np.arange(0.0, 100.0, 0.1)])
     assert mean == pytest.approx(0.5 * WATER_DENSITY * GRAVITY * 32.0 / 8.0, rel=0.01)
 
 
-def test_drift_pushes_where_the_waves_run_and_only_swells():
+def test_the_drift_force_varies_in_magnitude_but_not_in_direction() -> None:
     sea = waves(direction=math.pi / 2)
-    pushes = np.array([sea.drift(t, REST, STILL) for t in np.arange(0.0, 300.0, 0.5)])
-    assert np.all(pushes[:, 1] >= 0.0)
-    assert np.max(np.abs(pushes[:, 0])) < 1e-9
-    assert pushes[:, 1].std() > 0.3 * pushes[:, 1].mean()
+    forces = np.array([sea.drift(t, REST, STILL) for t in np.arange(0.0, 300.0, 0.5)])
+    assert np.all(forces[:, 1] >= 0.0)
+    assert np.max(np.abs(forces[:, 0])) < 1e-9
+    assert forces[:, 1].std() > 0.3 * forces[:, 1].mean()
 
 
-def test_two_waves_beat_at_the_difference_of_their_frequencies():
+def test_two_waves_beat_at_the_difference_of_their_frequencies() -> None:
     sea = waves(direction=math.pi / 2, components=2)
     time = np.arange(0.0, 1000.0, 0.5)
-    push = np.array([sea.drift(t, REST, STILL)[1] for t in time])
-    lines = np.abs(np.fft.rfft((push - push.mean()) * np.hanning(len(push))))
-    strongest = 2.0 * math.pi * np.fft.rfftfreq(len(push), 0.5)[np.argmax(lines)]
+    force = np.array([sea.drift(t, REST, STILL)[1] for t in time])
+    lines = np.abs(np.fft.rfft((force - force.mean()) * np.hanning(len(force))))
+    strongest = 2.0 * math.pi * np.fft.rfftfreq(len(force), 0.5)[np.argmax(lines)]
     assert strongest == pytest.approx(abs(np.subtract(*sea.omega)), abs=2.0 * math.pi / 1000.0)
 
 
-def test_waves_ride_on_the_current():
+def test_waves_are_carried_by_the_current() -> None:
     sea, current = waves(), (0.5, 0.2)
     carried = np.array([10.0 * 0.5, 10.0 * 0.2, 0.3, 0.0, 0.0, 0.0])
     assert sea.elevation(10.0, carried, current) == pytest.approx(sea.elevation(10.0, REST, STILL))

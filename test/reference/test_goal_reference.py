@@ -1,4 +1,4 @@
-"""Goals to follow: a feasible, continuous motion to wherever, and along a stream of poses."""
+"""Goal references: a feasible, continuous motion to any pose, and along a stream of poses."""
 
 import math
 from dataclasses import replace
@@ -39,7 +39,7 @@ def motion_of(reference, seconds, period=PERIOD, feed=None):
 
 
 def assert_feasible(states, accelerations, period=PERIOD):
-    """Every derivative is that of what it belongs to, the limits hold, and the acceleration does not jump."""
+    """The derivatives are consistent, the limits hold, and the acceleration is continuous."""
     psi, u, v, r = states.T[2:]
     velocity = np.column_stack((u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi), r))
     moved = np.diff(states[:, :3], axis=0) / period
@@ -60,7 +60,7 @@ places = st.floats(-60.0, 60.0)
 
 @given(places, places, st.floats(-math.pi, math.pi))
 @settings(max_examples=6)
-def test_every_goal_is_reached_by_a_feasible_motion(x, y, psi):
+def test_every_goal_is_reached_by_a_feasible_motion(x, y, psi: float) -> None:
     reference = reference_of([(0.5, x, y, psi)])
     states, accelerations = motion_of(reference, 330.0)
     assert_feasible(states, accelerations)
@@ -70,7 +70,7 @@ def test_every_goal_is_reached_by_a_feasible_motion(x, y, psi):
 
 
 @pytest.mark.parametrize("turn", [1.0, -1.0])
-def test_the_heading_goes_on_through_half_a_turn(turn):
+def test_a_turn_across_180_degrees_is_continuous(turn: float) -> None:
     start = turn * math.radians(170.0)
     reference = reference_of([(0.5, 0.0, 0.0, -start)], pose=(0.0, 0.0, start))
     states, accelerations = motion_of(reference, 60.0)
@@ -79,14 +79,14 @@ def test_the_heading_goes_on_through_half_a_turn(turn):
     assert np.abs(np.diff(states[:, 2])).max() < 1.05 * LIMITS.yaw_rate * PERIOD
 
 
-def test_a_new_goal_on_the_way_changes_the_motion_without_a_jump():
+def test_a_new_goal_on_the_way_changes_the_motion_continuously() -> None:
     goals = [(0.0, 50.0, 0.0, 0.0), (20.0, 0.0, 30.0, 3.0), (40.0, -20.0, -20.0, -3.0)]
     states, accelerations = motion_of(reference_of(goals), 200.0)
     assert_feasible(states, accelerations)
     assert math.dist(states[-1, :2], (-20.0, -20.0)) < 0.06
 
 
-def test_a_near_goal_behind_is_gone_to_astern_and_a_far_one_is_not():
+def test_a_near_goal_astern_is_approached_astern_and_a_far_one_ahead() -> None:
     near, _ = motion_of(reference_of([(0.0, -5.0, 0.0, 0.0)]), 60.0)
     far, _ = motion_of(reference_of([(0.0, -50.0, 0.0, 0.0)]), 60.0)
     assert np.abs(near[:, 2]).max() < 0.1
@@ -95,7 +95,7 @@ def test_a_near_goal_behind_is_gone_to_astern_and_a_far_one_is_not():
     assert far[-1, 3] > 1.0
 
 
-def test_without_a_goal_it_keeps_its_place_and_reset_goes_back():
+def test_without_a_goal_the_reference_stays_and_reset_returns_to_the_start() -> None:
     reference = reference_of(pose=(3.0, 4.0, 1.0))
     states, _ = motion_of(reference, 10.0)
     np.testing.assert_array_equal(states, np.tile([3.0, 4.0, 1.0, 0.0, 0.0, 0.0], (100, 1)))
@@ -106,7 +106,7 @@ def test_without_a_goal_it_keeps_its_place_and_reset_goes_back():
     np.testing.assert_array_equal(states, again)
 
 
-def test_goals_below_zero_seconds_never_come():
+def test_goals_with_negative_times_are_never_set() -> None:
     states, _ = motion_of(reference_of([(-1.0, 9.0, 9.0, 1.0), (-1.0, 5.0, 5.0, 0.0)]), 5.0)
     assert not states.any()
 
@@ -118,7 +118,7 @@ def circle(k, reference, w=0.05, radius=25.0, every=2):
         reference.set_goal(radius * math.sin(angle), radius * (1.0 - math.cos(angle)), wrap(angle))
 
 
-def test_a_stream_of_poses_is_followed_closely_and_its_end_is_a_goal():
+def test_a_stream_of_poses_is_followed_and_its_last_pose_is_a_goal() -> None:
     reference = reference_of()
     states, accelerations = motion_of(reference, 200.0, feed=circle)
     assert_feasible(states, accelerations)
@@ -131,14 +131,14 @@ def test_a_stream_of_poses_is_followed_closely_and_its_end_is_a_goal():
     assert math.dist(after[-1, :2], (25.0 * math.sin(last), 25.0 * (1.0 - math.cos(last)))) < 0.06
 
 
-def test_the_same_goal_again_and_again_is_one_goal():
+def test_a_repeated_goal_is_one_goal() -> None:
     once, often = reference_of(), reference_of()
     first, _ = motion_of(once, 100.0, feed=lambda k, r: r.set_goal(30.0, 10.0, 1.0) if k == 0 else None)
     second, _ = motion_of(often, 100.0, feed=lambda _, r: r.set_goal(30.0, 10.0, 1.0))
     np.testing.assert_array_equal(first, second)
 
 
-def test_two_goals_far_apart_are_no_stream():
+def test_two_distant_goals_are_not_a_stream() -> None:
     reference = reference_of([(0.0, 30.0, 0.0, 0.0), (1.0, -60.0, 20.0, 0.0)])
     motion_of(reference, 1.2)
     assert reference.target().speed == 0.0
@@ -151,6 +151,6 @@ def test_two_goals_far_apart_are_no_stream():
         ({"poses": (0.0,) * 6, "times": (2.0, 2.0)}, r"goal.times = \[2.0, 2.0\] is not allowed: it takes increasing times"),
     ],
 )
-def test_goals_that_make_no_sense_are_named(goals, word):
+def test_inconsistent_goals_are_rejected_with_their_name(goals, word: str) -> None:
     with pytest.raises(ParameterError, match=word):
         make_reference(replace(AT_ORIGIN, goal=replace(AT_ORIGIN.goal, **goals)), PERIOD)

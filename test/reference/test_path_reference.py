@@ -1,4 +1,4 @@
-"""Waypoints to follow: near all of them, continuously, to a stop at the last."""
+"""Path references: near all waypoints, continuously, to a stop at the last."""
 
 import math
 from dataclasses import replace
@@ -25,16 +25,16 @@ def nearest(states, point):
     return np.hypot(states[:, 0] - point[0], states[:, 1] - point[1]).min()
 
 
-def test_it_passes_near_every_waypoint_and_stops_at_the_last():
+def test_a_path_passes_near_every_waypoint_and_stops_at_the_last() -> None:
     states, accelerations = motion_of(reference_of(LOOP), 200.0)
     assert_feasible(states, accelerations)
     assert all(nearest(states, point) < 5.0 for point in LOOP)
     assert math.dist(states[-1, :2], LOOP[-1]) < 0.06
-    assert states[-1, 2] - math.atan2(-30.0, -20.0) == pytest.approx(2.0 * math.pi, abs=0.02)  # a whole turn to the left
+    assert states[-1, 2] - math.atan2(-30.0, -20.0) == pytest.approx(2.0 * math.pi, abs=0.02)  # a full turn to the left
     assert states[150:350, 3].mean() == pytest.approx(1.5, abs=0.05)
 
 
-def test_a_path_that_comes_on_the_way_is_taken_without_a_jump():
+def test_a_new_path_on_the_way_changes_the_motion_continuously() -> None:
     reference = reference_of(LOOP)
     before, first = motion_of(reference, 60.0)
     reference.set_path([(0.0, 0.0), (0.0, -40.0)])
@@ -43,7 +43,7 @@ def test_a_path_that_comes_on_the_way_is_taken_without_a_jump():
     assert math.dist(after[-1, :2], (0.0, -40.0)) < 0.06
 
 
-def test_waypoints_behind_short_legs_and_repeated_ones_are_no_obstacle():
+def test_waypoints_astern_short_legs_and_repeated_waypoints_are_passed() -> None:
     reference = reference_of()
     reference.set_path([(-30.0, 0.0), (-30.0, 0.0), (-30.0, 3.0), (-33.0, 3.0), (-60.0, 3.0)])
     states, accelerations = motion_of(reference, 200.0)
@@ -51,7 +51,7 @@ def test_waypoints_behind_short_legs_and_repeated_ones_are_no_obstacle():
     assert math.dist(states[-1, :2], (-60.0, 3.0)) < 0.06
 
 
-def test_one_waypoint_is_a_goal_and_the_present_place_is_reached_already():
+def test_a_single_waypoint_is_a_goal() -> None:
     reference = reference_of()
     reference.set_path([(20.0, 10.0)])
     states, _ = motion_of(reference, 120.0)
@@ -62,7 +62,7 @@ def test_one_waypoint_is_a_goal_and_the_present_place_is_reached_already():
     np.testing.assert_array_equal(states[-1], states[0])
 
 
-def test_no_waypoint_is_refused_and_an_odd_number_too():
+def test_an_empty_path_and_an_odd_number_of_coordinates_are_rejected() -> None:
     with pytest.raises(GoalError, match="a path of 0 waypoints is not allowed"):
         reference_of().set_path([])
     with pytest.raises(ParameterError, match=r"path\.waypoints with 3 numbers is not allowed: it takes x, y for each waypoint"):

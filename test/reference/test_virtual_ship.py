@@ -5,13 +5,13 @@ from vessel_hsmc_ros.reference.input_program import SineParameters, StepsParamet
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 
 
-def test_the_virtual_ship_starts_where_the_paper_puts_it():
+def test_the_virtual_ship_starts_where_the_paper_puts_it() -> None:
     ship = ReferenceShip(VirtualShipParameters(), 0.01)
     np.testing.assert_array_equal(ship.state, [15.0, 15.0, 0.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(ship.acceleration(), [1e5 / 120e3, 0.0, 1e6 / 636e5])
 
 
-def test_constant_inputs_lead_to_a_circle():
+def test_constant_inputs_lead_to_a_circle() -> None:
     ship = ReferenceShip(VirtualShipParameters(), 0.05)
     for _ in range(4000):
         ship.advance()
@@ -29,7 +29,7 @@ def test_constant_inputs_lead_to_a_circle():
         assert np.hypot(*(ship.state[:2] - centre)) == pytest.approx(radius, rel=1e-6)
 
 
-def test_acceleration_is_the_rate_of_the_velocity():
+def test_acceleration_is_the_rate_of_the_velocity() -> None:
     ship = ReferenceShip(VirtualShipParameters(), 1e-4)
     before = ship.state.copy()
     acceleration = ship.acceleration()
@@ -39,7 +39,7 @@ def test_acceleration_is_the_rate_of_the_velocity():
     np.testing.assert_array_equal(ship.state, before)
 
 
-def test_inputs_follow_their_programmes():
+def test_inputs_follow_their_programmes() -> None:
     inputs = VirtualShipParameters(
         yaw_moment=0.0,
         yaw_moment_sine=SineParameters(1e6, 0.05),
@@ -56,7 +56,7 @@ def test_inputs_follow_their_programmes():
     np.testing.assert_allclose(ship.acceleration(), [1e5 / 120e3, 0.0, 0.0])
 
 
-def test_a_circle_becomes_a_straight_line():
+def test_a_circle_becomes_a_straight_line() -> None:
     ship = ReferenceShip(VirtualShipParameters(yaw_moment_steps=StepsParameters((100.0,), (-1e6,))), 0.05)
     for _ in range(2000):
         ship.advance()

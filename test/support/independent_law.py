@@ -1,7 +1,7 @@
-"""The paper's law a second time, from its text alone, one number after the other with 40 digits.
+"""An independent implementation of the paper's law, from its text alone, in arithmetic of 40 digits.
 
-It shares nothing with the package: positions are complex numbers, weights are lists, tau_2 is the sum of (16), (19) and (21)
-as printed. z1 = 0, where (16) has no value, is moved by 1e-30 m: with 40 digits the sum does not notice.
+It shares no code with the package: positions are complex numbers, weights are lists, tau_2 is the sum of (16), (19) and (21)
+as printed. z1 = 0, where (16) is singular, is replaced by 1e-30 m, which does not affect the sum with 40 digits.
 """
 
 import mpmath
@@ -13,7 +13,7 @@ NEAR_ZERO = mpf(10) ** -30
 
 
 def numbers(values):
-    """The values as numbers of 40 digits, each exactly the double it was."""
+    """The values as numbers of 40 digits, without rounding."""
     return [mpf(float(value)) for value in values]
 
 
@@ -23,20 +23,20 @@ def sgn(s, width):
 
 
 def saturation(s, width):
-    """s/width within the layer, the sign outside of it."""
+    """s/width inside the boundary layer, the sign outside."""
     return max(mpf(-1), min(mpf(1), s / width))
 
 
 def smooth(s, width):
-    """A sign without a corner."""
+    """tanh(s/width)."""
     return tanh(s / width)
 
 
 SWITCHING = {"sgn": sgn, "saturation": saturation, "tanh": smooth}
 
 
-def short_way(angle):
-    """The angle less whole turns, from -pi to pi."""
+def wrapped(angle):
+    """The angle in [-pi, pi]."""
     while angle > mp.pi:
         angle -= 2 * mp.pi
     while angle < -mp.pi:
@@ -50,8 +50,8 @@ def neuron(Z, mu, delta, power):
     return exp(-(distance**power) / (2 * delta**2))
 
 
-def seen_from_the_ship(x, y, psi, u, v, r):
-    """(9) as z1 + i·z2, and its rate: the plane turned by -psi, which goes on turning."""
+def transformed(x, y, psi, u, v, r):
+    """(9) as z1 + i·z2, a rotation by -psi, and its time derivative."""
     Z = mpc(x, y) * exp(mpc(0, -psi))
     return Z, mpc(u, v) - mpc(0, r) * Z
 
@@ -62,11 +62,11 @@ class IndependentLaw:
     Args:
         gains: By the paper's symbols: a b c1 c2 c3 k1 k2 eta1 eta2 gamma1 gamma2 gamma3 m11 m33 delta.
         centers: Lists of three.
-        power: Of the distance in (3).
-        layers: Widths for S1 and S2 of a switching that has them.
+        power: Exponent of the distance in (3).
+        layers: Boundary layers of S1 and S2.
         switching: One of SWITCHING.
-        a_switched: Whether a takes the sign that makes a·sigma1 agree with b·sigma2.
-        printed_rates: Whether (29) is taken as printed.
+        a_switched: Whether the sign of a is switched so that a·sigma1 and b·sigma2 agree in sign.
+        printed_rates: Whether the weights adapt by (29) as printed.
     """
 
     def __init__(self, gains, centers, layers=(1.0, 1.0), power=2, switching="sgn", a_switched=False, printed_rates=False):
@@ -76,20 +76,20 @@ class IndependentLaw:
         self.a_switched, self.printed_rates = a_switched, printed_rates
 
     def surfaces(self, state, desired, d_acceleration):
-        """All of (9) to (24) that does not need the wrench, kept as attributes."""
+        """Compute the terms of (9) to (24) that do not depend on the wrench, as attributes."""
         g = self.g
         self.x, self.y, self.psi, self.u, self.v, self.r = numbers(state)
         x_d, y_d, psi_d, u_d, v_d, r_d = numbers(desired)
         du_d, dv_d, dr_d = numbers(d_acceleration)
-        Z, dZ = seen_from_the_ship(self.x, self.y, self.psi, self.u, self.v, self.r)
-        Z_d, dZ_d = seen_from_the_ship(x_d, y_d, psi_d, u_d, v_d, r_d)
+        Z, dZ = transformed(self.x, self.y, self.psi, self.u, self.v, self.r)
+        Z_d, dZ_d = transformed(x_d, y_d, psi_d, u_d, v_d, r_d)
         ddZ_d = mpc(du_d, dv_d) - mpc(0, dr_d) * Z_d - mpc(0, r_d) * dZ_d
         self.z1, self.z2, self.ddz1d, self.ddz2d, self.ddz3d = Z.real, Z.imag, ddZ_d.real, ddZ_d.imag, dr_d
         if self.z1 == 0:
             self.z1 = NEAR_ZERO
         error, self.d_error, self.dz3e = Z - Z_d, dZ - dZ_d, self.r - r_d
         sigma1 = g["c1"] * error.imag + self.d_error.imag
-        sigma2 = g["c2"] * short_way(self.psi - psi_d) + self.dz3e
+        sigma2 = g["c2"] * wrapped(self.psi - psi_d) + self.dz3e
         self.a = -g["a"] if self.a_switched and sigma1 * sigma2 < 0 else g["a"]
         self.S1 = self.a * sigma1 + g["b"] * sigma2
         self.S2 = g["c3"] * error.real + self.d_error.real
@@ -131,7 +131,7 @@ class IndependentLaw:
         return tau_eq1 + tau_sw1
 
     def rate_scales(self):
-        """What H is multiplied by for W1, W2, W3: what (32) asks for, or (29) letter by letter."""
+        """Factors of H in the rates of W1, W2, W3: derived from (32), or (29) as printed."""
         g, a, b, z1, z2, S1, S2 = self.g, self.a, self.g["b"], self.z1, self.z2, self.S1, self.S2
         if self.printed_rates:
             scales = S2, a * S1, b * z1 * S1 - a * z1 * S1 + z2 * S2

@@ -1,7 +1,7 @@
 """The paper's symbols for SymPy: ship, virtual ship, transformation and surfaces, each by its equation number.
 
-The equations from (12) on are written in z1, z2, dz1e ... as the paper prints them; `DEFINITIONS` says what those are in the
-states of the two ships, and `rate` differentiates an expression in the states along (7) and (8).
+The equations from (12) on are written in z1, z2, dz1e ... as the paper prints them; `DEFINITIONS` expresses those by
+the states of the two ships, and `rate` differentiates an expression in the states along (7) and (8).
 """
 
 import sympy as sp
@@ -54,7 +54,7 @@ def rate(expression):
 
 
 def vanishes(expression):
-    """Whether an expression in the states is zero whatever they are."""
+    """Whether an expression is zero for all states."""
     return sp.trigsimp(sp.expand(expression)) == 0
 
 
@@ -76,7 +76,7 @@ DEFINITIONS = {
 
 
 def in_states(expression):
-    """The expression with z1, dz1e ... replaced by what they are."""
+    """The expression with z1, dz1e ... replaced by their definitions."""
     return expression.subs(DEFINITIONS)
 
 

@@ -26,8 +26,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import NetworkParameters, activations, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
@@ -72,7 +71,7 @@ class Gains(NamedTuple):
     switching: str
 
 
-class CourseController(Law[CourseLawParameters]):
+class CourseController(AdaptiveLaw[CourseLawParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
     Args:
@@ -83,10 +82,6 @@ class CourseController(Law[CourseLawParameters]):
     Raises:
         ParameterError: the reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
     """
-
-    def __init__(self, parameters: CourseLawParameters, vessel: KnownVessel, period: float) -> None:
-        self._neurons = parameters.network.neurons()
-        super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: CourseLawParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.

@@ -128,7 +128,7 @@ def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
 
     D is s·w_t, kept away from zero: sqrt((s·w_t)² + q_m²) ahead, s·w_t + q_m astern, with q_m² = q² + (c·T_m·min(|m|, m_max))².
     In station keeping and for a small m, epsilon is m/q, which turns the ship at m/rho: a point rho ahead of midships then moves
-    across the hull at w_n. The lever arm grows with m, because in a strong current a short one asks for a faster turn than the
+    across the hull at w_n. The lever arm grows with m, because in a strong current a short one demands a faster turn than the
     ship can follow.
 
     Args:

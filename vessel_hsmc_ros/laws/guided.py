@@ -29,8 +29,7 @@ from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, tracking
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws import guidance
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import activations
 from vessel_hsmc_ros.laws.predictor import correct, predict
 from vessel_hsmc_ros.laws.terms import Terms
@@ -54,7 +53,7 @@ class Filter(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Internal state of the law apart from the weights; cut_1 and cut_2 tell which input was saturated."""
+    """Internal state of the law apart from the weights; cut_1 and cut_2 are true for a saturated input."""
 
     predicted: Motion
     filter: Filter = Filter()
@@ -182,7 +181,7 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
     return within, abs(demand) > limit
 
 
-class GuidedController(Law[GuidedParameters]):
+class GuidedController(AdaptiveLaw[GuidedParameters]):
     """The law with its internal state: weights, predicted motion and command filter.
 
     Args:
@@ -197,10 +196,6 @@ class GuidedController(Law[GuidedParameters]):
     Raises:
         ParameterError: the number of listed centres is not a multiple of three.
     """
-
-    def __init__(self, parameters: GuidedParameters, vessel: KnownVessel, period: float) -> None:
-        self._neurons = parameters.network.neurons()
-        super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: GuidedParameters) -> None:
         """Take new gains and keep the internal state; the size of the network stays as constructed."""

@@ -38,8 +38,7 @@ from vessel_hsmc_ros.core.kinematics import (
     transform_rate,
 )
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import activations, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import switch
@@ -146,7 +145,7 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -
     )
 
 
-class HierarchicalController(Law[HierarchicalParameters]):
+class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
     Args:
@@ -161,10 +160,6 @@ class HierarchicalController(Law[HierarchicalParameters]):
     Raises:
         ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
     """
-
-    def __init__(self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> None:
-        self._neurons = parameters.network.neurons()
-        super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.

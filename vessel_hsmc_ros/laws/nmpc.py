@@ -97,6 +97,10 @@ class NmpcController(Law[NmpcParameters]):
         vessel: The known inertia and limits.
         period: Control period, s.
 
+    Attributes:
+        plan: Internal state: the planned inputs and the disturbance estimate.
+        horizon: The compiled model.
+
     Raises:
         ParameterError: CasADi is not installed.
     """
@@ -108,7 +112,7 @@ class NmpcController(Law[NmpcParameters]):
         self._lengths = np.repeat(parameters.step_lengths, parameters.steps)
         self._middles = np.cumsum(self._lengths) - 0.5 * self._lengths
         self._iterations = parameters.iterations
-        self._horizon = compile_horizon(self._model, tuple(self._lengths))
+        self.horizon = compile_horizon(self._model, tuple(self._lengths))
         super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: NmpcParameters) -> None:
@@ -147,13 +151,13 @@ class NmpcController(Law[NmpcParameters]):
     def _disturbance(self, motion: Motion) -> tuple[Array, Array]:
         """The estimates b and e, corrected by the prediction error of the last period.
 
-        Half of the error is attributed to either kind. A constant force on a turning hull is told apart by that: the share in the
+        Half of the error is attributed to either kind. On a turning hull this distinguishes the two: the share in the
         wrong estimate rotates with the wrong frame, causes an error again, and so moves to the right one.
         """
         m, plan, T = self._model, self.plan, self._period
         if plan.state is None:
             return plan.b, plan.e
-        predicted = self._horizon.step(plan.state, plan.U[:2], plan.b, plan.e, T)[0][:, 0]
+        predicted = self.horizon.step(plan.state, plan.U[:2], plan.b, plan.e, T)[0][:, 0]
         gain = (1.0 - math.exp(-self._tuned.disturbance_bandwidth * T)) / T
         error = gain * (np.array(motion[3:]) - predicted[3:]) * np.array([m.m11, m.m22, m.m33])
         c, s = math.cos(motion.psi), math.sin(motion.psi)
@@ -168,7 +172,7 @@ class NmpcController(Law[NmpcParameters]):
             acceleration: Derivatives of its body velocities.
             b: Estimated hull-fixed disturbance, which the target's inputs compensate.
         """
-        inputs, sway_force = self._horizon.inputs(desired, acceleration)
+        inputs, sway_force = self.horizon.inputs(desired, acceleration)
         present = inputs[:, 0]
         rate = np.zeros(2)
         if self.plan.state is not None:
@@ -176,7 +180,7 @@ class NmpcController(Law[NmpcParameters]):
             rate[np.abs(rate) > SUDDEN] = 0.0
         U = present + np.minimum(self._middles, self._tuned.preview)[:, None] * rate
         start = np.array([0.0, 0.0, *desired[2:]])
-        (X,) = self._horizon.motion(start, U.T, (0.0, sway_force[0, 0], 0.0), (0.0, 0.0))
+        (X,) = self.horizon.motion(start, U.T, (0.0, sway_force[0, 0], 0.0), (0.0, 0.0))
         speed = math.hypot(desired.u, desired.v)
         p = self._tuned
         q = np.array([p.position_weight, p.position_weight, p.heading_weight + p.course_weight * speed * speed, 0.0, 0.0, 0.0])
@@ -195,7 +199,7 @@ class NmpcController(Law[NmpcParameters]):
         Raises:
             ControlError: the predicted motion is not finite.
         """
-        X, G = self._horizon.sensitivity(x, U.reshape(-1, 2).T, b, e)
+        X, G = self.horizon.sensitivity(x, U.reshape(-1, 2).T, b, e)
         error = (X.T - target.X).ravel()
         if not np.isfinite(G).all():
             raise ControlError(
@@ -207,7 +211,7 @@ class NmpcController(Law[NmpcParameters]):
         change = -np.linalg.solve(H, gradient)
         # The unconstrained minimum is exact and cheap; the quadratic programme is solved only where a limit is active.
         if np.any(np.abs(U + change) > 1.0):
-            found = self._horizon.solver(h=H, g=gradient, a=np.zeros((0, len(U))), lbx=-1.0 - U, ubx=1.0 - U)
+            found = self.horizon.solver(h=H, g=gradient, a=np.zeros((0, len(U))), lbx=-1.0 - U, ubx=1.0 - U)
             change = np.array(found["x"])[:, 0]
         improved: Array = np.clip(U + change, -1.0, 1.0)
         return improved
