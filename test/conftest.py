@@ -1,4 +1,4 @@
-"""Each pytest process has a ROS domain of its own, nodes find each other fast, and each test bears the mark of its kind."""
+"""Each pytest process has a ROS domain of its own, nodes find each other fast, and each test has the mark of its kind."""
 
 import os
 import sys

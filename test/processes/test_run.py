@@ -101,7 +101,7 @@ def test_the_table_and_the_summary_report_the_run(recorded: Recorded) -> None:
         "yaw moment, rms",
         "control periods missed",
         "messages recorded",
-        "times faster than real time",
+        "real-time factor",
         f"run folder: runs/{folder.name}",
     ):
         assert row in done.stdout

@@ -40,6 +40,6 @@ def share_directory() -> Path:
 
 
 def missing_module(error: ModuleNotFoundError) -> str:
-    """One line that names a module which a node needs and says how to install it."""
+    """One line with the name of a module that a node needs, and how to install it."""
     name = (error.name or str(error)).partition(".")[0]
     return f"{name} is not installed: {REMEDIES.get(name, ROS_REMEDY)}"

@@ -1,4 +1,4 @@
-"""The whole reproduction of the paper: run every case, measure, draw the figures, test the claims, save the results."""
+"""The reproduction of the paper: run every case, measure, draw the figures, test the claims, save the results."""
 
 import dataclasses
 import json

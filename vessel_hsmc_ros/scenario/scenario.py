@@ -136,7 +136,7 @@ def _check_rates(scenario: Scenario) -> None:
     """Check that in lockstep every control period coincides with an odometry and a reference message.
 
     Raises:
-        ScenarioError: a message rate is not a whole multiple of the control rate.
+        ScenarioError: a message rate is not an integer multiple of the control rate.
     """
     if not scenario.controller.lockstep:
         return
@@ -146,5 +146,5 @@ def _check_rates(scenario: Scenario) -> None:
         if not law.divides(RateGrid(rate_hz)):
             raise ScenarioError(
                 f"controller.rate_hz = {law.rate_hz:g} Hz does not fit {node}.rate_hz = {rate_hz:g} Hz:"
-                " in lockstep the second must be a whole multiple of the first"
+                " in lockstep the second must be an integer multiple of the first"
             )

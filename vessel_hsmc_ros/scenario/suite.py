@@ -7,7 +7,7 @@ A suite is a YAML file with the parameters to `set` for all of its rows, and the
       - {name: straight, set: {reference_ship.yaw_moment: 0.0}, over: last_quarter, at_most: 0.01}
 
 A row may name its `scenario` (default: case2_tracking) and limits: `at_most` of the rms position error over a window at the end
-of the run, `largest` of the largest position error in that window, and `excursion` of the largest position error of the whole
+of the run, `largest` of the largest position error in that window, and `excursion` of the largest position error of the entire
 run as a multiple of the initial one.
 """
 
@@ -41,7 +41,7 @@ class Row:
         over: Window in which the limits hold, one of WINDOWS.
         at_most: Limit of the rms position error in the window, m; None for no limit.
         largest: Limit of the largest position error in the window, m.
-        excursion: Limit of the largest position error of the whole run, as a multiple of the initial one.
+        excursion: Limit of the largest position error of the entire run, as a multiple of the initial one.
     """
 
     name: str
