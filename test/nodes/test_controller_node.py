@@ -150,7 +150,7 @@ def test_a_change_that_is_not_allowed_is_refused(bench, plant, name, value, told
     result = bench.until(lambda: future.done() and future.result()).results[0]
     assert not result.successful
     assert told in result.reason
-    assert node.parameters == ControllerParameters()
+    assert node.parameters == ControllerParameters(lockstep=True)
 
 
 def test_reset_forgets_what_was_learnt(bench, plant):

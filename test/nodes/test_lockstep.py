@@ -13,6 +13,7 @@ from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_sim_node.node import VesselSimNode
 
 NODES = {"vessel_sim": VesselSimNode, "reference_ship": ReferenceShipNode, "controller": ControllerNode}
+TOPICS_OF_EVERY_NODE = ("/diagnostics", "/parameter_events", "/rosout")
 RATES = {f"{node}.rate_hz": 10.0 for node in NODES}
 
 
@@ -25,9 +26,10 @@ def run_nodes(bench, scenario):
     for name, node_class in NODES.items():
         values = schema.flatten(getattr(scenario, name)) | {"recorded": True}
         node = bench.start(node_class, **{k: list(v) if isinstance(v, tuple) else v for k, v in values.items()})
-        for publisher, _ in node._advertised:
-            messages = taken.setdefault(publisher.topic_name, [])
-            recorder.create_subscription(publisher.msg_type, publisher.topic_name, messages.append, qos.LOSSLESS)
+        for publisher in node.publishers:
+            if publisher.topic_name not in TOPICS_OF_EVERY_NODE:
+                messages = taken.setdefault(publisher.topic_name, [])
+                recorder.create_subscription(publisher.msg_type, publisher.topic_name, messages.append, qos.LOSSLESS)
     samples = round(scenario.vessel_sim.duration * scenario.vessel_sim.rate_hz) + 1
     bench.until(lambda: len(taken["/odom"]) == len(taken["/applied_wrench"]) == samples, deadline=30.0)
     state = np.array([conv.read_odometry(message) for message in taken["/odom"]])

@@ -50,7 +50,7 @@ def test_the_reference_has_a_hull_and_a_path_of_its_own(bench, sail):
         bench.collect(Path, "reference/path", qos.STREAM),
     )
     bench.start(MarkerNode)
-    message = ReferenceState()
+    message = conv.new_reference()
     conv.write_reference(message, conv.time_message(STEP), [9.0, 1.0, 0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 0.0])
     bench.until(lambda: references.publish(message) or paths)
     assert paths[-1].poses[0].pose.position.x == 9.0

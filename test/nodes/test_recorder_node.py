@@ -1,5 +1,6 @@
 import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
+from mcap.reader import make_reader
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
@@ -75,15 +76,43 @@ def test_a_best_effort_publisher_is_recorded(bench, tmp_path):
     node.close()
 
 
-def test_messages_that_were_missed_are_counted(bench, tmp_path):
+@pytest.mark.parametrize("missed", [1, 3])
+def test_every_message_missed_from_a_publisher_that_waits_for_the_recorder_counts_as_dropped(bench, tmp_path, missed):
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
+    for k in range(missed):
+        publisher.publish(wrench(k))
+    node = record(bench, tmp_path, recorded=True)
+    bench.until(lambda: publisher.get_subscription_count())
+    publisher.publish(wrench(missed))
+    bench.until(lambda: node.status()[2]["messages"] == 1)
+    assert node.status()[2]["dropped"] == missed
+    node.close()
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_what_was_published_before_a_recorder_joined_does_not_count_as_dropped(bench, tmp_path, lockstep):
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
     publisher.publish(wrench(0))
-    node = record(bench, tmp_path)
+    node = record(bench, tmp_path, lockstep=lockstep)
     bench.until(lambda: publisher.get_subscription_count())
     publisher.publish(wrench(1))
     bench.until(lambda: node.status()[2]["messages"] == 1)
-    assert node.status()[2]["dropped"] == 1
+    assert node.status()[2]["dropped"] == 0
     node.close()
+
+
+def test_the_log_time_is_the_time_of_receipt_and_the_publish_time_that_of_sending(bench, tmp_path):
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    node = record(bench, tmp_path, lockstep=False)
+    bench.until(lambda: publisher.get_subscription_count())
+    (subscription,) = node.direct_subscriptions
+    info = {"publication_sequence_number": 1, "received_timestamp": 7_000_000_000, "source_timestamp": 5_000_000_000}
+    subscription.callback(serialize_message(wrench(0)), info)
+    node.close()
+    (path,) = (tmp_path / "bag").glob("*.mcap")
+    with path.open("rb") as stream:
+        ((_, _, message),) = make_reader(stream).iter_messages()
+    assert (message.log_time, message.publish_time) == (7_000_000_000, 5_000_000_000)
 
 
 def test_in_real_time_messages_have_their_time_of_receipt(bench, tmp_path):
@@ -151,7 +180,9 @@ def test_publishers_of_different_qualities_are_all_recorded_with_a_warning(bench
     bench.until(lambda: node.status()[2]["messages"] == 2)
     assert node.status()[2]["dropped"] == 0
     bench.until(told)
-    assert told() == ["/cmd_wrench is offered in different qualities: recorded as best effort, volatile, which all of them offer"]
+    assert told() == [
+        "/cmd_wrench is offered in different qualities of service: recorded as best effort, volatile, which all of them offer"
+    ]
     node.close()
     offered = open_bag(tmp_path / "bag")["cmd_wrench"].qos
     assert sorted(entry["reliability"] for entry in offered) == ["best_effort", "reliable"]

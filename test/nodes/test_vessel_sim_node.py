@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -118,19 +119,30 @@ def test_an_overdue_command_ends_a_lockstep_run_and_names_the_time(bench, helm):
         bench.spin(2.0)
 
 
-def test_two_plants_in_one_lockstep_are_refused(bench, helm):
-    bench.start(VesselSimNode)
-    bench.start(VesselSimNode)
-    with pytest.raises(SimulationError, match="/odom has 2 publishers and takes one"):
-        bench.spin(2.0)
-
-
-def test_a_second_controller_in_lockstep_is_refused(bench, helm):
-    bench.start(VesselSimNode)
+def test_a_plant_refuses_to_start_beside_another_which_goes_on(bench, helm):
+    first = bench.start(VesselSimNode)
     bench.until(lambda: helm.odometry)
-    Helm(bench)
-    with pytest.raises(SimulationError, match="/cmd_wrench has 2 publishers and takes one"):
-        bench.spin(2.0)
+    second = bench.start(VesselSimNode)
+    with pytest.raises(SimulationError, match="/odom has 2 publishers and takes one: does another run use this ROS domain"):
+        bench.until(lambda: second.connected)
+    assert not second.connected
+    bench.stop(second)
+    helm.command(0)
+    bench.until(lambda: helm.stamps() == [0, STEP])
+    assert first.connected
+
+
+def test_a_second_publisher_of_commands_is_reported_and_the_lockstep_run_goes_on(bench, helm):
+    statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    bench.start(VesselSimNode, command_timeout=60.0)
+    bench.until(lambda: helm.odometry)
+    other = bench.publisher(WrenchStamped, "cmd_wrench")
+    found = "/cmd_wrench has 2 publishers and takes one"
+    bench.until(lambda: statuses and statuses[-1].status[0].message.startswith(found))
+    assert statuses[-1].status[0].level == DiagnosticStatus.WARN
+    bench.probe.destroy_publisher(other)
+    helm.command(0)
+    bench.until(lambda: helm.stamps() == [0, STEP])
 
 
 def test_pause_holds_the_step_and_the_timeout(bench, helm):

@@ -61,8 +61,8 @@ def run(
 
     SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
     """
-    loaded = load_scenario(scenario, for_nodes(recorded=True, real_time=real_time) | parse_changes(changes))
     namespace = namespace.strip("/")
+    loaded = load_scenario(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, parted by /")
     if live:

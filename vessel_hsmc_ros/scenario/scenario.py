@@ -109,9 +109,17 @@ def parse_scenario(
     return scenario
 
 
-def for_nodes(recorded: bool, real_time: bool) -> dict[str, object]:
-    """The changes that make a scenario one for nodes of its own process each."""
+def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str, object]:
+    """The changes to a scenario whose nodes run as processes.
+
+    Args:
+        recorded: A recorder takes part.
+        real_time: Run in real time whatever the scenario chooses.
+        namespace: The nodes' namespace, without slashes at its ends; their frames are prefixed with it.
+    """
     changes: dict[str, object] = {f"{node}.recorded": recorded for node in NODES}
+    if namespace:
+        changes |= {f"{node}.frame_prefix": f"{namespace}/" for node in NODES}
     if real_time:
         changes |= {f"{node}.lockstep": False for node in NODES}
     return changes
@@ -183,7 +191,8 @@ def _read(text: str, source: str) -> dict[str, dict[str, object]]:
         raise ScenarioError(f"{source} cannot be read: {_line(error)}") from None
     if not isinstance(document, dict):
         raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
-    values: dict[str, dict[str, object]] = {node: {} for node in NODES}
+    # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
+    values: dict[str, dict[str, object]] = {node: {"lockstep": True} for node in NODES}
     for section, content in document.items():
         nested = content.get("ros__parameters") if isinstance(content, dict) else None
         if not isinstance(nested, dict):
