@@ -94,9 +94,9 @@ class Bench:
 
 
 class SimulatedTime:
-    """A /clock of the test's own. Time passes in ticks of a millisecond, and every node has seen a tick before the next."""
+    """A /clock of the test's own. Time passes in ticks of 2.5 ms, and every node has seen a tick before the next."""
 
-    TICK = 1_000_000
+    TICK = 2_500_000
 
     def __init__(self, bench: Bench) -> None:
         self.now = 0
@@ -105,6 +105,7 @@ class SimulatedTime:
 
     def jump(self, nanoseconds: int) -> None:
         """Let time pass at once."""
+        self._bench.until(lambda: self._clock.get_subscription_count() >= len(self._bench.nodes))
         self.now += nanoseconds
         self._clock.publish(Clock(clock=conversions.time_message(self.now)))
         self._bench.until(lambda: all(node.now() == self.now for node in self._bench.nodes))

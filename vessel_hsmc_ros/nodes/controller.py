@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from rclpy.timer import Timer
 
 Array = NDArray[np.float64]
-
 REFERENCES_KEPT = 2000
 """References that may wait, in lockstep, for the odometry of their stamp; more than a reference ship is ever ahead."""
 
@@ -187,8 +186,6 @@ class ControllerNode(VesselNode):
             self._inputs.report(f"{error}; the wrench is zero")
             return None
 
-    # -- output -------------------------------------------------------------------------------------------------------
-
     def _update(self, stamp: int, state: Array, reference: Array, acceleration: Array, measured_at: int | None = None) -> Terms:
         began = time.perf_counter()
         terms = self._loop.step(stamp, state, reference, acceleration, measured_at)
@@ -234,6 +231,7 @@ class ControllerNode(VesselNode):
             "law": self.parameters.law,
             "updates": self._updates,
             "missed_periods": self._loop.missed_periods,
+            "references_waiting": len(self._references),
             "compute_time": self._compute_time,
             "compute_time_max": self._compute_time_max,
         }
