@@ -148,3 +148,14 @@ def test_what_cannot_be_followed_is_refused_and_named(bench, follower, message, 
     goal = isinstance(message, PoseStamped)
     node = follower.start("goal" if goal else "path")
     follower.until_refused(node, lambda: (follower.goals if goal else follower.paths).publish(message), word)
+
+
+def test_with_a_frame_prefix_a_goal_is_taken_in_the_frame_of_the_vessel(bench, follower):
+    bench.start(ReferenceShipNode, mode="goal", initial_pose=START, rate_hz=RATE_HZ, frame_prefix="alpha/")
+    bench.until(lambda: follower.goals.get_subscription_count() and follower.references)
+    assert follower.references[0].header.frame_id == "alpha/odom"
+    follower.goals.publish(pose(1.0, 1.0, 0.0))
+    word = "goal in frame 'odom' is not allowed: it takes frame alpha/odom; ignored"
+    bench.until(lambda: word in follower.problems())
+    follower.goals.publish(pose(1.0, 1.0, 0.0, frame="alpha/odom"))
+    bench.until(lambda: follower.statuses[-1].status[0].message == "running")

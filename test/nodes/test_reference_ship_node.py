@@ -57,11 +57,35 @@ def test_its_motion_is_the_virtual_ships(bench, clock):
         ship.advance()
 
 
-def test_in_real_time_it_keeps_its_own_rate(bench):
+def test_in_real_time_it_keeps_its_own_rate(bench, simulated_time):
     references = bench.collect(ReferenceState, "reference", qos.STREAM)
-    bench.start(ReferenceShipNode, lockstep=False, rate_hz=50.0)
-    bench.until(lambda: len(references) > 25)
-    assert set(np.diff(stamps(references))) == {20_000_000}
+    node = bench.start(ReferenceShipNode, lockstep=False, use_sim_time=True, rate_hz=50.0)
+    bench.until(lambda: node.connected and bench.probe.count_publishers("/reference"))
+    bench.until(lambda: next(p for p in node.publishers if p.topic_name == "/reference").get_subscription_count())
+    simulated_time.run(0.5)
+    assert set(np.diff(stamps(references))) == {2 * STEP}
+    assert len(references) in (24, 25, 26)
+
+
+def test_a_changed_input_drives_the_virtual_ship_from_the_next_period_on(bench, clock):
+    references = bench.collect(ReferenceState, "reference")
+    bench.start(ReferenceShipNode, yaw_moment=0.0)
+    bench.until(lambda: len(references) == 1)
+    assert bench.set_parameters("reference_ship", surge_force=2e5, yaw_moment=1e6).successful
+    clock(STEP)
+    bench.until(lambda: len(references) == 3)
+    surge = [m.acceleration.linear.x for m in references]
+    yaw = [m.acceleration.angular.z for m in references]
+    assert surge[1] == pytest.approx(2.0 * surge[0], rel=0.01)
+    assert yaw[0] == 0.0 < yaw[1]
+    assert references[1].twist.linear.x == pytest.approx(0.01 * surge[0], rel=0.01)
+
+
+def test_inputs_cannot_be_changed_where_no_virtual_ship_is_followed(bench, clock):
+    bench.start(ReferenceShipNode, mode="goal")
+    result = bench.set_parameters("reference_ship", surge_force=2e5)
+    assert not result.successful
+    assert result.reason == "reference_ship.mode = goal has no inputs: only the virtual ship has"
 
 
 def test_reset_puts_it_back_and_lets_time_go_on(bench, clock):

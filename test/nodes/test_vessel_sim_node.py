@@ -196,26 +196,111 @@ def test_noisy_sensors_leave_the_truth_on_a_topic_of_its_own(bench, helm):
     assert 0.0 < abs(measured[0] - 5.0) < 5.0
 
 
-def test_in_real_time_steps_come_at_their_rate_without_a_controller(bench):
+@pytest.fixture
+def real_time(bench, simulated_time):
+    """A plant in real time on simulated time, and its helm."""
     helm = Helm(bench, lockstep=False)
-    bench.start(VesselSimNode, lockstep=False, rate_hz=50.0)
-    bench.until(lambda: len(helm.odometry) >= 30)
+
+    def start(**parameters):
+        node = bench.start(VesselSimNode, lockstep=False, use_sim_time=True, **parameters)
+        bench.until(lambda: node.connected and helm.commands.get_subscription_count())
+        outputs = [p for p in node.publishers if p.topic_name in ("/odom", "/applied_wrench")]
+        bench.until(lambda: all(output.get_subscription_count() for output in outputs))
+        simulated_time.run(0.05)  # the node's timer counts from the first time it has seen
+        helm.odometry.clear()
+        helm.applied.clear()
+        return helm
+
+    return start
+
+
+def test_in_real_time_steps_come_at_their_rate_without_a_controller(real_time, simulated_time):
+    helm = real_time(rate_hz=50.0)
+    began = simulated_time.now
+    simulated_time.run(0.5)
     assert set(np.diff(helm.stamps())) == {20_000_000}
-    assert abs(helm.stamps()[-1] - bench.probe.get_clock().now().nanoseconds) < 2e9
+    assert len(helm.stamps()) in (24, 25, 26)
+    assert began - 20_000_000 <= helm.stamps()[0]
+    assert helm.stamps()[-1] <= simulated_time.now
 
 
-def test_in_real_time_a_bad_command_is_ignored_and_an_old_one_runs_out(bench):
-    helm = Helm(bench, lockstep=False)
-    bench.start(VesselSimNode, lockstep=False, command_timeout=1.0)
-    bench.until(lambda: helm.commands.get_subscription_count() and len(helm.applied) > 3)
+def test_in_real_time_steps_that_are_late_are_caught_up_with(bench, real_time, simulated_time):
+    helm = real_time()
+    simulated_time.jump(200_000_000)
+    bench.until(lambda: len(helm.stamps()) >= 20)
+    simulated_time.run(0.01)
+    assert set(np.diff(helm.stamps())) == {STEP}
+    assert helm.stamps()[-1] <= simulated_time.now
+
+
+def test_in_real_time_a_pause_stops_the_steps_and_they_go_on_without_catching_up(bench, real_time, simulated_time):
+    helm = real_time()
+    simulated_time.run(0.1)
+    bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=True))
+    count = len(helm.stamps())
+    simulated_time.run(0.2)
+    assert len(helm.stamps()) == count
+    bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=False))
+    simulated_time.run(0.1)
+    assert 8 <= len(helm.stamps()) - count <= 11
+    assert simulated_time.now - 2 * STEP <= helm.stamps()[-1] <= simulated_time.now
+
+
+def test_in_real_time_a_command_holds_for_the_timeout_and_no_longer(real_time, simulated_time):
+    helm = real_time(command_timeout=0.2)
     helm.command(0, force=1e5)
-    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (1e5, 0.0))
+    simulated_time.run(0.5)
+    held = [conv.nanoseconds(m.header.stamp) for m in helm.applied if any(conv.read_wrench(m))]
+    assert 180_000_000 <= held[-1] - held[0] <= 200_000_000
+    assert conv.read_wrench(helm.applied[-1]) == (0.0, 0.0)
+
+
+def test_in_real_time_a_plant_without_recent_commands_warns(bench, real_time, simulated_time):
+    helm = real_time(command_timeout=0.2)
+    (node,) = bench.nodes
+    assert node.status()[:2] == (DiagnosticStatus.WARN, "no recent command on /cmd_wrench: the wrench is zero")
+    helm.command(0, force=1e5)
+    simulated_time.run(0.05)
+    assert node.status()[:2] == (DiagnosticStatus.OK, "running")
+
+
+def test_in_real_time_a_command_that_is_not_finite_is_ignored(real_time, simulated_time):
+    helm = real_time()
+    helm.command(0, force=1e5)
+    simulated_time.run(0.05)
     helm.command(0, force=math.nan)
     helm.command(0, moment=math.inf)
-    bench.spin(0.1)
+    simulated_time.run(0.05)
     assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
-    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (0.0, 0.0), deadline=5.0)
     assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
+
+
+def test_a_changed_disturbance_acts_from_the_next_step_on(bench, helm):
+    bench.start(VesselSimNode)
+    bench.until(lambda: len(helm.disturbance) == 1)
+    changes = {"disturbance__periodic__surge_force": 5e3, "disturbance__periodic__frequency": 0.5}
+    assert bench.set_parameters("vessel_sim", **changes).successful
+    helm.command(0)
+    bench.until(lambda: len(helm.disturbance) == 2)
+    loads = [conv.read_disturbance(m) for m in helm.disturbance]
+    assert loads[0] == (1100.0, 2600.0, 95000.0)
+    assert loads[1] == pytest.approx((5e3 * (1 + 0.5 * 0.01), 2600.0 * (1 + 0.5 * 0.01), 95e3 * (1 + 0.5 * 0.01)), rel=1e-4)
+
+
+def test_changes_that_are_not_allowed_change_nothing(bench, helm):
+    node = bench.start(VesselSimNode)
+    changes = {"disturbance__periodic__surge_force": 5e3, "disturbance__current__east": 99.0}
+    result = bench.set_parameters("vessel_sim", **changes)
+    assert not result.successful
+    assert "disturbance.current.east" in result.reason
+    assert node.parameters.disturbance.periodic.surge_force == 1100.0
+    assert not bench.set_parameters("vessel_sim", disturbance__waves__significant_height=2.0).successful
+
+
+def test_frames_of_the_plant_bear_the_prefix_of_the_vessel(bench, helm):
+    bench.start(VesselSimNode, frame_prefix="alpha/")
+    first = bench.until(lambda: helm.odometry and helm.odometry[0])
+    assert (first.header.frame_id, first.child_frame_id) == ("alpha/odom", "alpha/base_link")
 
 
 @pytest.mark.parametrize(

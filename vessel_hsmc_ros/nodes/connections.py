@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from vessel_hsmc_ros.nodes import qos
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
@@ -83,9 +85,9 @@ class Connections:
         """
         if not (partner or self._recorded):
             return ""
-        topic, offered = publisher.topic_name, publisher.qos_profile
+        topic = publisher.topic_name
         infos = self._node.get_subscriptions_info_by_topic(topic)
-        readers = [i for i in infos if qos_check_compatible(offered, i.qos_profile)[0] is not QoSCompatibility.ERROR]
+        readers = [info for info in infos if qos.compatible(publisher.qos_profile, info.qos_profile)]
         writers = self._node.get_publishers_info_by_topic(partner) if partner else []
         if partner and not set(map(_node_of, writers)) & set(map(_node_of, readers)):
             return f"a node that reads {topic} and publishes {partner}"

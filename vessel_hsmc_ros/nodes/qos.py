@@ -45,6 +45,16 @@ def data(lockstep: bool) -> QoSProfile:
     return LOSSLESS if lockstep else STREAM
 
 
+def compatible(offered: QoSProfile, requested: QoSProfile) -> bool:
+    """Whether a reader of one profile receives messages of a writer of another, by reliability and durability.
+
+    rclpy's own check takes the infinite deadline that discovery gives to every reader for one that no writer meets.
+    """
+    reliable = requested.reliability is not ReliabilityPolicy.RELIABLE or offered.reliability is ReliabilityPolicy.RELIABLE
+    latched = DurabilityPolicy.TRANSIENT_LOCAL
+    return reliable and (requested.durability is not latched or offered.durability is latched)
+
+
 def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
     """The profile of a recorder's subscription: as reliable and as durable as all of a topic's publishers offer."""
     reliable = all(offered.reliability is ReliabilityPolicy.RELIABLE for offered in publishers)
