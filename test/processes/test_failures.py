@@ -5,14 +5,19 @@ import math
 import os
 import signal
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from harness import children, command_line, run_folder
 from mcap_ros2.reader import read_ros2_messages
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log
+from rclpy.executors import SingleThreadedExecutor
 from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.messages import conversions
@@ -170,27 +175,77 @@ BAD_NODES = [
 ]
 
 
-@pytest.mark.parametrize(("executable", "arguments", "told"), BAD_NODES)
-def test_a_node_that_cannot_start_says_why_in_one_line(start, executable, arguments, told):
+@pytest.mark.parametrize(("executable", "arguments", "reason"), BAD_NODES)
+def test_a_node_that_cannot_start_logs_one_line_with_the_reason(
+    start: Any, executable: str, arguments: list[str], reason: str
+) -> None:
     command = start(executable, "--ros-args", *arguments)
     assert command.wait(20.0) == 2
-    assert told in command.text
-    assert "Traceback" not in command.text
-    assert len([line for line in command.text.splitlines() if "[rcl]" not in line]) == 1
+    (line,) = [line for line in command.text.splitlines() if "[rcl]" not in line]
+    assert line.startswith("[FATAL]")
+    assert reason in line
 
 
-def test_odometry_that_is_no_number_stops_the_controller_with_one_line(start):
-    command = start("controller_node")
+@pytest.fixture
+def sensor() -> Iterator[Any]:
+    """A node of its own, with an executor, that is no part of the run."""
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     node = rclpy.create_node("sensor", context=context)
-    publisher = node.create_publisher(Odometry, "odom", qos.LOSSLESS)
-    command.until(publisher.get_subscription_count, 10.0)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    yield node
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_the_error_that_ends_a_node_is_logged_as_fatal_and_reaches_rosout_and_diagnostics(start: Any, sensor: Any) -> None:
+    command = start("controller_node", "--ros-args", "-p", "lockstep:=true")
+    logs: list[Log] = []
+    statuses: list[DiagnosticArray] = []
+    sensor.create_subscription(Log, "/rosout", logs.append, 10)
+    sensor.create_subscription(DiagnosticArray, "/diagnostics", statuses.append, qos.DIAGNOSTICS)
+    publisher = sensor.create_publisher(Odometry, "odom", qos.LOSSLESS)
+    connected = (publisher.get_subscription_count, lambda: sensor.count_publishers("/diagnostics"))
+    command.until(lambda: sensor.executor.spin_once(0.02) or (all(each() for each in connected) and statuses), 10.0)
     message = conversions.new_odometry()
     message.pose.pose.position.y = math.nan
     publisher.publish(message)
-    code = command.wait(10.0)
-    node.destroy_node()
-    rclpy.shutdown(context=context)
-    assert code == 1
-    assert command.text.strip() == "[ERROR] [controller]: odometry with y = nan is not allowed: all of it must be finite numbers"
+    reason = "odometry with y = nan is not allowed: all of it must be finite numbers"
+    end = time.monotonic() + 10.0
+    while not (logs and logs[-1].msg == reason and statuses[-1].status[0].message == reason):
+        assert time.monotonic() < end, command.text
+        sensor.executor.spin_once(0.05)
+    assert logs[-1].level == 50  # FATAL
+    assert statuses[-1].status[0].level == DiagnosticStatus.ERROR
+    assert command.wait(10.0) == 1
+    lines = command.text.splitlines()
+    assert lines[-1].startswith("[FATAL]")
+    assert lines[-1].endswith(f"[controller]: {reason}")
+    assert "Traceback" not in command.text
+
+
+@pytest.mark.parametrize("executable", ["controller_node", "vessel_sim_node", "reference_ship_node", "recorder_node"])
+def test_a_node_that_is_interrupted_again_while_it_ends_still_ends_well(start: Any, executable: str) -> None:
+    """A terminal and `ros2 launch` each send SIGINT for one Ctrl-C."""
+    command = start(executable)
+    command.until(lambda: "real time" in command.text, 20.0)
+    end = time.monotonic() + 20.0
+    while command.popen.poll() is None:
+        assert time.monotonic() < end, command.text
+        command.popen.send_signal(signal.SIGINT)
+        time.sleep(0.005)
+    assert command.popen.returncode == 0, command.text
+
+
+def test_a_plant_started_into_a_running_lockstep_run_refuses_and_the_run_goes_on(start: Any) -> None:
+    run, folder = started(start)
+    second = start("vessel_sim_node", "--ros-args", "-p", "lockstep:=true")
+    assert second.wait(20.0) == 1
+    assert "has 2 publishers and takes one: does another run use this ROS domain" in second.text.splitlines()[-1]
+    before = bag_size(folder)
+    run.until(lambda: bag_size(folder) > before, 10.0)
+    run.popen.send_signal(signal.SIGINT)
+    assert run.wait(20.0) == 128 + signal.SIGINT
+    check_bag(folder)
