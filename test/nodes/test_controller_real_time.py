@@ -170,7 +170,11 @@ def test_on_the_wall_clock_commands_are_stamped_with_it(bench: Any) -> None:
     def now() -> int:
         return int(bench.probe.get_clock().now().nanoseconds)
 
-    bench.probe.create_timer(0.01, lambda: (plant.send_reference(now()), plant.send_odometry(now())))
+    def send() -> None:
+        plant.send_reference(now())
+        plant.send_odometry(now())
+
+    bench.probe.create_timer(0.01, send)
     began = now()
     bench.start(ControllerNode, lockstep=False)
     bench.until(lambda: len(plant.commands) > 10 and any(plant.wrenches()[-1]))

@@ -28,7 +28,7 @@ WELL_UNDER_WAY = 1_500_000
 """Bytes of a bag that holds more than the 500 steps that are asked for below; a step takes some 1250."""
 
 
-def started(start, *arguments):
+def started(start: Any, *arguments: Any) -> Any:
     """A run that is well under way, and its output folder."""
     command = start("vessel-hsmc", "run", "case2_tracking", *arguments)
     runs = command.output.parent / "runs"
@@ -36,17 +36,17 @@ def started(start, *arguments):
     return command, run_folder(runs)
 
 
-def bag_size(folder):
+def bag_size(folder: Any) -> Any:
     path = folder / "bag" / "bag_0.mcap"
     return path.stat().st_size if path.exists() else 0
 
 
-def nodes_of(command):
+def nodes_of(command: Any) -> Any:
     lines = {pid: command_line(pid) for pid in children(command.popen.pid)}
     return {name: pid for name, module in MODULES.items() for pid, line in lines.items() if module in line}
 
 
-def check_bag(folder):
+def check_bag(folder: Any) -> Any:
     """Two foreign readers find the same odometry, without a gap."""
     with AnyReader([folder / "bag"]) as reader:
         stamps = []
@@ -60,12 +60,12 @@ def check_bag(folder):
     assert decoded == len(stamps)
 
 
-def check_nothing_left(pids):
+def check_nothing_left(pids: Any) -> Any:
     assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_a_killed_node_ends_the_run_and_is_named(start, name):
+def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     assert nodes.keys() == MODULES.keys()
@@ -81,7 +81,7 @@ def test_a_killed_node_ends_the_run_and_is_named(start, name):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start, number):
+def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start: Any, number: int) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     command.popen.send_signal(number)
@@ -94,14 +94,14 @@ def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start, number):
     assert "0 dropped" in (folder / "logs" / "recorder.log").read_text()
 
 
-def test_a_ctrl_c_that_reaches_the_whole_group_does_the_same(start):
+def test_a_ctrl_c_that_reaches_all_processes_of_the_group_does_the_same(start: Any) -> None:
     command, folder = started(start)
     os.killpg(command.popen.pid, signal.SIGINT)
     assert command.wait(20.0) == 130
     check_bag(folder)
 
 
-def test_a_hanging_node_ends_the_run_and_is_named(start):
+def test_a_hanging_node_ends_the_run_and_is_named(start: Any) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     os.kill(nodes["controller"], signal.SIGSTOP)
@@ -111,7 +111,7 @@ def test_a_hanging_node_ends_the_run_and_is_named(start):
     check_bag(folder)
 
 
-def test_when_the_command_itself_is_killed_its_nodes_end_and_the_bag_is_complete(start):
+def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start: Any) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     command.popen.kill()
@@ -123,7 +123,7 @@ def test_when_the_command_itself_is_killed_its_nodes_end_and_the_bag_is_complete
     check_bag(folder)
 
 
-def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_goes_on(start):
+def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_goes_on(start: Any) -> None:
     first, _ = started(start)
     second = start("vessel-hsmc", "run", "case2_tracking")
     assert second.wait(20.0) == 1
@@ -132,7 +132,7 @@ def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_
     assert first.popen.poll() is None
 
 
-def test_without_ros_run_says_what_is_missing(start):
+def test_run_without_ros_names_what_is_missing(start: Any) -> None:
     code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
     command = start("python", "-c", code + "from vessel_hsmc_ros.cli import main; sys.exit(main())")
     assert command.wait(20.0) == 1
@@ -152,14 +152,14 @@ BAD_RUNS = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "told"), BAD_RUNS)
-def test_a_run_that_cannot_be_is_refused_in_one_line(start, arguments, told):
+@pytest.mark.parametrize(("arguments", "expected"), BAD_RUNS)
+def test_a_run_that_cannot_start_is_refused_in_one_line(start: Any, arguments: Any, expected: str) -> None:
     command = start("vessel-hsmc", "run", *arguments)
     assert command.wait(20.0) in (1, 2)
     lines = command.text.strip().splitlines()
     assert len(lines) == 1
     assert lines[0].startswith("error: ")
-    assert told in lines[0]
+    assert expected in lines[0]
     assert run_folder(command.output.parent / "runs") is None
 
 
