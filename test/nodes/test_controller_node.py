@@ -220,7 +220,7 @@ def test_references_that_no_odometry_answers_are_forgotten(bench: Any, plant: An
     assert node.status()[2]["references_waiting"] <= 2000
 
 
-def test_a_node_that_is_not_connected_says_what_it_waits_for(bench: Any) -> None:
+def test_a_node_that_is_not_connected_reports_what_it_waits_for(bench: Any) -> None:
     statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
     bench.start(ControllerNode)
     bench.publisher(ReferenceState, "reference")

@@ -1,4 +1,4 @@
-"""What goes wrong ends soon, says what it was in one line, leaves no process behind and a bag that can be read."""
+"""A run that fails ends soon, reports the reason in one line, and leaves a readable bag and no process behind."""
 
 import json
 import math

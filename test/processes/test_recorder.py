@@ -1,4 +1,4 @@
-"""The recorder as a process of its own: expected to stop, killed, and read by whoever comes."""
+"""The recorder as a process of its own: interrupted, killed, and its bag read by several readers."""
 
 import os
 import random

@@ -33,8 +33,8 @@ REFERENCES_KEPT = 2000
 
 NOT_FOR_REAL_TIME = "law hierarchical tolerates no late control steps: in real time use another law, such as guided"
 
-CHECK_PERIOD = 0.4
-"""Time between two looks at what keeps the law from running, s: two of them take less than the plant's patience."""
+CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
+"""Time between two checks of the inputs, s: in lockstep two of them take less than the plant's command_timeout."""
 
 
 class ControllerNode(VesselNode):
@@ -62,7 +62,7 @@ class ControllerNode(VesselNode):
         self._create_topics(p.lockstep)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(SetBool, "~/enable", self._on_enable)
-        self.create_timer(CHECK_PERIOD, self._check_inputs, clock=self._wall)
+        self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
         profile = qos.data(lockstep)
@@ -150,8 +150,8 @@ class ControllerNode(VesselNode):
     def _lock_phase(self, stamp: int) -> None:
         """Start the timer so that it fires half a period away from the odometry.
 
-        Fired together with it, the law would take now the new, now the old odometry, and a gain that is stable without delay
-        is not with one of a whole period.
+        If both fired together, the law would take the new odometry in one period and the old one in the next, and a gain that is
+        stable without delay may be unstable with a delay of a whole period.
         """
         period = self._loop.grid.stamp(1)
         now = self.now()
