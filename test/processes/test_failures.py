@@ -134,7 +134,7 @@ def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_
 
 def test_run_without_ros_names_what_is_missing(start: Any) -> None:
     code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
-    command = start("python", "-c", code + "from vessel_hsmc_ros.cli import main; sys.exit(main())")
+    command = start("python", "-c", code + "from vessel_hsmc_ros.cli.main import main; sys.exit(main())")
     assert command.wait(20.0) == 1
     assert "error: rclpy is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without" in command.text
 
