@@ -1,57 +1,85 @@
 """The closed loop: plant, reference ship, controller, and a recorder if wanted.
 
 ros2 launch vessel_hsmc_ros closed_loop.launch.py scenario:=case2_tracking record:=true
+
+It ends with the plant. The exit code is 0 when every node ended well, else 1.
 """
 
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
+from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs.processes import PROFILES
+from vessel_hsmc_ros.runs.supervisor import exclusive
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario, scenario_names
 
-EXECUTABLES = {
-    "recorder": "recorder_node",
-    "controller": "controller_node",
-    "reference_ship": "reference_ship_node",
-    "vessel_sim": "vessel_sim_node",
-}
+HELD = ExitStack()
+"""The lock that keeps a second run out of the ROS domain and namespace, held for as long as this process lives."""
 
 
 def start_nodes(context: LaunchContext) -> list[Any]:
-    """The node actions, on a resolved parameters file in a run folder of their own."""
-    said = {name: LaunchConfiguration(name).perform(context) for name in ("scenario", "law", "output", "namespace")}
+    """The node actions, on a resolved parameters file in a run folder of their own.
+
+    Raises:
+        RunError: another run on this machine uses the ROS domain and namespace; it goes on.
+    """
+    arguments = {name: LaunchConfiguration(name).perform(context) for name in ("scenario", "law", "output", "namespace")}
     flags = {name: LaunchConfiguration(name).perform(context) == "true" for name in ("record", "real_time")}
-    changes = for_nodes(recorded=flags["record"], real_time=flags["real_time"])
-    if said["law"]:
-        changes["controller.law"] = said["law"]
-    scenario = load_scenario(said["scenario"], changes)
-    folder = make_run_folder(Path(said["output"]), scenario.name)
+    namespace = arguments["namespace"].strip("/")
+    HELD.enter_context(exclusive(namespace))
+    changes = for_nodes(flags["record"], flags["real_time"], namespace)
+    if arguments["law"]:
+        changes["controller.law"] = arguments["law"]
+    scenario = load_scenario(arguments["scenario"], changes)
+    folder = make_run_folder(Path(arguments["output"]), scenario.name)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
     return [
         Node(
             package="vessel_hsmc_ros",
-            executable=executable,
+            executable=LOOP[name].executable,
             name=name,
-            namespace=said["namespace"],
+            namespace=namespace,
             parameters=[str(folder.parameters)],
             output="screen",
-            on_exit=Shutdown(reason=f"{name} has ended"),
+            on_exit=end_with(name),
         )
-        for name, executable in EXECUTABLES.items()
+        for name in START_ORDER
         if flags["record"] or name != "recorder"
     ]
 
 
+def end_with(name: str) -> Callable[[ProcessExited, LaunchContext], Any]:
+    """What launch does when a node has ended: it ends all of them, and fails unless the plant has finished the run.
+
+    An exception is the way to give `ros2 launch` an exit code: its message is logged, everything is shut down, the code is 1.
+    """
+
+    def on_exit(event: ProcessExited, context: LaunchContext) -> Any:
+        if event.returncode:
+            raise RunError(f"{name} failed with exit code {event.returncode}")
+        if context.is_shutdown:
+            return None
+        if name != "vessel_sim":
+            raise RunError(f"{name} left before the run was over")
+        return Shutdown(reason="the run is over")
+
+    return on_exit
+
+
 def generate_launch_description() -> LaunchDescription:
-    """What `ros2 launch` asks for."""
+    """The arguments and actions for `ros2 launch`."""
     flag = ["true", "false"]
     profiles = str(share_directory() / "config" / "fastdds.xml")
     return LaunchDescription(
@@ -59,10 +87,19 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "scenario", default_value="case2_tracking", description=f"One of {', '.join(scenario_names())}, or a YAML file."
             ),
-            DeclareLaunchArgument("law", default_value="", choices=["", *LAWS], description="The law; empty: the scenario's."),
+            DeclareLaunchArgument(
+                "law",
+                default_value="",
+                choices=["", *LAWS],
+                description="The law; empty: the scenario's. In real time choose one that tolerates late steps, such as guided.",
+            ),
             DeclareLaunchArgument("record", default_value="true", choices=flag, description="Record an MCAP bag."),
             DeclareLaunchArgument("real_time", default_value="false", choices=flag, description="Run at the pace of the clock."),
-            DeclareLaunchArgument("namespace", default_value="", description="Namespace of the vessel."),
+            DeclareLaunchArgument(
+                "namespace",
+                default_value="",
+                description="Namespace of the vessel; the names of its frames are prefixed with it.",
+            ),
             DeclareLaunchArgument("output", default_value="runs", description="Folder of the run folders."),
             SetEnvironmentVariable(PROFILES, EnvironmentVariable(PROFILES, default_value=profiles)),
             OpaqueFunction(function=start_nodes),

@@ -59,17 +59,18 @@ class CurrentParameters:
     north: float = parameter(0.0, "Current towards the north.", unit="m/s", low=-20.0, high=20.0)
 
 
-def periodic_wrench(time: float, parameters: PeriodicParameters) -> Wrench:
-    """The disturbance of section 6.2 as a wrench: (F_u, F_v, N_r)·(1 + sin(w·t)).
+def periodic_wrench(time: float, parameters: PeriodicParameters, phase: float = 0.0) -> Wrench:
+    """The disturbance of section 6.2 as a wrench: (F_u, F_v, N_r)·(1 + sin(w·t + phase)).
 
     Args:
         time: Time since the start, s.
         parameters: Mean values and frequency.
+        phase: 0 in the paper; other values keep the phase continuous where the frequency has been changed.
 
     Returns:
         Surge force [N], sway force [N], yaw moment [N·m] in the body frame.
     """
-    factor = 1.0 + math.sin(parameters.frequency * time)
+    factor = 1.0 + math.sin(parameters.frequency * time + phase)
     return parameters.surge_force * factor, parameters.sway_force * factor, parameters.yaw_moment * factor
 
 
@@ -83,13 +84,18 @@ class Wind:
     """
 
     def __init__(self, parameters: EarthFixedParameters, period: float, random: np.random.Generator) -> None:
+        self._period = period
+        self._random = random
+        self.retune(parameters)
+        self._gust = parameters.gust_deviation * random.standard_normal(2)
+
+    def retune(self, parameters: EarthFixedParameters) -> None:
+        """Take other parameters; the gusts go on from their present values."""
         p = parameters
         self._mean = np.array([p.east_force, p.north_force])
         self._lever = p.lever
-        self._memory = math.exp(-period / p.gust_time_constant)
+        self._memory = math.exp(-self._period / p.gust_time_constant)
         self._innovation = p.gust_deviation * math.sqrt(1.0 - self._memory**2)
-        self._random = random
-        self._gust = p.gust_deviation * random.standard_normal(2)
 
     def force(self) -> tuple[float, float]:
         """F_E + g_E and F_N + g_N in this period, N."""

@@ -10,10 +10,11 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
+from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import SimParameters
 from vessel_sim_node.simulator import Simulator, check_command
 
@@ -21,10 +22,10 @@ NO_WRENCH = (0.0, 0.0)
 
 
 class VesselSimNode(VesselNode):
-    """Moves the ship and publishes what it does.
+    """Integrates the ship's motion and publishes it.
 
-    Lockstep: publishes step k and goes on when the command stamped k has come. Real time: a timer sets the pace, the latest
-    command holds; a step is never skipped, late ones are caught up with.
+    Lockstep: publishes step k and goes on when the command stamped k has come. Real time: a timer sets the pace and the latest
+    command holds until it is too old; no step is skipped, late ones are caught up with.
     """
 
     NAME = "vessel_sim"
@@ -41,6 +42,7 @@ class VesselSimNode(VesselNode):
         self._paused = False
         self._command = NO_WRENCH
         self._answer: tuple[float, float] | None = None
+        self._command_at: int | None = None
         self._answer_at = self._wall_start = self._wall_seconds = self._first_command_at = 0.0
         self._create_topics()
         self.create_service(Trigger, "~/reset", self._on_reset)
@@ -55,27 +57,22 @@ class VesselSimNode(VesselNode):
         self._dynamics_out = self.advertise(AccelStamped, "dynamics/truth", profile)
         if not self._plant.odometry_is_true:
             self._truth_out = self.advertise(Odometry, "odom/truth", profile)
-            self._truth = conversions.new_odometry()
+            self._truth = self.framed(conversions.new_odometry())
         self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
-        self._odometry, self._clock_message = conversions.new_odometry(), Clock()
-        self._disturbance, self._applied = conversions.new_wrench(), conversions.new_wrench()
-        self._dynamics = conversions.new_acceleration()
+        self._odometry, self._clock_message = self.framed(conversions.new_odometry()), Clock()
+        self._disturbance, self._applied = self.framed(conversions.new_wrench()), self.framed(conversions.new_wrench())
+        self._dynamics = self.framed(conversions.new_acceleration())
+        self.connections.allow_one_publisher("odom")
         if lockstep:
+            self.connections.allow_one_publisher("/clock")
+            self.connections.allow_one_publisher("cmd_wrench")
             self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
             self.create_timer(0.1, self._check_lockstep, clock=self._wall)
 
-    def check_graph(self) -> None:
-        """Nobody else may be this ship, steer it in lockstep or own the time.
-
-        Raises:
-            SimulationError: somebody does.
-        """
-        alone = [self._odometry_out.topic_name]
-        if self.parameters.lockstep:
-            alone += ["/clock", self.resolve_topic_name("cmd_wrench")]
-        for topic in alone:
-            if (publishers := self.count_publishers(topic)) > 1:
-                raise SimulationError(f"{topic} has {publishers} publishers and takes one: does another run use this ROS domain?")
+    def describe(self) -> str:
+        """The rate and the length of the run."""
+        duration = f", {self.parameters.duration:g} s" if self.parameters.duration else ""
+        return f"plant at {self.parameters.rate_hz:g} Hz{duration}"
 
     def on_connected(self) -> None:
         """Publish the first step."""
@@ -99,10 +96,10 @@ class VesselSimNode(VesselNode):
             self.send(self._clock_out, self._clock_message)
 
     def _publish_truth(self) -> None:
-        """What only a simulator knows; nobody waits for it."""
+        """Publish what only a simulator knows; no node waits for it."""
         stamp = conversions.time_message(self.stamp)
-        self._push = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
-        conversions.write_disturbance(self._disturbance, stamp, self._push)
+        self._load = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
+        conversions.write_disturbance(self._disturbance, stamp, self._load)
         self.send(self._disturbance_out, self._disturbance)
         conversions.write_acceleration(self._dynamics, stamp, self._plant.unforced_acceleration())
         self.send(self._dynamics_out, self._dynamics)
@@ -116,7 +113,7 @@ class VesselSimNode(VesselNode):
         stamp = conversions.time_message(self.stamp)
         last = self._step >= self._last_step
         if not last:
-            self._plant.advance(wrench, self._push)
+            self._plant.advance(wrench, self._load)
             self._step += 1
             self._publish_motion()
         conversions.write_wrench(self._applied, stamp, wrench)
@@ -152,8 +149,7 @@ class VesselSimNode(VesselNode):
             self._finish_step(command)
 
     def _check_lockstep(self) -> None:
-        """Lockstep: give up when the answer to the present step is overdue, or when somebody else interferes."""
-        self.check_graph()
+        """Lockstep: give up when the answer to the present step is overdue."""
         waited = time.monotonic() - self._answer_at
         limit = self.parameters.command_timeout
         if self.connected and not self._paused and self._answer is None and waited > limit:
@@ -167,7 +163,7 @@ class VesselSimNode(VesselNode):
         except SimulationError as error:
             self.get_logger().error(f"{error}; ignored", throttle_duration_sec=1.0)
             return
-        self._command, self._answer_at = command, time.monotonic()
+        self._command, self._command_at = command, self.now()
 
     def _on_timer(self) -> None:
         """Real time: take every step that is due; a command holds from the odometry it answers, as in lockstep."""
@@ -176,10 +172,17 @@ class VesselSimNode(VesselNode):
             self._start = now - self._grid.stamp(self._step)
         due = self._grid.index(now - self._start)
         while self._step < due and not self.finished:
-            fresh = time.monotonic() - self._answer_at <= self.parameters.command_timeout
-            self._finish_step(self._command if fresh else NO_WRENCH)
+            self._finish_step(self._command if self._command_is_recent(now) else NO_WRENCH)
+
+    def _command_is_recent(self, now: int) -> bool:
+        """Real time: whether the latest command is younger than its time-out, by the node's clock."""
+        return self._command_at is not None and now - self._command_at <= self.parameters.command_timeout * NANOSECONDS
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
+
+    def retune(self, parameters: SimParameters) -> None:
+        """Take changed disturbances from the next step on."""
+        self._plant.retune(parameters.disturbance, seconds(self._grid.stamp(self._step)))
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._plant.reset()
@@ -188,18 +191,20 @@ class VesselSimNode(VesselNode):
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._paused = request.data
-        self._answer_at = time.monotonic()
+        self._answer_at = time.monotonic()  # the time-out of a command begins anew
         if self.parameters.lockstep and self.connected:
             self._go_on()
         response.success, response.message = True, "paused" if self._paused else "running"
         return response
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How far the run is and how fast it goes."""
+        """How far the run has come and how fast it runs."""
         simulated = seconds(self._grid.stamp(self._step))
         wall = self._wall_seconds if self.finished else time.monotonic() - self._wall_start
         message = "finished" if self.finished else "paused" if self._paused else "running"
-        figures = {
+        if message == "running" and not self.parameters.lockstep and not self._command_is_recent(self.now()):
+            message = f"no recent command on {self.resolve_topic_name('cmd_wrench')}: the wrench is zero"
+        values = {
             "simulated_time": simulated,
             "steps": self._step,
             "duration": self.parameters.duration,
@@ -207,11 +212,9 @@ class VesselSimNode(VesselNode):
             "real_time_factor": simulated / wall if self.connected and wall else 0.0,
             "first_command_at": self._first_command_at,
         }
-        if not self.connected:
-            return WARN, "waiting for the other nodes", figures
-        return (WARN if self._paused else OK), message, figures
+        return (OK if message in ("running", "finished") else WARN), message, values
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it has finished or is told to stop."""
+    """Run the node until it has finished or a signal ends it."""
     return run_node(VesselSimNode, arguments)

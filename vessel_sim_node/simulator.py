@@ -1,7 +1,7 @@
 """Discrete-time simulation of the plant, shared by the simulator node and the offline loop."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,9 +29,9 @@ from vessel_sim_node.waves import WaveParameters, Waves
 class DisturbanceParameters:
     """The disturbances of the plant; their wrenches add up."""
 
-    periodic: PeriodicParameters = group(PeriodicParameters)
-    earth_fixed: EarthFixedParameters = group(EarthFixedParameters)
-    current: CurrentParameters = group(CurrentParameters)
+    periodic: PeriodicParameters = group(PeriodicParameters, tunable=True)
+    earth_fixed: EarthFixedParameters = group(EarthFixedParameters, tunable=True)
+    current: CurrentParameters = group(CurrentParameters, tunable=True)
     waves: WaveParameters = group(WaveParameters)
 
 
@@ -64,6 +64,7 @@ class Simulator:
     def __init__(self, parameters: PlantParameters, period: float) -> None:
         self._parameters = parameters
         self._period = period
+        self._phase = 0.0
         self._vessel = parameters.vessel.coefficients()
         self._current = parameters.disturbance.current.east, parameters.disturbance.current.north
         self.odometry_is_true = parameters.sensors.perfect() and not parameters.disturbance.waves.significant_height
@@ -77,8 +78,31 @@ class Simulator:
         self.state: Array = np.array(p.initial_pose + p.initial_velocity)
         self._actuators = Actuators(p.actuators, self._period)
         self._sensors = Sensors(p.sensors, sensors)
+        self._gusts = gusts
         self._wind = Wind(environment.earth_fixed, self._period, gusts) if environment.earth_fixed.active() else None
         self._waves = Waves(environment.waves, sea) if environment.waves.significant_height else None
+
+    def retune(self, changed: DisturbanceParameters, time: float) -> None:
+        """Take changed periodic and earth-fixed disturbances and a changed current while the ship moves.
+
+        No phase jumps: w·t + phase of the periodic disturbance and the phases of the waves, which ride on the current, are
+        continuous at the time of the change; the gusts go on from their present values.
+
+        Args:
+            changed: All disturbances; the waves are those of the start.
+            time: Time since the start, s.
+        """
+        old = self._parameters.disturbance
+        self._parameters = replace(self._parameters, disturbance=changed)
+        self._phase += (old.periodic.frequency - changed.periodic.frequency) * time
+        current = changed.current.east, changed.current.north
+        if self._waves:
+            self._waves.change_current(self._current, current, time)
+        self._current = current
+        if self._wind:
+            self._wind.retune(changed.earth_fixed)
+        elif changed.earth_fixed.active():
+            self._wind = Wind(changed.earth_fixed, self._period, self._gusts)
 
     def measured(self, stamp: int) -> Array:
         """The measurement of this step, shape (6,); call it once per step, because it draws noise.
@@ -99,7 +123,7 @@ class Simulator:
         Args:
             time: Time since the start, s.
         """
-        wrench = periodic_wrench(time, self._parameters.disturbance.periodic)
+        wrench = periodic_wrench(time, self._parameters.disturbance.periodic, self._phase)
         if self._wind:
             wrench = total(wrench, self._wind.wrench(float(self.state[2])))
         if self._waves:

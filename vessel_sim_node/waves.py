@@ -113,6 +113,18 @@ class Waves:
         self._drift_amplitude = self.amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
         self._length, self._beam = p.hull_length, p.hull_beam
 
+    def change_current(self, old: tuple[float, float], new: tuple[float, float], time: float) -> None:
+        """Keep every phase continuous where the current that the waves ride on changes.
+
+        The phase holds -k·d·c·time, so it would jump by -k·d·(new - old)·time.
+
+        Args:
+            old, new: Current towards east and north, m/s.
+            time: Time of the change since the start, s.
+        """
+        along = self._d[0] * (new[0] - old[0]) + self._d[1] * (new[1] - old[1])
+        self._epsilon = self._epsilon + self._k * along * time
+
     def phases(self, time: float, state: Array, current: tuple[float, float]) -> Array:
         """The phase theta of every component at the ship, (n,).
 

@@ -1,28 +1,32 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from driving import ACCELERATION, REFERENCE, STATE, STEP
 from message_reading import read_control_state
 from nav_msgs.msg import Odometry
-from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.msg import Log, ParameterType
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import Trigger
+from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, SimulationError
 from vessel_hsmc_ros.core.kinematics import as_published
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
 from vessel_hsmc_ros.laws.terms import diagnosed
 from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
 
-def test_each_odometry_is_answered_with_its_stamp_once_the_reference_is_there(bench, plant):
+def test_each_odometry_is_answered_with_its_stamp_once_the_reference_is_there(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     plant.send_odometry(0)
     bench.spin(0.2)
@@ -34,7 +38,7 @@ def test_each_odometry_is_answered_with_its_stamp_once_the_reference_is_there(be
     bench.until(lambda: plant.stamps() == [0, STEP])
 
 
-def test_with_an_observer_the_law_takes_its_estimate_which_is_told(bench, plant):
+def test_with_an_observer_the_law_takes_its_estimate_which_is_published(bench: Any, plant: Any) -> None:
     estimates = bench.collect(Odometry, "controller/estimate")
     plant.connect(bench.start(ControllerNode, observer__enabled=True))
     for k in range(3):
@@ -56,12 +60,12 @@ def test_with_an_observer_the_law_takes_its_estimate_which_is_told(bench, plant)
     np.testing.assert_allclose(conv.read_odometry(estimates[3]), [*STATE[:3], 0.0, 0.0, 0.0])
 
 
-def test_without_an_observer_nothing_is_estimated(bench, plant):
+def test_without_an_observer_nothing_is_estimated(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     assert not bench.probe.count_publishers("/controller/estimate")
 
 
-def test_the_answer_is_the_laws(bench, plant):
+def test_the_command_and_the_control_state_are_those_of_the_law(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     plant.send_reference(0)
     plant.send_odometry(0)
@@ -72,13 +76,13 @@ def test_the_answer_is_the_laws(bench, plant):
     conv.write_reference(reference, conv.time_message(0), REFERENCE, ACCELERATION)
     wrench, terms = law.update(0.0, conv.read_odometry(odometry), *conv.read_reference(reference))
     assert conv.read_wrench(plant.commands[0]) == tuple(wrench)
-    told = read_control_state(plant.states[0])
+    expected = read_control_state(plant.states[0])
     for name, value in diagnosed(terms, None, 0.01)._asdict().items():
-        np.testing.assert_array_equal(told[name], value)
-    assert 0.0 < told["compute_time"] < 1.0
+        np.testing.assert_array_equal(expected[name], value)
+    assert 0.0 < expected["compute_time"] < 1.0
 
 
-def test_a_slower_law_holds_its_wrench_in_between(bench, plant):
+def test_a_law_slower_than_the_odometry_holds_its_wrench_in_between(bench: Any, plant: Any) -> None:
     gains = {"hierarchical__yaw_reaching_gain": 20.0, "hierarchical__surge_reaching_gain": 20.0}
     plant.connect(bench.start(ControllerNode, rate_hz=50.0, **gains))
     for k in range(4):
@@ -92,7 +96,7 @@ def test_a_slower_law_holds_its_wrench_in_between(bench, plant):
 
 
 @pytest.mark.parametrize(("place", "named"), [(0, "x = nan"), (2, "heading = nan"), (5, "yaw velocity = nan")])
-def test_odometry_that_is_no_number_ends_a_lockstep_run_and_is_named(bench, plant, place, named):
+def test_odometry_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: Any, plant: Any, place: Any, named: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     state = STATE.copy()
     state[place] = math.nan
@@ -101,18 +105,18 @@ def test_odometry_that_is_no_number_ends_a_lockstep_run_and_is_named(bench, plan
         bench.spin(2.0)
 
 
-def test_a_reference_that_is_no_number_is_named(bench, plant):
+def test_a_reference_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     plant.send_reference(0, acceleration=[0.0, math.inf, 0.0])
     with pytest.raises(ControlError, match="reference with sway acceleration = inf is not allowed"):
         bench.spin(2.0)
 
 
-def weights(plant):
+def weights(plant: Any) -> Any:
     return np.array(plant.states[-1].yaw_weights)
 
 
-def learn(bench, plant, steps):
+def learn(bench: Any, plant: Any, steps: Any) -> Any:
     for _ in range(steps):
         count = len(plant.commands)
         plant.send_reference(count * STEP)
@@ -120,7 +124,7 @@ def learn(bench, plant, steps):
         bench.until(lambda count=count: len(plant.commands) == len(plant.states) == count + 1)
 
 
-def test_a_new_gain_is_taken_and_what_was_learnt_stays(bench, plant):
+def test_a_changed_gain_acts_and_the_weights_stay(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     learn(bench, plant, 5)
     before, surface = weights(plant), plant.states[-1].heading_surface
@@ -135,7 +139,7 @@ def test_a_new_gain_is_taken_and_what_was_learnt_stays(bench, plant):
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "told"),
+    ("name", "value", "expected"),
     [
         ("hierarchical.yaw_reaching_gain", 250.0, "must be below 2"),
         ("hierarchical.sway_weight", -1.0, ""),
@@ -143,18 +147,18 @@ def test_a_new_gain_is_taken_and_what_was_learnt_stays(bench, plant):
         ("law", "hierarchical", "read-only"),
     ],
 )
-def test_a_change_that_is_not_allowed_is_refused(bench, plant, name, value, told):
+def test_a_change_that_is_not_allowed_is_refused(bench: Any, plant: Any, name: str, value: Any, expected: str) -> None:
     node = plant.connect(bench.start(ControllerNode))
     client = AsyncParameterClient(bench.probe, "controller")
     bench.until(client.services_are_ready)
     future = client.set_parameters([Parameter(name, value=value)])
     result = bench.until(lambda: future.done() and future.result()).results[0]
     assert not result.successful
-    assert told in result.reason
-    assert node.parameters == ControllerParameters()
+    assert expected in result.reason
+    assert node.parameters == ControllerParameters(lockstep=True)
 
 
-def test_reset_forgets_what_was_learnt(bench, plant):
+def test_reset_sets_the_weights_to_zero(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     learn(bench, plant, 3)
     assert weights(plant).any()
@@ -163,23 +167,97 @@ def test_reset_forgets_what_was_learnt(bench, plant):
     assert not weights(plant).any()
 
 
-def test_every_parameter_is_described_with_unit_and_range(bench, plant):
+def test_every_parameter_is_described_with_unit_and_range(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     client = AsyncParameterClient(bench.probe, "controller")
     bench.until(client.services_are_ready)
     declared = schema.entries(ControllerParameters)
     future = client.describe_parameters(list(declared))
     described = bench.until(lambda: future.done() and future.result()).descriptors
-    for entry, told in zip(declared.values(), described, strict=True):
-        assert told.description.startswith(entry.description)
-        assert f"[{entry.unit}]" in told.description or not entry.unit
-        assert entry.allowed in told.additional_constraints
+    for entry, expected in zip(declared.values(), described, strict=True):
+        assert expected.description.startswith(entry.description)
+        assert f"[{entry.unit}]" in expected.description or not entry.unit
+        assert entry.allowed in expected.additional_constraints
         if entry.type is float:
-            assert told.type == ParameterType.PARAMETER_DOUBLE
-            assert (told.floating_point_range[0].from_value, told.floating_point_range[0].to_value) == (entry.low, entry.high)
-        assert told.read_only is not entry.tunable
+            assert expected.type == ParameterType.PARAMETER_DOUBLE
+            assert (expected.floating_point_range[0].from_value, expected.floating_point_range[0].to_value) == (
+                entry.low,
+                entry.high,
+            )
+        assert expected.read_only is not entry.tunable
 
 
-def test_an_unstable_gain_is_refused_at_the_start(bench):
+def test_an_unstable_gain_is_refused_at_the_start(bench: Any) -> None:
     with pytest.raises(ParameterError, match=r"is unstable at controller\.rate_hz = 50 Hz"):
         bench.start(ControllerNode, rate_hz=50.0)
+
+
+def test_odometry_without_a_reference_of_its_stamp_is_reported_with_both_stamps(bench: Any, plant: Any) -> None:
+    statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    plant.connect(bench.start(ControllerNode))
+    plant.send_odometry(STEP)
+    plant.send_reference(STEP + 1)
+    found = "no command: in lockstep it takes inputs of one stamp, the latest are"
+    bench.until(lambda: statuses and statuses[-1].status[0].message.startswith(found))
+    assert statuses[-1].status[0].level == DiagnosticStatus.WARN
+    assert statuses[-1].status[0].message.endswith("odometry of 0.010000000 s and reference of 0.010000001 s")
+    assert plant.commands == []
+    plant.send_reference(STEP)
+    bench.until(lambda: plant.stamps() == [STEP])
+    bench.until(lambda: statuses[-1].status[0].message == "running")
+
+
+def test_references_that_no_odometry_answers_are_forgotten(bench: Any, plant: Any) -> None:
+    node = plant.connect(bench.start(ControllerNode))
+    for k in range(2500):
+        plant.send_reference(k)
+    plant.send_odometry(2499)
+    bench.until(lambda: plant.stamps() == [2499])
+    plant.send_odometry(10 * STEP)
+    for k in range(2500):
+        plant.send_reference(STEP + k)
+    bench.until(lambda: node.status()[2]["references_waiting"] >= 1900)
+    bench.spin(0.3)
+    assert node.status()[2]["references_waiting"] <= 2000
+
+
+def test_a_node_that_is_not_connected_reports_what_it_waits_for(bench: Any) -> None:
+    statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    bench.start(ControllerNode)
+    bench.publisher(ReferenceState, "reference")
+    expected = "waiting for a publisher of /odom, a node that reads /cmd_wrench and publishes /odom"
+    bench.until(lambda: statuses and statuses[-1].status[0].message == expected)
+    assert statuses[-1].status[0].level == DiagnosticStatus.WARN
+
+
+def test_a_node_announces_what_it_does_and_on_which_topics(bench: Any) -> None:
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
+    bench.start(ControllerNode, lockstep=False, law="guided").announce()
+    bench.until(lambda: any(log.name == "controller" for log in logs))
+    assert logs[0].msg == (
+        "law guided at 100 Hz; real time; publishes /cmd_wrench, /controller/state; subscribes to /odom, /reference"
+    )
+
+
+def test_in_real_time_the_hierarchical_law_is_warned_of(bench: Any) -> None:
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
+    node = bench.start(ControllerNode, lockstep=False)
+    bench.until(lambda: node.connected and logs)
+    assert "law hierarchical tolerates no late control steps" in logs[0].msg
+
+
+def test_a_second_controller_refuses_to_start_in_lockstep(bench: Any, plant: Any) -> None:
+    plant.connect(bench.start(ControllerNode))
+    second = bench.start(ControllerNode)
+    with pytest.raises(SimulationError, match="/cmd_wrench has 2 publishers and takes one"):
+        bench.until(lambda: second.connected)
+
+
+def test_frames_bear_the_prefix_of_the_vessel(bench: Any, plant: Any) -> None:
+    estimates = bench.collect(Odometry, "controller/estimate")
+    plant.connect(bench.start(ControllerNode, frame_prefix="alpha/", observer__enabled=True))
+    plant.send_reference(0)
+    plant.send_odometry(0)
+    bench.until(lambda: plant.commands and plant.states and estimates)
+    assert plant.commands[0].header.frame_id == plant.states[0].header.frame_id == "alpha/base_link"
+    assert (estimates[0].header.frame_id, estimates[0].child_frame_id) == ("alpha/odom", "alpha/base_link")

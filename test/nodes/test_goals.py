@@ -1,6 +1,7 @@
-"""Goals and paths from others, over DDS: followed without a jump, refused with a word."""
+"""Goals and paths from other nodes, over DDS: followed without a jump, or refused with a reason."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ START = [0.0, 0.0, math.radians(170.0)]
 class Follower:
     """The node in lockstep with a clock of the test's own, and somebody who publishes goals and paths."""
 
-    def __init__(self, bench):
+    def __init__(self, bench: Any) -> None:
         self.bench = bench
         self.clock = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
         self.goals = bench.probe.create_publisher(PoseStamped, "goal_pose", 10)
@@ -30,13 +31,13 @@ class Follower:
         self.references = bench.collect(ReferenceState, "reference")
         self.statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
 
-    def start(self, mode):
+    def start(self, mode: Any) -> Any:
         node = self.bench.start(ReferenceShipNode, mode=mode, initial_pose=START, rate_hz=RATE_HZ)
         publisher = self.goals if mode == "goal" else self.paths
         self.bench.until(lambda: publisher.get_subscription_count() and self.references)
         return node
 
-    def advance(self, seconds):
+    def advance(self, seconds: float) -> Any:
         """Let time go on; the states and accelerations so far."""
         for _ in range(round(seconds * RATE_HZ)):
             count = len(self.references) + 1
@@ -45,14 +46,14 @@ class Follower:
         read = [conv.read_reference(message) for message in self.references]
         return np.array([state for state, _ in read]), np.array([acceleration for _, acceleration in read])
 
-    def problems(self):
+    def problems(self) -> Any:
         return [s.message for array in self.statuses for s in array.status if s.level == DiagnosticStatus.WARN]
 
-    def until_taken(self, node, send, taken):
+    def until_taken(self, node: Any, send: Any, taken: Any) -> Any:
         send()
         self.bench.until(lambda: taken(node))
 
-    def until_refused(self, node, send, word):
+    def until_refused(self, node: Any, send: Any, word: str) -> Any:
         before = node._ship.state.copy()
         send()
         self.bench.until(lambda: word in node._refused)
@@ -62,25 +63,25 @@ class Follower:
 
 
 @pytest.fixture
-def follower(bench):
+def follower(bench: Any) -> Any:
     return Follower(bench)
 
 
-def pose(x, y, psi, frame="odom", stamp=0):
+def pose(x: float, y: float, psi: float, frame: str = "odom", stamp: int = 0) -> Any:
     message = PoseStamped()
     message.header.frame_id, message.header.stamp = frame, conv.time_message(stamp)
     conv.write_pose(message.pose, np.array([x, y, psi]))
     return message
 
 
-def path(*points, frame="odom"):
+def path(*points: Any, frame: str = "odom") -> Any:
     message = Path()
     message.header.frame_id = frame
     message.poses = [pose(x, y, 0.0, frame="") for x, y in points]
     return message
 
 
-def assert_continuous(states, accelerations):
+def assert_continuous(states: Any, accelerations: Any) -> Any:
     steps = np.abs(np.diff(states, axis=0))
     turned = np.minimum(steps[:, 2], 2.0 * math.pi - steps[:, 2])
     assert np.hypot(steps[:, 0], steps[:, 1]).max() < 1.05 * 1.5 * 0.05
@@ -89,7 +90,7 @@ def assert_continuous(states, accelerations):
     assert np.abs(np.diff(accelerations, axis=0)).max() < 0.06  # 0.2 m/s² in 0.4 s, and back
 
 
-def test_a_goal_is_gone_to_through_half_a_turn_without_a_jump(bench, follower):
+def test_a_goal_is_approached_through_half_a_turn_without_a_jump(bench: Any, follower: Any) -> None:
     node = follower.start("goal")
     follower.until_taken(
         node, lambda: follower.goals.publish(pose(-15.0, -3.0, math.radians(-170.0))), lambda n: n._ship.target().x
@@ -101,7 +102,7 @@ def test_a_goal_is_gone_to_through_half_a_turn_without_a_jump(bench, follower):
     assert np.abs(states[:, 2]).min() > 1.5  # and not the long way round
 
 
-def test_a_stream_of_stamped_poses_is_followed(bench, follower):
+def test_a_stream_of_stamped_poses_is_followed(bench: Any, follower: Any) -> None:
     node = follower.start("goal")
     for k in range(40):
         x = -1.0 * k * 0.5
@@ -113,7 +114,7 @@ def test_a_stream_of_stamped_poses_is_followed(bench, follower):
     assert abs(states[-1, 0] - -20.0) < 1.5
 
 
-def test_a_path_is_followed_without_a_jump(bench, follower):
+def test_a_path_is_followed_without_a_jump(bench: Any, follower: Any) -> None:
     node = follower.start("path")
     follower.until_taken(node, lambda: follower.paths.publish(path((-20.0, 3.0), (-20.0, 30.0))), lambda n: n._ship._legs)
     states, accelerations = follower.advance(80.0)
@@ -122,7 +123,7 @@ def test_a_path_is_followed_without_a_jump(bench, follower):
     assert np.hypot(states[:, 0] + 20.0, states[:, 1] - 3.0).min() < 6.0
 
 
-def broken(message, **numbers):
+def broken(message: Any, **numbers: Any) -> Any:
     for name, value in numbers.items():
         *parts, last = name.split("__")
         target = message
@@ -144,7 +145,20 @@ def broken(message, **numbers):
         (path((1.0, 1.0), (math.nan, 2.0)), "pose 1 of the path with x = nan is not allowed"),
     ],
 )
-def test_what_cannot_be_followed_is_refused_and_named(bench, follower, message, word):
+def test_a_goal_or_path_that_cannot_be_followed_is_refused_with_the_reason(
+    bench: Any, follower: Any, message: Any, word: str
+) -> None:
     goal = isinstance(message, PoseStamped)
     node = follower.start("goal" if goal else "path")
     follower.until_refused(node, lambda: (follower.goals if goal else follower.paths).publish(message), word)
+
+
+def test_with_a_frame_prefix_a_goal_is_taken_in_the_frame_of_the_vessel(bench: Any, follower: Any) -> None:
+    bench.start(ReferenceShipNode, mode="goal", initial_pose=START, rate_hz=RATE_HZ, frame_prefix="alpha/")
+    bench.until(lambda: follower.goals.get_subscription_count() and follower.references)
+    assert follower.references[0].header.frame_id == "alpha/odom"
+    follower.goals.publish(pose(1.0, 1.0, 0.0))
+    word = "goal in frame 'odom' is not allowed: it takes frame alpha/odom; ignored"
+    bench.until(lambda: word in follower.problems())
+    follower.goals.publish(pose(1.0, 1.0, 0.0, frame="alpha/odom"))
+    bench.until(lambda: follower.statuses[-1].status[0].message == "running")

@@ -1,5 +1,7 @@
 """The nodes in lockstep against the golden runs and the offline loop: the first second of every scenario."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from golden.record import deviations, load, rows
@@ -20,11 +22,11 @@ TAPPED = {
 }
 
 
-def tap(node, found):
+def tap(node: Any, found: Any) -> Any:
     """Note what a node publishes. A reader more would do the same, but the plant would take it for the controller and begin."""
     send = node.send
 
-    def noting(publisher, message):
+    def noting(publisher: Any, message: Any) -> Any:
         if publisher.topic_name in TAPPED:
             found[publisher.topic_name].append(TAPPED[publisher.topic_name](message))
         send(publisher, message)
@@ -33,10 +35,10 @@ def tap(node, found):
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_the_nodes_do_what_the_golden_run_did(bench, name):
+def test_the_nodes_reproduce_the_golden_run(bench: Any, name: str) -> None:
     scenario = load_scenario(name, CHANGES)
     offline = simulate(scenario)
-    found = {topic: [] for topic in TAPPED}
+    found: dict[str, list[Any]] = {topic: [] for topic in TAPPED}
     for node_class in (VesselSimNode, ReferenceShipNode, ControllerNode):
         values = schema.flatten(getattr(scenario, node_class.NAME))
         tap(bench.start(node_class, **{k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}), found)
@@ -45,5 +47,5 @@ def test_the_nodes_do_what_the_golden_run_did(bench, name):
 
     for topic, expected in (("/odom", offline.measured), ("/reference", offline.reference), ("/applied_wrench", offline.wrench)):
         np.testing.assert_array_equal(np.array(found[topic][:steps]), expected, err_msg=topic)
-    # the same bits as offline, so the offline rows stand for the nodes'
+    # bit-identical, so the offline rows stand for the nodes'
     assert np.max(deviations(load(name)["rows"], rows(offline))) <= 1.0

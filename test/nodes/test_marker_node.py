@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,15 +16,15 @@ STEP = 10_000_000
 
 
 @pytest.fixture
-def sail(bench):
+def sail(bench: Any) -> Any:
     """Puts the ship to a place at a time, again and again until the markers are there."""
     odometry, markers = bench.publisher(Odometry, "odom", lockstep=False), bench.collect(MarkerArray, "markers", qos.STREAM)
 
-    def at(step, x, heading=0.0):
+    def at(step: Any, x: Any, heading: float = 0.0) -> Any:
         message = conv.new_odometry()
-        conv.write_odometry(message, conv.time_message(step * STEP), [x, 2.0, heading, 1.0, 0.0, 0.0])
+        conv.write_odometry(message, conv.time_message(step * STEP), np.array([x, 2.0, heading, 1.0, 0.0, 0.0]))
 
-        def seen():
+        def seen() -> Any:
             odometry.publish(message)
             return markers and conv.nanoseconds(markers[-1].markers[0].header.stamp) == step * STEP
 
@@ -33,7 +34,7 @@ def sail(bench):
     return at
 
 
-def test_a_hull_is_shown_where_the_ship_is_and_none_where_nothing_was_heard(bench, sail):
+def test_a_hull_is_shown_at_the_pose_of_the_ship_and_none_for_a_missing_reference(bench: Any, sail: Any) -> None:
     bench.start(MarkerNode, hull__length=40.0, hull__beam=10.0)
     (ship,) = sail(7, 3.0, heading=math.pi / 2)
     assert (ship.ns, ship.type, ship.header.frame_id) == ("ship", Marker.TRIANGLE_LIST, "odom")
@@ -44,20 +45,20 @@ def test_a_hull_is_shown_where_the_ship_is_and_none_where_nothing_was_heard(benc
     assert max(p.y for p in ship.points) - min(p.y for p in ship.points) == pytest.approx(10.0)
 
 
-def test_the_reference_has_a_hull_and_a_path_of_its_own(bench, sail):
+def test_the_reference_has_a_hull_and_a_path_of_its_own(bench: Any, sail: Any) -> None:
     references, paths = (
         bench.publisher(ReferenceState, "reference", lockstep=False),
         bench.collect(Path, "reference/path", qos.STREAM),
     )
     bench.start(MarkerNode)
-    message = ReferenceState()
-    conv.write_reference(message, conv.time_message(STEP), [9.0, 1.0, 0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    message = conv.new_reference()
+    conv.write_reference(message, conv.time_message(STEP), np.array([9.0, 1.0, 0.0, 2.0, 0.0, 0.0]), np.zeros(3))
     bench.until(lambda: references.publish(message) or paths)
     assert paths[-1].poses[0].pose.position.x == 9.0
     bench.until(lambda: len(sail(1, 0.0)) == 2)
 
 
-def test_a_path_takes_a_pose_each_half_metre_with_its_own_time_and_forgets_the_oldest(bench, sail):
+def test_a_path_takes_a_stamped_pose_each_half_metre_and_drops_the_oldest(bench: Any, sail: Any) -> None:
     paths = bench.collect(Path, "ship/path", qos.STREAM)
     bench.start(MarkerNode, rate_hz=100.0, path_rate_hz=50.0, path_poses=5)
     for step in range(20):
@@ -71,7 +72,7 @@ def test_a_path_takes_a_pose_each_half_metre_with_its_own_time_and_forgets_the_o
     assert [conv.nanoseconds(pose.header.stamp) // STEP for pose in poses] == [round(x / 0.2) for x in places]
 
 
-def test_where_tf2_is_installed_the_transform_is_that_of_the_odometry(bench, sail):
+def test_where_tf2_is_installed_the_transform_is_that_of_the_odometry(bench: Any, sail: Any) -> None:
     kind = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs comes with a ROS install only").TFMessage
     transforms = bench.collect(kind, "/tf", qos.STREAM)
     bench.start(MarkerNode)

@@ -1,5 +1,9 @@
+from pathlib import Path
+from typing import Any
+
 import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
+from mcap.reader import make_reader
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
@@ -14,33 +18,33 @@ from vessel_hsmc_ros.nodes import qos, recorder
 from vessel_hsmc_ros.nodes.recorder import RecorderNode
 
 
-def wrench(k):
+def wrench(k: Any) -> Any:
     message = conv.new_wrench()
     conv.write_wrench(message, conv.time_message(k * 10_000_000), (float(k), -0.5 * k))
     return message
 
 
-def record(bench, tmp_path, **parameters):
+def record(bench: Any, tmp_path: Path, **parameters: Any) -> Any:
     parameters = {"topics": ["cmd_wrench", "reference"], **parameters}
     return bench.start(RecorderNode, directory=str(tmp_path / "bag"), **parameters)
 
 
-def recorded_topics(node):
+def recorded_topics(node: Any) -> Any:
     return {subscription.topic_name for subscription in node.direct_subscriptions}
 
 
-def warnings(bench):
+def warnings(bench: Any) -> Any:
     """What the recorder warns of on /rosout, filling while the bench spins."""
-    logs = bench.collect(Log, "/rosout")
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
     return lambda: [log.msg for log in logs if log.name == "recorder" and log.level == 30]
 
 
-def read(tmp_path):
+def read(tmp_path: Path) -> Any:
     with AnyReader([tmp_path / "bag"]) as reader:
         return [(c.topic, stamp, bytes(data)) for c, stamp, data in reader.messages()]
 
 
-def test_the_bytes_in_the_bag_are_the_bytes_published(bench, tmp_path):
+def test_the_bytes_in_the_bag_are_the_bytes_published(bench: Any, tmp_path: Path) -> None:
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path)
     bench.until(lambda: publisher.get_subscription_count())
@@ -54,7 +58,7 @@ def test_the_bytes_in_the_bag_are_the_bytes_published(bench, tmp_path):
     assert node.status()[2]["dropped"] == 0
 
 
-def test_a_late_topic_is_recorded_too_with_a_message_of_our_own(bench, tmp_path):
+def test_a_topic_that_appears_later_is_recorded_too(bench: Any, tmp_path: Path) -> None:
     node = record(bench, tmp_path)
     bench.spin(0.2)
     publisher = bench.publisher(ReferenceState, "reference")
@@ -65,7 +69,7 @@ def test_a_late_topic_is_recorded_too_with_a_message_of_our_own(bench, tmp_path)
     assert [topic for topic, _, _ in read(tmp_path)] == ["/reference"]
 
 
-def test_a_best_effort_publisher_is_recorded(bench, tmp_path):
+def test_a_best_effort_publisher_is_recorded(bench: Any, tmp_path: Path) -> None:
     profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
     publisher = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", profile)
     node = record(bench, tmp_path)
@@ -75,18 +79,48 @@ def test_a_best_effort_publisher_is_recorded(bench, tmp_path):
     node.close()
 
 
-def test_messages_that_were_missed_are_counted(bench, tmp_path):
+@pytest.mark.parametrize("missed", [1, 3])
+def test_every_message_missed_from_a_publisher_that_waits_for_the_recorder_counts_as_dropped(
+    bench: Any, tmp_path: Path, missed: Any
+) -> None:
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
-    publisher.publish(wrench(0))
-    node = record(bench, tmp_path)
+    for k in range(missed):
+        publisher.publish(wrench(k))
+    node = record(bench, tmp_path, recorded=True)
     bench.until(lambda: publisher.get_subscription_count())
-    publisher.publish(wrench(1))
+    publisher.publish(wrench(missed))
     bench.until(lambda: node.status()[2]["messages"] == 1)
-    assert node.status()[2]["dropped"] == 1
+    assert node.status()[2]["dropped"] == missed
     node.close()
 
 
-def test_in_real_time_messages_have_their_time_of_receipt(bench, tmp_path):
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_what_was_published_before_a_recorder_joined_does_not_count_as_dropped(bench: Any, tmp_path: Path, lockstep: Any) -> None:
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
+    publisher.publish(wrench(0))
+    node = record(bench, tmp_path, lockstep=lockstep)
+    bench.until(lambda: publisher.get_subscription_count())
+    publisher.publish(wrench(1))
+    bench.until(lambda: node.status()[2]["messages"] == 1)
+    assert node.status()[2]["dropped"] == 0
+    node.close()
+
+
+def test_the_log_time_is_the_time_of_receipt_and_the_publish_time_that_of_sending(bench: Any, tmp_path: Path) -> None:
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    node = record(bench, tmp_path, lockstep=False)
+    bench.until(lambda: publisher.get_subscription_count())
+    (subscription,) = node.direct_subscriptions
+    info = {"publication_sequence_number": 1, "received_timestamp": 7_000_000_000, "source_timestamp": 5_000_000_000}
+    subscription.callback(serialize_message(wrench(0)), info)
+    node.close()
+    (path,) = (tmp_path / "bag").glob("*.mcap")
+    with path.open("rb") as stream:
+        ((_, _, message),) = make_reader(stream).iter_messages()
+    assert (message.log_time, message.publish_time) == (7_000_000_000, 5_000_000_000)
+
+
+def test_in_real_time_the_log_time_lies_between_sending_and_now(bench: Any, tmp_path: Path) -> None:
     publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
     node = record(bench, tmp_path, lockstep=False)
     bench.until(lambda: publisher.get_subscription_count())
@@ -97,13 +131,13 @@ def test_in_real_time_messages_have_their_time_of_receipt(bench, tmp_path):
     assert before <= read(tmp_path)[0][1] <= bench.probe.get_clock().now().nanoseconds
 
 
-def test_a_bag_is_never_overwritten(bench, tmp_path):
+def test_a_bag_is_never_overwritten(bench: Any, tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     with pytest.raises(BagError, match="File exists"):
         record(bench, tmp_path)
 
 
-def test_topics_are_chosen_by_regular_expression_and_left_out_by_another(bench, tmp_path):
+def test_topics_are_chosen_by_regular_expression_and_left_out_by_another(bench: Any, tmp_path: Path) -> None:
     for name in ("camera/depth", "camera/colour", "sonar"):
         bench.publisher(WrenchStamped, name)
     node = record(bench, tmp_path, topics=["sonar"], regex="/cam.*", exclude=".*colour")
@@ -114,7 +148,7 @@ def test_topics_are_chosen_by_regular_expression_and_left_out_by_another(bench, 
     node.close()
 
 
-def test_all_topics_are_all_but_hidden_ones(bench, tmp_path):
+def test_all_topics_are_all_but_hidden_ones(bench: Any, tmp_path: Path) -> None:
     for name in ("sonar", "_hidden", "deep/_hidden"):
         bench.publisher(WrenchStamped, name)
     node = record(bench, tmp_path, topics=[], all_topics=True, exclude="/parameter_events")
@@ -124,13 +158,13 @@ def test_all_topics_are_all_but_hidden_ones(bench, tmp_path):
     node.close()
 
 
-def test_a_regular_expression_that_is_none_is_refused(bench, tmp_path):
+def test_an_invalid_regular_expression_is_refused(bench: Any, tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match=r"recorder\.regex = \(cam is not allowed: it takes a regular expression"):
         record(bench, tmp_path, regex="(cam")
     assert not (tmp_path / "bag").exists()
 
 
-def test_a_topic_without_messages_is_listed_with_none(bench, tmp_path):
+def test_a_topic_without_messages_is_listed_with_a_count_of_zero(bench: Any, tmp_path: Path) -> None:
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path)
     bench.until(publisher.get_subscription_count)
@@ -139,8 +173,8 @@ def test_a_topic_without_messages_is_listed_with_none(bench, tmp_path):
         assert {c.topic: c.msgcount for c in reader.connections} == {"/cmd_wrench": 0}
 
 
-def test_publishers_of_different_qualities_are_all_recorded_with_a_warning(bench, tmp_path):
-    told = warnings(bench)
+def test_publishers_of_different_quality_of_service_are_all_recorded_with_a_warning(bench: Any, tmp_path: Path) -> None:
+    warned = warnings(bench)
     reliable = bench.publisher(WrenchStamped, "cmd_wrench")
     profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
     lossy = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", profile)
@@ -150,25 +184,27 @@ def test_publishers_of_different_qualities_are_all_recorded_with_a_warning(bench
         publisher.publish(wrench(k))
     bench.until(lambda: node.status()[2]["messages"] == 2)
     assert node.status()[2]["dropped"] == 0
-    bench.until(told)
-    assert told() == ["/cmd_wrench is offered in different qualities: recorded as best effort, volatile, which all of them offer"]
+    bench.until(warned)
+    assert warned() == [
+        "/cmd_wrench is offered in different qualities of service: recorded as best effort, volatile, which all of them offer"
+    ]
     node.close()
     offered = open_bag(tmp_path / "bag")["cmd_wrench"].qos
     assert sorted(entry["reliability"] for entry in offered) == ["best_effort", "reliable"]
 
 
-def test_a_publisher_that_comes_later_and_offers_less_is_warned_of(bench, tmp_path):
-    told = warnings(bench)
+def test_a_publisher_that_comes_later_and_offers_less_is_warned_of(bench: Any, tmp_path: Path) -> None:
+    warned = warnings(bench)
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path)
     bench.until(publisher.get_subscription_count)
     bench.probe.create_publisher(WrenchStamped, "cmd_wrench", QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT))
-    bench.until(told)
-    assert "offering incompatible QoS. No messages will be received from it" in told()[0]
+    bench.until(warned)
+    assert "offering incompatible QoS. No messages will be received from it" in warned()[0]
     node.close()
 
 
-def test_what_a_latched_publisher_said_before_is_recorded(bench, tmp_path):
+def test_an_earlier_message_of_a_latched_publisher_is_recorded(bench: Any, tmp_path: Path) -> None:
     profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     publisher = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", profile)
     publisher.publish(wrench(7))
@@ -179,7 +215,7 @@ def test_what_a_latched_publisher_said_before_is_recorded(bench, tmp_path):
     assert open_bag(tmp_path / "bag")["cmd_wrench"].qos[0]["durability"] == "transient_local"
 
 
-def test_with_simulated_time_it_waits_for_the_clock_and_stamps_with_it(bench, tmp_path):
+def test_with_simulated_time_it_waits_for_the_clock_and_stamps_with_it(bench: Any, tmp_path: Path) -> None:
     publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
     node = record(bench, tmp_path, lockstep=False, use_sim_time=True)
     bench.spin(0.3)
@@ -193,21 +229,23 @@ def test_with_simulated_time_it_waits_for_the_clock_and_stamps_with_it(bench, tm
     assert read(tmp_path)[0][1] == 5_000_000_000
 
 
-def test_a_type_that_is_not_installed_is_left_out_with_a_warning(bench, tmp_path, monkeypatch):
-    told = warnings(bench)
+def test_a_type_that_is_not_installed_is_left_out_with_a_warning(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    warned = warnings(bench)
 
-    def missing(kind):
+    def missing(kind: Any) -> Any:
         raise BagError(f"message type {kind} is not installed")
 
     monkeypatch.setattr(recorder, "definition", missing)
     bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path)
-    bench.until(told)
-    assert told() == ["/cmd_wrench is not recorded: message type geometry_msgs/msg/WrenchStamped is not installed"]
+    bench.until(warned)
+    assert warned() == ["/cmd_wrench is not recorded: message type geometry_msgs/msg/WrenchStamped is not installed"]
     node.close()
 
 
-def test_the_parameters_of_every_node_and_the_scenario_travel_in_every_file(bench, tmp_path):
+def test_the_parameters_of_every_node_and_the_scenario_travel_in_every_file(bench: Any, tmp_path: Path) -> None:
     bench.probe.declare_parameter("gains.first", [1.0, 2.5])
     (tmp_path / "mine.yaml").write_text("/**: {ros__parameters: {lockstep: true}}\n")
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
@@ -228,12 +266,12 @@ def test_the_parameters_of_every_node_and_the_scenario_travel_in_every_file(benc
     assert open_bag(tmp_path / "bag").recording["messages_dropped"] == "0"
 
 
-def test_a_scenario_that_is_not_there_is_told(bench, tmp_path):
+def test_a_scenario_file_that_does_not_exist_is_refused(bench: Any, tmp_path: Path) -> None:
     with pytest.raises(BagError, match=r"recorder\.scenario_file = /nowhere\.yaml cannot be read"):
         record(bench, tmp_path, scenario_file="/nowhere.yaml")
 
 
-def test_a_goal_of_a_publisher_that_comes_and_goes_is_recorded_with_the_time_of_the_run(bench, tmp_path):
+def test_a_goal_of_a_publisher_that_comes_and_goes_is_recorded_with_the_time_of_the_run(bench: Any, tmp_path: Path) -> None:
     bench.collect(PoseStamped, "goal_pose")  # who waits for goals
     commands = bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path, topics=["cmd_wrench", "goal_pose"])

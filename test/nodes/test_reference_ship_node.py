@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
@@ -15,18 +17,18 @@ STEP = 10_000_000
 
 
 @pytest.fixture
-def clock(bench):
+def clock(bench: Any) -> Any:
     """Ticks of a clock; the probe that sends them steers the ship too, so that it is the one that is waited for."""
     bench.publisher(WrenchStamped, "cmd_wrench")
     publisher = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
     return lambda stamp: publisher.publish(Clock(clock=conv.time_message(stamp)))
 
 
-def stamps(messages):
+def stamps(messages: Any) -> Any:
     return [conv.nanoseconds(m.header.stamp) for m in messages]
 
 
-def test_it_is_one_period_ahead_of_the_clock(bench, clock):
+def test_it_is_one_period_ahead_of_the_clock(bench: Any, clock: Any) -> None:
     references, poses = bench.collect(ReferenceState, "reference"), bench.collect(PoseStamped, "reference/pose")
     bench.start(ReferenceShipNode)
     bench.until(lambda: stamps(references) == [0])
@@ -36,14 +38,14 @@ def test_it_is_one_period_ahead_of_the_clock(bench, clock):
     bench.until(lambda: stamps(poses) == [0, STEP, 2 * STEP])
 
 
-def test_a_late_start_catches_up_with_every_period(bench, clock):
+def test_a_late_start_catches_up_with_every_period(bench: Any, clock: Any) -> None:
     references = bench.collect(ReferenceState, "reference")
     clock(5 * STEP)
     bench.start(ReferenceShipNode)
     bench.until(lambda: stamps(references) == [k * STEP for k in range(7)])
 
 
-def test_its_motion_is_the_virtual_ships(bench, clock):
+def test_its_motion_is_the_virtual_ships(bench: Any, clock: Any) -> None:
     references, poses = bench.collect(ReferenceState, "reference"), bench.collect(PoseStamped, "reference/pose")
     bench.start(ReferenceShipNode)
     clock(300 * STEP)
@@ -57,14 +59,38 @@ def test_its_motion_is_the_virtual_ships(bench, clock):
         ship.advance()
 
 
-def test_in_real_time_it_keeps_its_own_rate(bench):
+def test_in_real_time_it_keeps_its_own_rate(bench: Any, simulated_time: Any) -> None:
     references = bench.collect(ReferenceState, "reference", qos.STREAM)
-    bench.start(ReferenceShipNode, lockstep=False, rate_hz=50.0)
-    bench.until(lambda: len(references) > 25)
-    assert set(np.diff(stamps(references))) == {20_000_000}
+    node = bench.start(ReferenceShipNode, lockstep=False, use_sim_time=True, rate_hz=50.0)
+    bench.until(lambda: node.connected and bench.probe.count_publishers("/reference"))
+    bench.until(lambda: next(p for p in node.publishers if p.topic_name == "/reference").get_subscription_count())
+    simulated_time.run(0.5)
+    assert set(np.diff(stamps(references))) == {2 * STEP}
+    assert len(references) in (24, 25, 26)
 
 
-def test_reset_puts_it_back_and_lets_time_go_on(bench, clock):
+def test_a_changed_input_drives_the_virtual_ship_from_the_next_period_on(bench: Any, clock: Any) -> None:
+    references = bench.collect(ReferenceState, "reference")
+    bench.start(ReferenceShipNode, yaw_moment=0.0)
+    bench.until(lambda: len(references) == 1)
+    assert bench.set_parameters("reference_ship", surge_force=2e5, yaw_moment=1e6).successful
+    clock(STEP)
+    bench.until(lambda: len(references) == 3)
+    surge = [m.acceleration.linear.x for m in references]
+    yaw = [m.acceleration.angular.z for m in references]
+    assert surge[1] == pytest.approx(2.0 * surge[0], rel=0.01)
+    assert yaw[0] == 0.0 < yaw[1]
+    assert references[1].twist.linear.x == pytest.approx(0.01 * surge[0], rel=0.01)
+
+
+def test_inputs_cannot_be_changed_where_no_virtual_ship_is_followed(bench: Any, clock: Any) -> None:
+    bench.start(ReferenceShipNode, mode="goal")
+    result = bench.set_parameters("reference_ship", surge_force=2e5)
+    assert not result.successful
+    assert result.reason == "reference_ship.mode = goal has no inputs: only the virtual ship has"
+
+
+def test_reset_puts_it_back_and_lets_time_go_on(bench: Any, clock: Any) -> None:
     references = bench.collect(ReferenceState, "reference")
     bench.start(ReferenceShipNode)
     clock(100 * STEP)

@@ -1,4 +1,6 @@
 import time
+from pathlib import Path
+from typing import Any
 
 import pytest
 from bag_making import PERIOD, made_run, write_run
@@ -21,20 +23,20 @@ KINDS = {"/odom": Odometry, "/cmd_wrench": WrenchStamped, "/controller/state": C
 
 
 @pytest.fixture
-def bag(tmp_path):
+def bag(tmp_path: Path) -> Any:
     write_run(tmp_path / "bag", STEPS)
     return open_bag(tmp_path / "bag")
 
 
-def replay(bench, bag, **playing):
+def replay(bench: Any, bag: Any, **playing: Any) -> Any:
     node = ReplayNode(bag, Playing(**playing), context=bench.context)
     bench.nodes.append(node)
     return node
 
 
-def listen(bench, node, *names):
+def listen(bench: Any, node: Any, *names: Any) -> Any:
     """The bytes that come on topics, filling while the bench spins, connected already."""
-    found = {name: [] for name in names}
+    found: dict[str, list[Any]] = {name: [] for name in names}
     for name, messages in found.items():
         bench.probe.create_subscription(KINDS[name], name, messages.append, qos.LOSSLESS, raw=True)
     outputs = [publisher for publisher in node.publishers if publisher.topic_name in names]
@@ -42,12 +44,12 @@ def listen(bench, node, *names):
     return found
 
 
-def stamps(kind, messages):
+def stamps(kind: Any, messages: Any) -> Any:
     made = [deserialize_message(data, kind) for data in messages]
     return [conversions.nanoseconds(m.clock if kind is Clock else m.header.stamp) // PERIOD for m in made]
 
 
-def test_what_was_recorded_comes_again_at_its_rate(bench, bag):
+def test_a_replay_publishes_the_recorded_messages_at_the_given_rate(bench: Any, bag: Any) -> None:
     node = replay(bench, bag, rate=2.0)
     found = listen(bench, node, *KINDS)
     began = time.monotonic()
@@ -59,14 +61,14 @@ def test_what_was_recorded_comes_again_at_its_rate(bench, bag):
     assert node.published == bag.count
 
 
-def test_a_pause_stops_everything_and_ends_on_demand(bench, bag):
+def test_a_paused_replay_publishes_nothing_until_it_is_resumed(bench: Any, bag: Any) -> None:
     node = replay(bench, bag, rate=100.0, paused=True)
     found = listen(bench, node, "/odom")
     client = bench.probe.create_client(SetBool, "/replay/pause")
     bench.until(client.service_is_ready)
     looks = 0
 
-    def running():
+    def running() -> Any:
         nonlocal looks
         looks += 1
         bench.spin(0.0)
@@ -81,7 +83,7 @@ def test_a_pause_stops_everything_and_ends_on_demand(bench, bag):
     assert node.published == bag.count
 
 
-def test_a_loop_begins_again_until_it_is_told_to_stop(bench, bag):
+def test_a_looped_replay_begins_again_until_it_is_stopped(bench: Any, bag: Any) -> None:
     node = replay(bench, bag, rate=1000.0, loop=True, topics=["odom"])
     found = listen(bench, node, "/odom")
     node.play(lambda: node.published < 3 * STEPS)
@@ -89,7 +91,7 @@ def test_a_loop_begins_again_until_it_is_told_to_stop(bench, bag):
     assert stamps(Odometry, found["/odom"]) == [*range(STEPS)] * 3
 
 
-def test_without_a_recorded_clock_one_is_made(bench, bag):
+def test_without_a_recorded_clock_one_is_made(bench: Any, bag: Any) -> None:
     node = replay(bench, bag, rate=100.0, topics=["odom"])
     found = listen(bench, node, "/clock")
     node.play(lambda: True)
@@ -97,7 +99,7 @@ def test_without_a_recorded_clock_one_is_made(bench, bag):
     assert stamps(Clock, found["/clock"]) == [*range(STEPS)]
 
 
-def test_a_bag_without_messages_is_refused(bench, tmp_path):
+def test_a_bag_without_messages_is_refused(bench: Any, tmp_path: Path) -> None:
     BagWriter(tmp_path / "bag").close()
     with pytest.raises(BagError, match="has no message that could be published"):
         ReplayNode(open_bag(tmp_path / "bag"), Playing(), context=bench.context)

@@ -1,8 +1,10 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from message_reading import read_acceleration, read_disturbance
 from nav_msgs.msg import Odometry
@@ -20,7 +22,7 @@ from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 class Helm:
     """Answers the plant as a controller would."""
 
-    def __init__(self, bench, lockstep=True):
+    def __init__(self, bench: Any, lockstep: bool = True) -> None:
         self.bench = bench
         profile = qos.data(lockstep)
         self.odometry = bench.collect(Odometry, "odom", profile)
@@ -28,12 +30,12 @@ class Helm:
         self.disturbance = bench.collect(WrenchStamped, "disturbance", profile)
         self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
 
-    def command(self, stamp, force=0.0, moment=0.0):
+    def command(self, stamp: int, force: float = 0.0, moment: float = 0.0) -> Any:
         message = conv.new_wrench()
         conv.write_wrench(message, conv.time_message(stamp), (force, moment))
         self.commands.publish(message)
 
-    def stamps(self):
+    def stamps(self) -> Any:
         return [conv.nanoseconds(m.header.stamp) for m in self.odometry]
 
 
@@ -41,11 +43,11 @@ STEP = 10_000_000
 
 
 @pytest.fixture
-def helm(bench):
+def helm(bench: Any) -> Any:
     return Helm(bench)
 
 
-def test_somebody_who_reads_along_is_no_reason_to_begin(bench):
+def test_a_reader_that_is_no_controller_does_not_start_the_run(bench: Any) -> None:
     onlooker = bench.collect(Odometry, "odom", QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
     helm = rclpy.create_node("helm", context=bench.context)
     bench.nodes.append(helm)
@@ -57,7 +59,7 @@ def test_somebody_who_reads_along_is_no_reason_to_begin(bench):
     bench.until(lambda: node.connected and onlooker)
 
 
-def test_a_step_waits_for_the_command_of_its_own_stamp(bench, helm):
+def test_a_step_waits_for_the_command_of_its_own_stamp(bench: Any, helm: Any) -> None:
     clocks = bench.collect(Clock, "/clock", qos.CLOCK)
     bench.start(VesselSimNode)
     bench.until(lambda: helm.stamps() == [0])
@@ -72,27 +74,27 @@ def test_a_step_waits_for_the_command_of_its_own_stamp(bench, helm):
     assert read_disturbance(helm.disturbance[0]) == (1100.0, 2600.0, 95000.0)
 
 
-def test_odometry_is_in_the_frames_of_rep_103(bench, helm):
+def test_odometry_is_in_the_frames_of_rep_103(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode)
     first = bench.until(lambda: helm.odometry and helm.odometry[0])
     assert (first.header.frame_id, first.child_frame_id) == ("odom", "base_link")
     np.testing.assert_allclose(conv.read_odometry(first), [5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
 
 
-def test_nothing_is_published_before_a_controller_is_there(bench):
+def test_nothing_is_published_before_a_controller_is_there(bench: Any) -> None:
     odometry = bench.collect(Odometry, "odom")
     bench.start(VesselSimNode)
     bench.spin(0.3)
     assert odometry == []
 
 
-def test_nothing_is_published_before_an_awaited_recorder_is_there(bench, helm):
+def test_nothing_is_published_before_an_awaited_recorder_is_there(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode, recorded=True)
     bench.spin(0.3)
     assert helm.odometry == []
 
 
-def test_the_run_ends_after_its_duration_with_one_message_more_than_steps(bench, helm):
+def test_the_run_ends_after_its_duration_with_one_message_more_than_steps(bench: Any, helm: Any) -> None:
     node = bench.start(VesselSimNode, duration=0.05)
     for k in range(6):
         bench.until(lambda k=k: len(helm.odometry) == k + 1)
@@ -104,7 +106,7 @@ def test_the_run_ends_after_its_duration_with_one_message_more_than_steps(bench,
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_a_command_that_is_no_number_ends_a_lockstep_run_with_a_word(bench, helm, bad):
+def test_a_command_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: Any, helm: Any, bad: Any) -> None:
     bench.start(VesselSimNode)
     bench.until(lambda: helm.odometry)
     helm.command(0, force=bad)
@@ -112,29 +114,40 @@ def test_a_command_that_is_no_number_ends_a_lockstep_run_with_a_word(bench, helm
         bench.spin(2.0)
 
 
-def test_an_overdue_command_ends_a_lockstep_run_and_names_the_time(bench, helm):
+def test_an_overdue_command_ends_a_lockstep_run_and_names_the_time(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode, command_timeout=0.3)
     bench.until(lambda: helm.odometry)
     with pytest.raises(SimulationError, match=r"no command came for t = 0 s within 0\.3 s"):
         bench.spin(2.0)
 
 
-def test_two_plants_in_one_lockstep_are_refused(bench, helm):
-    bench.start(VesselSimNode)
-    bench.start(VesselSimNode)
-    with pytest.raises(SimulationError, match="/odom has 2 publishers and takes one"):
-        bench.spin(2.0)
-
-
-def test_a_second_controller_in_lockstep_is_refused(bench, helm):
-    bench.start(VesselSimNode)
+def test_a_plant_refuses_to_start_beside_another_which_goes_on(bench: Any, helm: Any) -> None:
+    first = bench.start(VesselSimNode)
     bench.until(lambda: helm.odometry)
-    Helm(bench)
-    with pytest.raises(SimulationError, match="/cmd_wrench has 2 publishers and takes one"):
-        bench.spin(2.0)
+    second = bench.start(VesselSimNode)
+    with pytest.raises(SimulationError, match="/odom has 2 publishers and takes one: does another run use this ROS domain"):
+        bench.until(lambda: second.connected)
+    assert not second.connected
+    bench.stop(second)
+    helm.command(0)
+    bench.until(lambda: helm.stamps() == [0, STEP])
+    assert first.connected
 
 
-def test_pause_holds_the_step_and_the_timeout(bench, helm):
+def test_a_second_publisher_of_commands_is_reported_and_the_lockstep_run_goes_on(bench: Any, helm: Any) -> None:
+    statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    bench.start(VesselSimNode, command_timeout=60.0)
+    bench.until(lambda: helm.odometry)
+    other = bench.publisher(WrenchStamped, "cmd_wrench")
+    found = "/cmd_wrench has 2 publishers and takes one"
+    bench.until(lambda: statuses and statuses[-1].status[0].message.startswith(found))
+    assert statuses[-1].status[0].level == DiagnosticStatus.WARN
+    bench.probe.destroy_publisher(other)
+    helm.command(0)
+    bench.until(lambda: helm.stamps() == [0, STEP])
+
+
+def test_pause_holds_the_step_and_the_timeout(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode, command_timeout=0.2)
     bench.until(lambda: helm.odometry)
     assert bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=True)).message == "paused"
@@ -145,7 +158,7 @@ def test_pause_holds_the_step_and_the_timeout(bench, helm):
     bench.until(lambda: helm.stamps() == [0, STEP])
 
 
-def test_reset_puts_the_ship_back_and_lets_time_go_on(bench, helm):
+def test_reset_puts_the_ship_back_and_lets_time_go_on(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode)
     for k in range(20):
         bench.until(lambda k=k: len(helm.odometry) == k + 1)
@@ -159,7 +172,7 @@ def test_reset_puts_the_ship_back_and_lets_time_go_on(bench, helm):
     assert abs(helm.odometry[-1].twist.twist.linear.x) < 0.01
 
 
-def test_the_ships_own_acceleration_is_told_every_step(bench, helm):
+def test_the_unforced_acceleration_is_published_every_step(bench: Any, helm: Any) -> None:
     truth = bench.collect(AccelStamped, "dynamics/truth")
     bench.start(VesselSimNode, initial_velocity=[2.0, 0.5, 0.1])
     bench.until(lambda: helm.odometry)
@@ -172,7 +185,7 @@ def test_the_ships_own_acceleration_is_told_every_step(bench, helm):
     assert not bench.probe.count_publishers("/odom/truth")
 
 
-def test_noisy_sensors_leave_the_truth_on_a_topic_of_its_own(bench, helm):
+def test_noisy_sensors_leave_the_truth_on_a_topic_of_its_own(bench: Any, helm: Any) -> None:
     truth = bench.collect(Odometry, "odom/truth")
     bench.start(VesselSimNode, sensors__position_noise=1.0, sensors__heading_bias=0.1)
     bench.until(lambda: helm.odometry)
@@ -185,30 +198,117 @@ def test_noisy_sensors_leave_the_truth_on_a_topic_of_its_own(bench, helm):
     assert 0.0 < abs(measured[0] - 5.0) < 5.0
 
 
-def test_in_real_time_steps_come_at_their_rate_without_a_controller(bench):
+@pytest.fixture
+def real_time(bench: Any, simulated_time: Any) -> Any:
+    """A plant in real time on simulated time, and its helm."""
     helm = Helm(bench, lockstep=False)
-    bench.start(VesselSimNode, lockstep=False, rate_hz=50.0)
-    bench.until(lambda: len(helm.odometry) >= 30)
+
+    def start(**parameters: Any) -> Any:
+        node = bench.start(VesselSimNode, lockstep=False, use_sim_time=True, **parameters)
+        bench.until(lambda: node.connected and helm.commands.get_subscription_count())
+        outputs = [p for p in node.publishers if p.topic_name in ("/odom", "/applied_wrench")]
+        bench.until(lambda: all(output.get_subscription_count() for output in outputs))
+        simulated_time.run(0.05)  # the node's timer counts from the first time it has seen
+        helm.odometry.clear()
+        helm.applied.clear()
+        return helm
+
+    return start
+
+
+def test_in_real_time_steps_come_at_their_rate_without_a_controller(real_time: Any, simulated_time: Any) -> None:
+    helm = real_time(rate_hz=50.0)
+    began = simulated_time.now
+    simulated_time.run(0.5)
     assert set(np.diff(helm.stamps())) == {20_000_000}
-    assert abs(helm.stamps()[-1] - bench.probe.get_clock().now().nanoseconds) < 2e9
+    assert len(helm.stamps()) in (24, 25, 26)
+    assert began - 20_000_000 <= helm.stamps()[0]
+    assert helm.stamps()[-1] <= simulated_time.now
 
 
-def test_in_real_time_a_bad_command_is_ignored_and_an_old_one_runs_out(bench):
-    helm = Helm(bench, lockstep=False)
-    bench.start(VesselSimNode, lockstep=False, command_timeout=1.0)
-    bench.until(lambda: helm.commands.get_subscription_count() and len(helm.applied) > 3)
+def test_in_real_time_steps_that_are_late_are_caught_up_with(bench: Any, real_time: Any, simulated_time: Any) -> None:
+    helm = real_time()
+    simulated_time.jump(200_000_000)
+    bench.until(lambda: len(helm.stamps()) >= 20)
+    simulated_time.run(0.01)
+    assert set(np.diff(helm.stamps())) == {STEP}
+    assert helm.stamps()[-1] <= simulated_time.now
+
+
+def test_in_real_time_a_pause_stops_the_steps_and_they_go_on_without_catching_up(
+    bench: Any, real_time: Any, simulated_time: Any
+) -> None:
+    helm = real_time()
+    simulated_time.run(0.1)
+    bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=True))
+    count = len(helm.stamps())
+    simulated_time.run(0.2)
+    assert len(helm.stamps()) == count
+    bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=False))
+    simulated_time.run(0.1)
+    assert 8 <= len(helm.stamps()) - count <= 11
+    assert simulated_time.now - 2 * STEP <= helm.stamps()[-1] <= simulated_time.now
+
+
+def test_in_real_time_a_command_holds_for_the_timeout_and_no_longer(real_time: Any, simulated_time: Any) -> None:
+    helm = real_time(command_timeout=0.2)
     helm.command(0, force=1e5)
-    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (1e5, 0.0))
+    simulated_time.run(0.5)
+    held = [conv.nanoseconds(m.header.stamp) for m in helm.applied if any(conv.read_wrench(m))]
+    assert 180_000_000 <= held[-1] - held[0] <= 200_000_000
+    assert conv.read_wrench(helm.applied[-1]) == (0.0, 0.0)
+
+
+def test_in_real_time_a_plant_without_recent_commands_warns(bench: Any, real_time: Any, simulated_time: Any) -> None:
+    helm = real_time(command_timeout=0.2)
+    (node,) = bench.nodes
+    assert node.status()[:2] == (DiagnosticStatus.WARN, "no recent command on /cmd_wrench: the wrench is zero")
+    helm.command(0, force=1e5)
+    simulated_time.run(0.05)
+    assert node.status()[:2] == (DiagnosticStatus.OK, "running")
+
+
+def test_in_real_time_a_command_that_is_not_finite_is_ignored(real_time: Any, simulated_time: Any) -> None:
+    helm = real_time()
+    helm.command(0, force=1e5)
+    simulated_time.run(0.05)
     helm.command(0, force=math.nan)
     helm.command(0, moment=math.inf)
-    bench.spin(0.1)
+    simulated_time.run(0.05)
     assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
-    bench.until(lambda: conv.read_wrench(helm.applied[-1]) == (0.0, 0.0), deadline=5.0)
     assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
 
 
+def test_a_changed_disturbance_acts_from_the_next_step_on(bench: Any, helm: Any) -> None:
+    bench.start(VesselSimNode)
+    bench.until(lambda: len(helm.disturbance) == 1)
+    changes = {"disturbance__periodic__surge_force": 5e3, "disturbance__periodic__frequency": 0.5}
+    assert bench.set_parameters("vessel_sim", **changes).successful
+    helm.command(0)
+    bench.until(lambda: len(helm.disturbance) == 2)
+    loads = [conv.read_disturbance(m) for m in helm.disturbance]
+    assert loads[0] == (1100.0, 2600.0, 95000.0)
+    assert loads[1] == pytest.approx((5e3 * (1 + 0.5 * 0.01), 2600.0 * (1 + 0.5 * 0.01), 95e3 * (1 + 0.5 * 0.01)), rel=1e-4)
+
+
+def test_changes_that_are_not_allowed_change_nothing(bench: Any, helm: Any) -> None:
+    node = bench.start(VesselSimNode)
+    changes = {"disturbance__periodic__surge_force": 5e3, "disturbance__current__east": 99.0}
+    result = bench.set_parameters("vessel_sim", **changes)
+    assert not result.successful
+    assert "disturbance.current.east" in result.reason
+    assert node.parameters.disturbance.periodic.surge_force == 1100.0
+    assert not bench.set_parameters("vessel_sim", disturbance__waves__significant_height=2.0).successful
+
+
+def test_frames_of_the_plant_bear_the_prefix_of_the_vessel(bench: Any, helm: Any) -> None:
+    bench.start(VesselSimNode, frame_prefix="alpha/")
+    first = bench.until(lambda: helm.odometry and helm.odometry[0])
+    assert (first.header.frame_id, first.child_frame_id) == ("alpha/odom", "alpha/base_link")
+
+
 @pytest.mark.parametrize(
-    ("name", "value", "told"),
+    ("name", "value", "expected"),
     [
         ("rate_hz", 0.0, r"vessel_sim\.rate_hz = 0\.0 is not allowed: it takes a finite number from 1 to 1000 Hz"),
         ("initial_pose", [1.0, math.nan, 0.0], r"initial_pose = \[1\.0, nan, 0\.0\] is not allowed"),
@@ -216,6 +316,6 @@ def test_in_real_time_a_bad_command_is_ignored_and_an_old_one_runs_out(bench):
         ("ratehz", 3.0, "did you mean rate_hz"),
     ],
 )
-def test_bad_parameters_are_refused_at_the_start(bench, name, value, told):
-    with pytest.raises(ParameterError, match=told):
+def test_bad_parameters_are_refused_at_the_start(bench: Any, name: str, value: Any, expected: str) -> None:
+    with pytest.raises(ParameterError, match=expected):
         bench.start(VesselSimNode, **{name: value})

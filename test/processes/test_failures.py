@@ -1,18 +1,23 @@
-"""What goes wrong ends soon, says what it was in one line, leaves no process behind and a bag that can be read."""
+"""A run that fails ends soon, reports the reason in one line, and leaves a readable bag and no process behind."""
 
 import json
 import math
 import os
 import signal
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from harness import children, command_line, run_folder
 from mcap_ros2.reader import read_ros2_messages
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log
+from rclpy.executors import SingleThreadedExecutor
 from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.messages import conversions
@@ -23,7 +28,7 @@ WELL_UNDER_WAY = 1_500_000
 """Bytes of a bag that holds more than the 500 steps that are asked for below; a step takes some 1250."""
 
 
-def started(start, *arguments):
+def started(start: Any, *arguments: Any) -> Any:
     """A run that is well under way, and its output folder."""
     command = start("vessel-hsmc", "run", "case2_tracking", *arguments)
     runs = command.output.parent / "runs"
@@ -31,17 +36,17 @@ def started(start, *arguments):
     return command, run_folder(runs)
 
 
-def bag_size(folder):
+def bag_size(folder: Any) -> Any:
     path = folder / "bag" / "bag_0.mcap"
     return path.stat().st_size if path.exists() else 0
 
 
-def nodes_of(command):
+def nodes_of(command: Any) -> Any:
     lines = {pid: command_line(pid) for pid in children(command.popen.pid)}
     return {name: pid for name, module in MODULES.items() for pid, line in lines.items() if module in line}
 
 
-def check_bag(folder):
+def check_bag(folder: Any) -> Any:
     """Two foreign readers find the same odometry, without a gap."""
     with AnyReader([folder / "bag"]) as reader:
         stamps = []
@@ -55,12 +60,12 @@ def check_bag(folder):
     assert decoded == len(stamps)
 
 
-def check_nothing_left(pids):
+def check_nothing_left(pids: Any) -> Any:
     assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_a_killed_node_ends_the_run_and_is_named(start, name):
+def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     assert nodes.keys() == MODULES.keys()
@@ -76,7 +81,7 @@ def test_a_killed_node_ends_the_run_and_is_named(start, name):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start, number):
+def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start: Any, number: int) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     command.popen.send_signal(number)
@@ -89,14 +94,14 @@ def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start, number):
     assert "0 dropped" in (folder / "logs" / "recorder.log").read_text()
 
 
-def test_a_ctrl_c_that_reaches_the_whole_group_does_the_same(start):
+def test_a_ctrl_c_that_reaches_all_processes_of_the_group_does_the_same(start: Any) -> None:
     command, folder = started(start)
     os.killpg(command.popen.pid, signal.SIGINT)
     assert command.wait(20.0) == 130
     check_bag(folder)
 
 
-def test_a_hanging_node_ends_the_run_and_is_named(start):
+def test_a_hanging_node_ends_the_run_and_is_named(start: Any) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     os.kill(nodes["controller"], signal.SIGSTOP)
@@ -106,7 +111,7 @@ def test_a_hanging_node_ends_the_run_and_is_named(start):
     check_bag(folder)
 
 
-def test_when_the_command_itself_is_killed_its_nodes_end_and_the_bag_is_complete(start):
+def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start: Any) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     command.popen.kill()
@@ -118,7 +123,7 @@ def test_when_the_command_itself_is_killed_its_nodes_end_and_the_bag_is_complete
     check_bag(folder)
 
 
-def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_goes_on(start):
+def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_goes_on(start: Any) -> None:
     first, _ = started(start)
     second = start("vessel-hsmc", "run", "case2_tracking")
     assert second.wait(20.0) == 1
@@ -127,9 +132,9 @@ def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_
     assert first.popen.poll() is None
 
 
-def test_without_ros_run_says_what_is_missing(start):
+def test_run_without_ros_names_what_is_missing(start: Any) -> None:
     code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
-    command = start("python", "-c", code + "from vessel_hsmc_ros.cli import main; sys.exit(main())")
+    command = start("python", "-c", code + "from vessel_hsmc_ros.cli.main import main; sys.exit(main())")
     assert command.wait(20.0) == 1
     assert "error: rclpy is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without" in command.text
 
@@ -147,14 +152,14 @@ BAD_RUNS = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "told"), BAD_RUNS)
-def test_a_run_that_cannot_be_is_refused_in_one_line(start, arguments, told):
+@pytest.mark.parametrize(("arguments", "expected"), BAD_RUNS)
+def test_a_run_that_cannot_start_is_refused_in_one_line(start: Any, arguments: Any, expected: str) -> None:
     command = start("vessel-hsmc", "run", *arguments)
     assert command.wait(20.0) in (1, 2)
     lines = command.text.strip().splitlines()
     assert len(lines) == 1
     assert lines[0].startswith("error: ")
-    assert told in lines[0]
+    assert expected in lines[0]
     assert run_folder(command.output.parent / "runs") is None
 
 
@@ -170,27 +175,77 @@ BAD_NODES = [
 ]
 
 
-@pytest.mark.parametrize(("executable", "arguments", "told"), BAD_NODES)
-def test_a_node_that_cannot_start_says_why_in_one_line(start, executable, arguments, told):
+@pytest.mark.parametrize(("executable", "arguments", "reason"), BAD_NODES)
+def test_a_node_that_cannot_start_logs_one_line_with_the_reason(
+    start: Any, executable: str, arguments: list[str], reason: str
+) -> None:
     command = start(executable, "--ros-args", *arguments)
     assert command.wait(20.0) == 2
-    assert told in command.text
-    assert "Traceback" not in command.text
-    assert len([line for line in command.text.splitlines() if "[rcl]" not in line]) == 1
+    (line,) = [line for line in command.text.splitlines() if "[rcl]" not in line]
+    assert line.startswith("[FATAL]")
+    assert reason in line
 
 
-def test_odometry_that_is_no_number_stops_the_controller_with_one_line(start):
-    command = start("controller_node")
+@pytest.fixture
+def sensor() -> Iterator[Any]:
+    """A node of its own, with an executor, that is no part of the run."""
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     node = rclpy.create_node("sensor", context=context)
-    publisher = node.create_publisher(Odometry, "odom", qos.LOSSLESS)
-    command.until(publisher.get_subscription_count, 10.0)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    yield node
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_the_error_that_ends_a_node_is_logged_as_fatal_and_reaches_rosout_and_diagnostics(start: Any, sensor: Any) -> None:
+    command = start("controller_node", "--ros-args", "-p", "lockstep:=true")
+    logs: list[Log] = []
+    statuses: list[DiagnosticArray] = []
+    sensor.create_subscription(Log, "/rosout", logs.append, 10)
+    sensor.create_subscription(DiagnosticArray, "/diagnostics", statuses.append, qos.DIAGNOSTICS)
+    publisher = sensor.create_publisher(Odometry, "odom", qos.LOSSLESS)
+    connected = (publisher.get_subscription_count, lambda: sensor.count_publishers("/diagnostics"))
+    command.until(lambda: sensor.executor.spin_once(0.02) or (all(each() for each in connected) and statuses), 10.0)
     message = conversions.new_odometry()
     message.pose.pose.position.y = math.nan
     publisher.publish(message)
-    code = command.wait(10.0)
-    node.destroy_node()
-    rclpy.shutdown(context=context)
-    assert code == 1
-    assert command.text.strip() == "[ERROR] [controller]: odometry with y = nan is not allowed: all of it must be finite numbers"
+    reason = "odometry with y = nan is not allowed: all of it must be finite numbers"
+    end = time.monotonic() + 10.0
+    while not (logs and logs[-1].msg == reason and statuses[-1].status[0].message == reason):
+        assert time.monotonic() < end, command.text
+        sensor.executor.spin_once(0.05)
+    assert logs[-1].level == 50  # FATAL
+    assert statuses[-1].status[0].level == DiagnosticStatus.ERROR
+    assert command.wait(10.0) == 1
+    lines = command.text.splitlines()
+    assert lines[-1].startswith("[FATAL]")
+    assert lines[-1].endswith(f"[controller]: {reason}")
+    assert "Traceback" not in command.text
+
+
+@pytest.mark.parametrize("executable", ["controller_node", "vessel_sim_node", "reference_ship_node", "recorder_node"])
+def test_a_node_that_is_interrupted_again_while_it_ends_still_ends_well(start: Any, executable: str) -> None:
+    """A terminal and `ros2 launch` each send SIGINT for one Ctrl-C."""
+    command = start(executable)
+    command.until(lambda: "real time" in command.text, 20.0)
+    end = time.monotonic() + 20.0
+    while command.popen.poll() is None:
+        assert time.monotonic() < end, command.text
+        command.popen.send_signal(signal.SIGINT)
+        time.sleep(0.005)
+    assert command.popen.returncode == 0, command.text
+
+
+def test_a_plant_started_into_a_running_lockstep_run_refuses_and_the_run_goes_on(start: Any) -> None:
+    run, folder = started(start)
+    second = start("vessel_sim_node", "--ros-args", "-p", "lockstep:=true")
+    assert second.wait(20.0) == 1
+    assert "has 2 publishers and takes one: does another run use this ROS domain" in second.text.splitlines()[-1]
+    before = bag_size(folder)
+    run.until(lambda: bag_size(folder) > before, 10.0)
+    run.popen.send_signal(signal.SIGINT)
+    assert run.wait(20.0) == 128 + signal.SIGINT
+    check_bag(folder)

@@ -5,6 +5,8 @@ import signal
 import socket
 import struct
 import time
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,17 +28,17 @@ DURATION = 3600.0
 DEADLINE = 120.0
 
 
-def free_port():
+def free_port() -> Any:
     with socket.create_server(("127.0.0.1", 0)) as server:
         return server.getsockname()[1]
 
 
-def live_run(folder, port):
+def live_run(folder: Any, port: Any) -> Any:
     changes = ("--set", f"vessel_sim.duration={DURATION}")
     return Command([BIN / "vessel-hsmc", "run", "case2_tracking", *changes, "--live", "--live-port", port], folder, {})
 
 
-def connect(port, command, end):
+def connect(port: Any, command: Any, end: Any) -> Any:
     while True:
         try:
             # Nobody reads what comes during the farewell, so it would last as long as it may.
@@ -47,8 +49,8 @@ def connect(port, command, end):
             time.sleep(0.02)
 
 
-def watch(connection, wanted, end):
-    """The first message on each of the wanted topics, decoded with the schema that the server sent, and the times it told."""
+def watch(connection: Any, wanted: Any, end: Any) -> Any:
+    """The first message on each of the wanted topics, decoded with the schema that the server sent, and the times it expected."""
     channels, found, times = {}, {}, []
     while wanted - found.keys():
         assert time.monotonic() < end, f"nothing came on {wanted - found.keys()}"
@@ -70,14 +72,14 @@ def watch(connection, wanted, end):
     return found, times
 
 
-def decoded(channel, data):
+def decoded(channel: Any, data: Any) -> Any:
     assert (channel["encoding"], channel["schemaEncoding"]) == ("cdr", "ros2msg")
     store = get_typestore(Stores.EMPTY)
     store.register(get_types_from_msg(channel["schema"], channel["schemaName"]))
     return store.deserialize_cdr(data, channel["schemaName"])
 
 
-def test_a_client_receives_decodable_messages_and_the_run_loses_nothing(tmp_path):
+def test_a_client_receives_decodable_messages_and_the_run_loses_nothing(tmp_path: Path) -> None:
     port = free_port()
     command = live_run(tmp_path, port)
     end = time.monotonic() + DEADLINE
@@ -106,7 +108,7 @@ def test_a_client_receives_decodable_messages_and_the_run_loses_nothing(tmp_path
     assert odometry.pose.pose.position.x == recorded[k, 0]
 
 
-def test_a_port_that_is_taken_is_told_before_the_run_begins(tmp_path):
+def test_a_port_in_use_is_reported_before_the_run_begins(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         command = live_run(tmp_path, port)

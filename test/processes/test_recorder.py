@@ -1,10 +1,11 @@
-"""The recorder as a process of its own: told to stop, killed, and read by whoever comes."""
+"""The recorder as a process of its own: interrupted, killed, and its bag read by several readers."""
 
 import os
 import random
 import signal
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 import rclpy
@@ -22,7 +23,7 @@ PERIOD = 10_000_000
 
 
 @pytest.fixture
-def ship():
+def ship() -> Any:
     """A node of its own that publishes odometry."""
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
@@ -33,7 +34,7 @@ def ship():
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_recorder_that_is_told_to_stop_completes_its_bag_and_exits_with_0(start, ship, number):
+def test_an_interrupted_recorder_completes_its_bag_and_exits_with_0(start: Any, ship: Any, number: int) -> None:
     command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
     command.until(ship.get_subscription_count, 10.0)
     for _ in range(200):
@@ -46,7 +47,7 @@ def test_a_recorder_that_is_told_to_stop_completes_its_bag_and_exits_with_0(star
     assert open_bag(bag)["odom"].count == 200
 
 
-def test_messages_that_come_in_for_it_interrupt_nobody(start, ship):
+def test_the_recorder_runs_as_batch_work_that_preempts_no_other_process(start: Any, ship: Any) -> None:
     command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
     command.until(ship.get_subscription_count, 10.0)
     threads = Path(f"/proc/{command.popen.pid}/task")
@@ -56,7 +57,7 @@ def test_messages_that_come_in_for_it_interrupt_nobody(start, ship):
 class Witness:
     """Hears the odometry of a run from outside, as it comes."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[])
         self.node = rclpy.create_node("witness", context=self.context)
@@ -64,10 +65,10 @@ class Witness:
         self.heard = [(time.monotonic(), -1)]
         self.node.create_subscription(Odometry, "odom", self._on_odometry, profile)
 
-    def _on_odometry(self, message):
+    def _on_odometry(self, message: Any) -> Any:
         self.heard.append((time.monotonic(), conversions.nanoseconds(message.header.stamp)))
 
-    def until(self, command, stamp):
+    def until(self, command: Any, stamp: int) -> Any:
         """Listen until a time of the run has come."""
         end = time.monotonic() + 40.0
         while self.heard[-1][1] < stamp:
@@ -75,25 +76,25 @@ class Witness:
             assert time.monotonic() < end, f"the run came to {self.heard[-1][1]} ns only:\n{command.text}"
             rclpy.spin_once(self.node, executor=self._executor(), timeout_sec=0.05)
 
-    def _executor(self):
+    def _executor(self) -> Any:
         if not hasattr(self, "executor"):
             self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
         return self.executor
 
-    def close(self):
+    def close(self) -> Any:
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
 
 
 @pytest.fixture
-def witness():
+def witness() -> Any:
     made = Witness()
     yield made
     made.close()
 
 
 @pytest.mark.parametrize("turn", range(2))
-def test_a_killed_recorder_leaves_all_but_the_last_second_to_any_reader(start, witness, turn):
+def test_a_killed_recorder_leaves_all_but_the_last_second_to_any_reader(start: Any, witness: Any, turn: Any) -> None:
     moment = random.Random(turn).uniform(2.0, 15.0)  # noqa: S311
     command = start("vessel-hsmc", "run", "case2_tracking")
     witness.until(command, int(moment * 1e9))

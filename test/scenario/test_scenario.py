@@ -7,7 +7,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, scenario_names
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario, scenario_names
 
 
 def test_every_scenario_of_the_package_loads() -> None:
@@ -106,3 +106,23 @@ def test_the_resolved_file_has_every_parameter_and_loads_as_the_same_scenario(tm
 
 def test_numbers_are_parsed_as_ros_parses_them() -> None:
     assert read_yaml("[1e5, 1.0e+5, -2E-3, 1, 0x]") == [1e5, 1e5, -0.002, 1, "0x"]
+
+
+def test_a_scenario_that_does_not_choose_a_mode_is_in_lockstep(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("vessel_sim: {ros__parameters: {duration: 1}}\n")
+    assert all(getattr(load_scenario(path), node).lockstep for node in NODES)
+    path.write_text("/**: {ros__parameters: {lockstep: false}}\n")
+    assert not any(getattr(load_scenario(path), node).lockstep for node in NODES)
+
+
+def test_the_nodes_of_a_namespace_have_frames_of_their_own():
+    scenario = load_scenario("case2_tracking", for_nodes(recorded=True, real_time=True, namespace="fleet/alpha"))
+    assert {getattr(scenario, node).frame_prefix for node in NODES} == {"fleet/alpha/"}
+
+
+def test_an_unknown_parameter_is_answered_with_a_short_list():
+    with pytest.raises(ParameterError) as raised:
+        load_scenario("case2_tracking", {"controller.zzz": 1})
+    assert "allowed are lockstep, recorded, frame_prefix, law, rate_hz, input_timeout, vessel.*, observer.*" in str(raised.value)
+    assert len(str(raised.value)) < 250

@@ -32,10 +32,10 @@ def run(
 
     SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
     """
-    loaded = load_scenario(scenario, for_nodes(recorded=True, real_time=real_time) | parse_changes(changes))
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
+    loaded = load_scenario(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
     if live:
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")

@@ -8,7 +8,7 @@ parameters are named `group.field`.
 import dataclasses
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, TypeVar, cast, get_type_hints
@@ -86,9 +86,14 @@ def parameter(
     return declared
 
 
-def group(cls: type[T]) -> T:
-    """Declare a group of parameters: a nested dataclass with its own declarations."""
-    declared: T = dataclasses.field(default_factory=cls, metadata={"group": cls})
+def group(cls: type[T], *, tunable: bool = False) -> T:
+    """Declare a group of parameters: a nested dataclass with its own declarations.
+
+    Args:
+        cls: The nested dataclass.
+        tunable: Whether all of the group may change while the node runs, whatever its own declarations allow.
+    """
+    declared: T = dataclasses.field(default_factory=cls, metadata={"group": cls, "tunable": tunable})
     return declared
 
 
@@ -104,7 +109,10 @@ def entries(cls: type, prefix: str = "") -> dict[str, Entry]:
     for field in dataclasses.fields(cast("Any", cls)):
         name = prefix + field.name
         if "group" in field.metadata:
-            found.update(entries(field.metadata["group"], name + "."))
+            nested = entries(field.metadata["group"], name + ".")
+            if field.metadata["tunable"]:
+                nested = {key: dataclasses.replace(entry, tunable=True) for key, entry in nested.items()}
+            found.update(nested)
         else:
             found[name] = Entry(name, hints[field.name], cast("Value", field.default), **field.metadata)
     return found
@@ -125,7 +133,7 @@ def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
     for name in values:
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(known)
+            hint = f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
             raise ParameterError(f"{owner}.{name} is not a parameter: {hint}")
     checked = {name: check(known[name], value, owner) for name, value in values.items()}
     return _assemble(cls, checked, "")
@@ -163,6 +171,11 @@ def check(entry: Entry, value: object, owner: str) -> Value:
     if outside or wrong_length or (entry.choices and converted not in entry.choices):
         raise ParameterError(f"{owner}.{entry.name} = {_shown(converted)} is not allowed: it takes {entry.allowed}")
     return converted
+
+
+def _first_level(names: Iterable[str]) -> list[str]:
+    """Names without a dot, and each group once as `group.*`: short enough for an error message."""
+    return list(dict.fromkeys(f"{first}.*" if rest else first for first, _, rest in (name.partition(".") for name in names)))
 
 
 def _outside(entry: Entry, number: object) -> bool:

@@ -12,7 +12,7 @@ SHORTEST_QUATERNION = 1e-6
 """Squared length below which a quaternion has no direction."""
 
 
-def read_goal(message: Any) -> tuple[float, float, float, float | None]:
+def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, float | None]:
     """The goal of a geometry_msgs/PoseStamped.
 
     Returns:
@@ -21,7 +21,7 @@ def read_goal(message: Any) -> tuple[float, float, float, float | None]:
     Raises:
         GoalError: A number is not finite, the quaternion has length 0, or the frame is not `odom`.
     """
-    _require_world(message.header.frame_id, "goal")
+    _require_frame(message.header.frame_id, frame, "goal")
     position, q = message.pose.position, message.pose.orientation
     numbers = {"x": position.x, "y": position.y, **{f"orientation.{name}": getattr(q, name) for name in "xyzw"}}
     _require_finite(numbers, "goal")
@@ -31,28 +31,28 @@ def read_goal(message: Any) -> tuple[float, float, float, float | None]:
     return position.x, position.y, heading_from_quaternion(q.x, q.y, q.z, q.w), seconds(stamp) if stamp else None
 
 
-def read_path(message: Any) -> list[tuple[float, float]]:
+def read_path(message: Any, frame: str = WORLD) -> list[tuple[float, float]]:
     """The waypoints x, y of a nav_msgs/Path; orientations are ignored.
 
     Raises:
         GoalError: There is no pose, a number is not finite, or a frame is not `odom`.
     """
-    _require_world(message.header.frame_id, "path")
+    _require_frame(message.header.frame_id, frame, "path")
     if not message.poses:
         raise GoalError("path of 0 poses is not allowed: it takes at least one")
     points = []
     for number, stamped in enumerate(message.poses):
         if stamped.header.frame_id:  # often left empty: then the path's own frame counts
-            _require_world(stamped.header.frame_id, f"pose {number} of the path")
+            _require_frame(stamped.header.frame_id, frame, f"pose {number} of the path")
         position = stamped.pose.position
         _require_finite({"x": position.x, "y": position.y}, f"pose {number} of the path")
         points.append((position.x, position.y))
     return points
 
 
-def _require_world(frame: str, what: str) -> None:
-    if frame != WORLD:
-        raise GoalError(f"{what} in frame '{frame}' is not allowed: it takes frame {WORLD}")
+def _require_frame(found: str, frame: str, what: str) -> None:
+    if found != frame:
+        raise GoalError(f"{what} in frame '{found}' is not allowed: it takes frame {frame}")
 
 
 def _require_finite(numbers: dict[str, float], what: str) -> None:

@@ -1,29 +1,25 @@
-"""What all nodes share: declared parameters, the wait for their readers, diagnostics, and an orderly start and end."""
+"""What all nodes share: declared parameters, the start-up handshake, diagnostics, and an orderly start and end."""
 
-import signal
-import sys
 import time
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible
-from rclpy.signals import SignalHandlerOptions
+from rclpy.qos import QoSProfile
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, VesselHsmcError
+from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.ros_parameters import declare
 
@@ -32,10 +28,11 @@ if TYPE_CHECKING:
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
-RECORDER = "recorder"
-
 SEND_LIMIT = 2.0
 """Longest wait for a reader whose queue is full, s."""
+
+WARNING_PERIOD = 5.0
+"""Least time between two log lines about the same thing that is waited for, s."""
 
 WATCHER_NICENESS = 10
 """Of nodes that only watch: the run itself goes first where cores are scarce."""
@@ -47,8 +44,8 @@ ACKNOWLEDGE_LIMIT = 1.0
 class VesselNode(Node):
     """Base of the package's nodes.
 
-    A subclass names its node and its parameters, publishes through `advertise`, and starts its work in `on_connected`.
-    In lockstep it keeps in `stamp` the time it has come to, ns.
+    A subclass names its node and its parameters, publishes through `advertise`, subscribes through `listen`, and starts its work
+    in `on_connected`. In lockstep it keeps in `stamp` the time it has come to, ns.
 
     Raises:
         ParameterError: a parameter is unknown or out of range.
@@ -62,12 +59,14 @@ class VesselNode(Node):
         super().__init__(self.NAME, **options)
         self.parameters: Any = declare(self, self.PARAMETERS)
         self.add_on_set_parameters_callback(self._on_set_parameters)
-        self.direct_subscriptions: list[Subscription] = []
         self.finished = False
+        self.failure = ""
         self.stamp = 0
         self.connected = False
-        self._advertised: list[tuple[Publisher, str]] = []
-        self._awaited: list[tuple[Any, str, Callable[[Any], None], QoSProfile]] = []
+        self.connections = Connections(self, self.parameters.recorded)
+        self.direct_subscriptions: list[Subscription] = self.connections.subscriptions
+        self._topics: dict[str, list[str]] = {"publishes": [], "subscribes to": []}
+        self._waiting = "waiting for the other nodes"
         self._wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self.create_timer(1.0, self.publish_diagnostics, clock=self._wall)
@@ -76,13 +75,20 @@ class VesselNode(Node):
     # -- for subclasses -----------------------------------------------------------------------------------------------
 
     def advertise(self, kind: Any, topic: str, profile: QoSProfile, partner: str = "") -> Publisher:
-        """A publisher whose readers are waited for before work starts.
+        """Make a publisher whose readers are waited for before work starts.
 
-        In lockstep the node that publishes the topic `partner` must be among them. Others may read along from the start:
-        they are no reason to begin.
+        In lockstep a node that publishes the topic `partner` must be among them. Any other reader is welcome from the start, but
+        is no reason to begin.
+
+        Args:
+            kind: Message class.
+            topic: Name relative to the node's namespace.
+            profile: Quality of service.
+            partner: A topic that one of the readers must publish; empty where any reader will do.
         """
         publisher = self.create_publisher(kind, topic, profile)
-        self._advertised.append((publisher, partner if self.parameters.lockstep else ""))
+        self.connections.add_publisher(publisher, partner if self.parameters.lockstep else "")
+        self._topics["publishes"].append(publisher.topic_name)
         return publisher
 
     def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
@@ -90,11 +96,25 @@ class VesselNode(Node):
 
         In lockstep only once its publisher is known: the reader is then connected before the writer hears of it, so that a writer
         which waits for its readers loses nothing to one that is half connected.
+
+        Args:
+            kind: Message class.
+            topic: Name relative to the node's namespace.
+            callback: Takes each message.
+            profile: Quality of service.
         """
         if self.parameters.lockstep:
-            self._awaited.append((kind, topic, callback, profile))
+            self.connections.add_subscription(Awaited(kind, topic, callback, profile))
         else:
             self.create_subscription(kind, topic, callback, profile)
+        self._topics["subscribes to"].append(self.resolve_topic_name(topic))
+
+    def framed(self, message: Any) -> Any:
+        """The message with the vessel's prefix before the names of its frames."""
+        message.header.frame_id = self.parameters.frame_prefix + message.header.frame_id
+        if hasattr(message, "child_frame_id"):
+            message.child_frame_id = self.parameters.frame_prefix + message.child_frame_id
+        return message
 
     def now(self) -> int:
         """ROS time, ns."""
@@ -118,34 +138,43 @@ class VesselNode(Node):
             else:
                 return
 
+    def describe(self) -> str:
+        """What the node does with its parameters, for the line that it logs at its start."""
+        return ""
+
     def on_own_process(self) -> None:
         """Called once, where the node has a process of its own."""
 
     def on_connected(self) -> None:
         """Called once, when every awaited reader and writer is connected."""
 
-    def check_graph(self) -> None:
-        """Raise a VesselHsmcError when the other nodes are not as they must be."""
-
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Level, message and figures for /diagnostics."""
-        return OK, "running" if self.connected else "waiting to be connected", {}
+        """Level, message and values for /diagnostics, once the node is connected."""
+        return OK, "running", {}
 
     def retune(self, parameters: Any) -> None:
         """Take changed tunable parameters; raise ParameterError to refuse them."""
 
     def close(self) -> None:
-        """Last work of the node, its context still alive: say how it ended and see that every reader has everything."""
+        """Publish the final status, the context still alive, and wait until every reader has everything."""
         self.publish_diagnostics()
         deadline = time.monotonic() + ACKNOWLEDGE_LIMIT
         for publisher in self.publishers:
             if publisher.get_subscription_count():
                 publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
-    # -- spinning -----------------------------------------------------------------------------------------------------
+    # -- from start to end --------------------------------------------------------------------------------------------
+
+    def announce(self) -> None:
+        """Log what the node does, in which mode and on which topics."""
+        mode = "lockstep" if self.parameters.lockstep else "real time"
+        if self.get_parameter("use_sim_time").value and not self.parameters.lockstep:
+            mode = "real time on the simulated time of /clock"
+        topics = [f"{verb} {', '.join(names)}" for verb, names in self._topics.items() if names]
+        self.get_logger().info("; ".join(part for part in (self.describe(), mode, *topics) if part))
 
     def spin(self, running: Callable[[], bool]) -> None:
-        """Serve callbacks until the node has finished or `running` says no."""
+        """Serve callbacks until the node has finished or `running` returns False."""
         if self.parameters.lockstep or self.POLL_PERIOD:
             with DirectExecutor(self.direct_subscriptions, self.POLL_PERIOD, self.context) as direct:
                 direct.add_node(self)
@@ -156,48 +185,46 @@ class VesselNode(Node):
             while running() and not self.finished:
                 executor.spin_once(timeout_sec=0.1)
 
+    def fail(self, reason: str) -> None:
+        """Log why the node ends, so that /rosout and a bag have it, and keep it for the final status."""
+        self.failure = reason
+        self.get_logger().fatal(reason)
+
     def publish_diagnostics(self) -> None:
         """Publish the node's status."""
-        level, message, figures = self.status()
+        level, message, values = self._overall_status()
         array = DiagnosticArray()
         stamp = self.stamp if self.parameters.lockstep else self.now()
         array.header.stamp = conversions.time_message(stamp)
-        values = [KeyValue(key=key, value=str(value)) for key, value in figures.items()]
+        pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         name = self.get_fully_qualified_name().lstrip("/")
-        array.status = [DiagnosticStatus(level=level, name=name, message=message, hardware_id="", values=values)]
+        array.status = [DiagnosticStatus(level=level, name=name, message=message, hardware_id="", values=pairs)]
         self._diagnostics.publish(array)
 
+    def _overall_status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """What comes before the status of the node's own work: its failure, what it waits for, a second publisher."""
+        level, message, values = self.status()
+        if self.failure:
+            return ERROR, self.failure, values
+        if not self.connected:
+            return WARN, self._waiting, values
+        if level == OK and (conflict := self.connections.conflict()):
+            self.get_logger().warning(conflict, throttle_duration_sec=WARNING_PERIOD)
+            return WARN, conflict, values
+        return level, message, values
+
     def _check_connected(self) -> None:
-        self.check_graph()
-        for awaited in list(self._awaited):
-            if self.count_publishers(awaited[1]):
-                self._awaited.remove(awaited)
-                self.direct_subscriptions.append(self.create_subscription(*awaited))
-        if self._awaited or not all(self._has_readers(*advertised) for advertised in self._advertised):
-            self.get_logger().info("waiting for the other nodes", throttle_duration_sec=5.0, skip_first=True)
+        # A second run must not disturb the first: the later node refuses, and one that is connected already goes on.
+        if conflict := self.connections.conflict():
+            raise SimulationError(conflict)
+        if missing := self.connections.missing():
+            self._waiting = f"waiting for {', '.join(missing)}"
+            self.get_logger().warning(self._waiting, throttle_duration_sec=WARNING_PERIOD, skip_first=True)
             return
         self.connected = True
         self.destroy_timer(self._connecting)
         self.publish_diagnostics()
         self.on_connected()
-
-    def _has_readers(self, publisher: Publisher, partner: str) -> bool:
-        """Whether every reader the graph shows is connected, and those that are awaited are among them.
-
-        The graph knows of a reader before the publisher is connected with it; what is published in between may be lost.
-        """
-        if not (partner or self.parameters.recorded):
-            return True
-        offered, infos = publisher.qos_profile, self.get_subscriptions_info_by_topic(publisher.topic_name)
-        readers = [i for i in infos if qos_check_compatible(offered, i.qos_profile)[0] is not QoSCompatibility.ERROR]
-        writers = self.get_publishers_info_by_topic(self.resolve_topic_name(partner)) if partner else []
-        if partner and not set(map(_node_of, writers)) & set(map(_node_of, readers)):
-            return False
-        # A node that uses simulated time reads /clock for itself, best effort; the recorder's own subscription is reliable.
-        qualities = [(info.node_name, info.qos_profile.reliability) for info in readers]
-        if self.parameters.recorded and (RECORDER, ReliabilityPolicy.RELIABLE) not in qualities:
-            return False
-        return int(publisher.get_subscription_count()) >= len(readers)
 
     def _on_set_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         known = schema.entries(self.PARAMETERS)
@@ -211,50 +238,3 @@ class VesselNode(Node):
             return SetParametersResult(successful=False, reason=str(error))
         self.parameters = parameters
         return SetParametersResult(successful=True)
-
-
-def _node_of(end: Any) -> tuple[str, str]:
-    """The full name of the node that an end of a topic belongs to."""
-    return end.node_namespace, end.node_name
-
-
-def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
-    """Run a node as a process does: until it has finished, fails or is told to stop by SIGINT or SIGTERM.
-
-    The signals only ask for the end: the node then finishes what it is doing with its context alive, which rclpy's own handlers
-    would not let it.
-
-    Returns:
-        The exit code: 0, or 1 when the node failed, or 2 when it could not start.
-    """
-    stopped: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _frame: stopped.append(received))
-    try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    except (RuntimeError, ValueError) as error:
-        return _complain(node_class.NAME, f"cannot start: {' '.join(str(error).split())}", 2)
-    try:
-        node = node_class()
-    except VesselHsmcError as error:
-        rclpy.shutdown()
-        return _complain(node_class.NAME, str(error), 2)
-    node.on_own_process()
-    code = 0
-    try:
-        for work in (partial(node.spin, lambda: not stopped), node.close):
-            try:
-                work()
-            except VesselHsmcError as error:
-                code = _complain(node_class.NAME, str(error), 1)
-            except ExternalShutdownException:
-                break
-    finally:
-        node.destroy_node()
-        rclpy.shutdown()
-    return code
-
-
-def _complain(name: str, message: str, code: int) -> int:
-    print(f"[ERROR] [{name}]: {message}", file=sys.stderr, flush=True)
-    return code

@@ -12,26 +12,33 @@ from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ControlLoop
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
-from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
+from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.nodes.base import OK, VesselNode
+from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
+from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer
 
-TROUBLE_SHOWN = 1.5
-"""Time that a trouble stays in the diagnostics after it was last met, s."""
+REFERENCES_KEPT = 2000
+"""References that may wait, in lockstep, for the odometry of their stamp; more than a reference ship is ever ahead."""
+
+NOT_FOR_REAL_TIME = "law hierarchical tolerates no late control steps: in real time use another law, such as guided"
+
+CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
+"""Time between two checks of the inputs, s: in lockstep two of them take less than the plant's command_timeout."""
 
 
 class ControllerNode(VesselNode):
     """Answers odometry with a wrench.
 
     Lockstep: every odometry message is answered by a command of the same stamp, new when a period of the law begins and held
-    otherwise. Real time: a timer on the node's clock runs the law on the latest odometry; the reference is carried to the
+    otherwise. Real time: a timer on the node's clock runs the law on the latest odometry; the reference is extrapolated to the
     odometry's time; when either is overdue the wrench is zero.
     """
 
@@ -45,31 +52,39 @@ class ControllerNode(VesselNode):
         self._start = 0
         self._phase: Timer | None = None
         self._odometry: tuple[int, Motion] | None = None
-        self._odometry_at = self._reference_at = 0
         self._references: dict[int, tuple[Motion, Acceleration]] = {}
+        self._inputs = InputMonitor(self, {"odom": "odometry", "reference": "reference"}, p.input_timeout)
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
-        self._trouble = ""
-        self._trouble_at = self._refused_at = -TROUBLE_SHOWN
         self._create_topics(p.lockstep)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(SetBool, "~/enable", self._on_enable)
+        self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
         profile = qos.data(lockstep)
         self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, partner="odom")
+        if lockstep:
+            self.connections.allow_one_publisher("cmd_wrench")
         self._state_out = self.advertise(ControlState, "~/state", profile)
         if self._loop.observer:
             self._estimate_out = self.advertise(Odometry, "~/estimate", profile)
-            self._estimate = conversions.new_odometry()
-        self._command, self._state = conversions.new_wrench(), conversions.new_control_state()
+            self._estimate = self.framed(conversions.new_odometry())
+        self._command = self.framed(conversions.new_wrench())
+        self._state = self.framed(conversions.new_control_state())
         self.listen(Odometry, "odom", self._on_odometry, profile)
         self.listen(ReferenceState, "reference", self._on_reference, profile)
 
+    def describe(self) -> str:
+        """The law and its rate."""
+        return f"law {self.parameters.law} at {self.parameters.rate_hz:g} Hz"
+
     def on_connected(self) -> None:
-        """Answer what has come already."""
+        """Answer what has come already; in real time, warn of a law that is not made for it."""
         if self.parameters.lockstep:
             self._answer()
+        elif self.parameters.law == "hierarchical":
+            self.get_logger().warning(NOT_FOR_REAL_TIME)
 
     # -- input --------------------------------------------------------------------------------------------------------
 
@@ -79,7 +94,7 @@ class ControllerNode(VesselNode):
             self._refuse(f"odometry with {wrong} is not allowed: all of it must be finite numbers")
             return
         self._odometry = conversions.nanoseconds(message.header.stamp), state
-        self._odometry_at = self.now()
+        self._inputs.receive("odometry", self._odometry[0], self.now())
         if self.parameters.lockstep:
             self._answer()
         elif self.connected and self._phase is None:
@@ -92,8 +107,11 @@ class ControllerNode(VesselNode):
             return
         if not self.parameters.lockstep:
             self._references.clear()
-        self._references[conversions.nanoseconds(message.header.stamp)] = reference, acceleration
-        self._reference_at = self.now()
+        elif len(self._references) >= REFERENCES_KEPT:  # of stamps that no odometry has: the oldest will not be needed
+            del self._references[next(iter(self._references))]
+        stamp = conversions.nanoseconds(message.header.stamp)
+        self._references[stamp] = reference, acceleration
+        self._inputs.receive("reference", stamp, self.now())
         if self.parameters.lockstep:
             self._answer()
 
@@ -101,12 +119,11 @@ class ControllerNode(VesselNode):
         """In lockstep the run can't go on without this message; in real time the next may be better."""
         if self.parameters.lockstep:
             raise ControlError(reason)
-        self._refused_at = time.monotonic()
-        self._report(f"{reason}; ignored")
+        self._inputs.refuse(reason)
 
-    def _report(self, trouble: str) -> None:
-        self._trouble, self._trouble_at = trouble, time.monotonic()
-        self.get_logger().error(trouble, throttle_duration_sec=1.0)
+    def _check_inputs(self) -> None:
+        if self.connected:
+            self._inputs.check(self._odometry[0] if self._odometry and self.parameters.lockstep else None)
 
     # -- lockstep -----------------------------------------------------------------------------------------------------
 
@@ -130,8 +147,8 @@ class ControllerNode(VesselNode):
     def _lock_phase(self, stamp: int) -> None:
         """Start the timer so that it fires half a period away from the odometry.
 
-        Fired together with it, the law would take now the new, now the old odometry, and a gain that is stable without delay
-        is not with one of a whole period.
+        If both fired together, the law would take the new odometry in one period and the old one in the next, and a gain that is
+        stable without delay may be unstable with a delay of a whole period.
         """
         period = self._loop.grid.stamp(1)
         now = self.now()
@@ -148,30 +165,23 @@ class ControllerNode(VesselNode):
         if not self._loop.due(now - self._start) or self._odometry is None or not self._references:
             return
         terms = None
-        if missing := self._overdue(now):
+        if missing := self._inputs.overdue(now):
             self._loop.wrench = NO_WRENCH
-            if time.monotonic() - self._refused_at > TROUBLE_SHOWN:  # else that is why, and has been reported
-                self._report(f"no {missing} for {self.parameters.input_timeout:g} s: the wrench is zero")
+            self._inputs.report_overdue(missing)
         else:
             terms = self._update_in_real_time(now - self._start, *self._odometry)
         self._publish(now, terms)
 
-    def _overdue(self, now: int) -> str | None:
-        oldest = now - round(self.parameters.input_timeout * NANOSECONDS)
-        return "odometry" if self._odometry_at < oldest else "reference" if self._reference_at < oldest else None
-
     def _update_in_real_time(self, elapsed: int, stamp: int, state: Motion) -> Terms | None:
-        """The law on the latest odometry and the reference carried to its time; no wrench where the law has no value."""
+        """Run the law on the latest odometry and the reference extrapolated to its time; zero where the law has no value."""
         ((reference_stamp, (reference, acceleration)),) = self._references.items()
         reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
         try:
             return self._update(elapsed, state, reference, acceleration, stamp)
         except ControlError as error:
             self._loop.wrench = NO_WRENCH
-            self._report(f"{error}; the wrench is zero")
+            self._inputs.report(f"{error}; the wrench is zero")
             return None
-
-    # -- output -------------------------------------------------------------------------------------------------------
 
     def _update(
         self, stamp: int, state: Motion, reference: Motion, acceleration: Acceleration, measured_at: int | None = None
@@ -184,7 +194,7 @@ class ControllerNode(VesselNode):
         return terms
 
     def _publish(self, stamp: int, terms: Terms | None) -> None:
-        """The wrench first, the plant waits for it; then, once a period, what led to it."""
+        """Publish the wrench first, the plant waits for it; then, once a period, the terms of the law that gave it."""
         self.stamp = stamp
         time_stamp = conversions.time_message(stamp)
         conversions.write_wrench(self._command, time_stamp, self._loop.wrench)
@@ -201,12 +211,12 @@ class ControllerNode(VesselNode):
     # -- services, parameters, diagnostics ----------------------------------------------------------------------------
 
     def retune(self, parameters: ControllerParameters) -> None:
-        """Take changed gains; what the networks have learnt stays."""
+        """Take changed gains; the weights of the networks stay."""
         self._loop.law.retune(getattr(parameters, parameters.law))
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._loop.forget()
-        response.success, response.message = True, "the law has forgotten what it had learnt"
+        response.success, response.message = True, "weights and estimate are reset; time goes on"
         return response
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -215,23 +225,21 @@ class ControllerNode(VesselNode):
         return response
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How the law keeps its rate."""
-        figures = {
+        """How the law keeps its rate, and what keeps it from running."""
+        values = {
             "law": self.parameters.law,
             "updates": self._updates,
             "missed_periods": self._loop.missed_periods,
+            "references_waiting": len(self._references),
             "compute_time": self._compute_time,
             "compute_time_max": self._compute_time_max,
         }
-        if not self.connected:
-            return WARN, "waiting for the other nodes", figures
-        if time.monotonic() - self._trouble_at < TROUBLE_SHOWN:
-            return ERROR, self._trouble, figures
-        return OK, "running" if self._loop.enabled else "disabled", figures
+        level, message = self._inputs.status() or (OK, "running" if self._loop.enabled else "disabled")
+        return level, message, values
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
+    """Run the node until a signal ends it."""
     return run_node(ControllerNode, arguments)
 
 

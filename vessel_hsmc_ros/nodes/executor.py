@@ -1,8 +1,8 @@
 """An executor for the few subscriptions that set a node's pace.
 
-rclpy's SingleThreadedExecutor builds a new wait set of all that a node owns for every single callback, services, timers and
+rclpy's SingleThreadedExecutor builds a new wait set of all entities of a node for every single callback, services, timers and
 parameter events included, which costs more than the messages themselves. This one waits for the named subscriptions alone, takes
-all they hold, and gives everything else its turn a fixed number of times a second.
+all messages they hold, and serves everything else a fixed number of times a second.
 """
 
 import time
@@ -15,14 +15,14 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 
 SERVICE_PERIOD = 0.02
-"""Longest wait of timers, services and other subscriptions for their turn, s."""
+"""Longest wait of timers, services and other subscriptions until they are served, s."""
 
 BURST = 64
-"""Messages taken from one subscription before the next has its turn."""
+"""Messages taken from one subscription before the next is served."""
 
 
 class DirectExecutor(SingleThreadedExecutor):
-    """Serves `subscriptions` as soon as they hold something, and the rest of its nodes every SERVICE_PERIOD.
+    """Serves `subscriptions` as soon as they hold a message, and all other entities of its nodes every SERVICE_PERIOD.
 
     Args:
         subscriptions: Those served directly. The list may grow while the executor runs.
@@ -38,7 +38,7 @@ class DirectExecutor(SingleThreadedExecutor):
         self._next_service = 0.0
 
     def spin_while(self, running: Callable[[], bool]) -> None:
-        """Serve callbacks until `running` says no; exceptions of callbacks come out of here."""
+        """Serve callbacks until `running` returns False; an exception of a callback is raised here."""
         with ExitStack() as held:
             held.enter_context(self._context.handle)
             wait_set = None
@@ -55,7 +55,7 @@ class DirectExecutor(SingleThreadedExecutor):
                     self._serve_rest()
 
     def take_direct(self) -> bool:
-        """Serve what the direct subscriptions hold; whether there was anything."""
+        """Serve the messages that the direct subscriptions hold; whether there were any."""
         found = False
         for subscription in tuple(self._direct):
             take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
@@ -82,6 +82,6 @@ class DirectExecutor(SingleThreadedExecutor):
         wait_set.wait(int(SERVICE_PERIOD * 1e9))  # type: ignore[attr-defined]
 
     def _serve_rest(self) -> None:
-        """One round of rclpy's own executor: the generator it keeps gives every ready entity its turn."""
+        """Serve one entity by rclpy's own executor, whose generator serves every ready one in turn."""
         self.spin_once(timeout_sec=0.0)
         self._next_service = time.monotonic() + SERVICE_PERIOD

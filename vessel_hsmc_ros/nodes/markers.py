@@ -10,14 +10,15 @@ from typing import Any
 
 from geometry_msgs.msg import Point, PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry, Path
-from std_msgs.msg import ColorRGBA, Header
+from std_msgs.msg import ColorRGBA
 from vessel_hsmc_msgs.msg import ReferenceState
 from visualization_msgs.msg import Marker, MarkerArray
 
 from vessel_hsmc_ros.core.hull import triangles
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode, run_node
+from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode
+from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import MarkerParameters
 
 SPACING = 0.5
@@ -27,7 +28,7 @@ COLOURS = {"ship": (0.0, 0.45, 0.70, 0.9), "reference": (0.84, 0.37, 0.0, 0.4)}
 
 
 class MarkerNode(VesselNode):
-    """Publishes `markers`, `ship/path`, `reference/path`, and where tf2_msgs is installed /tf from odom to base_link."""
+    """Publishes `markers`, `ship/path`, `reference/path`, and where tf2_msgs is installed /tf, in the frames of the odometry."""
 
     NAME = "markers"
     PARAMETERS = MarkerParameters
@@ -59,7 +60,6 @@ class MarkerNode(VesselNode):
     def _marker(self, number: int, name: str) -> Marker:
         """The hull as triangles, in the ship's own frame until it has a pose."""
         marker = Marker(ns=name, id=number, type=Marker.TRIANGLE_LIST, action=Marker.ADD)
-        marker.header.frame_id = conversions.WORLD
         marker.scale.x = marker.scale.y = marker.scale.z = 1.0
         marker.color = ColorRGBA(**dict(zip("rgba", COLOURS[name], strict=True)))
         marker.points = [Point(x=float(x), y=float(y), z=0.0) for x, y in triangles(self.parameters.hull)]
@@ -72,12 +72,12 @@ class MarkerNode(VesselNode):
         return keep
 
     def _publish(self) -> None:
-        """Bring markers and paths up to the latest messages, and show the markers."""
+        """Bring markers and paths up to the latest messages, and publish the markers and the transform."""
         for marker in self._markers.markers:
             if marker.ns in self._latest:
                 message = self._latest[marker.ns]
                 pose = message.pose.pose if marker.ns == "ship" else message.pose
-                marker.header.stamp, marker.pose = message.header.stamp, pose
+                marker.header, marker.pose = message.header, pose
                 self.stamp = conversions.nanoseconds(message.header.stamp)
                 self._extend(marker.ns, marker)
         known = [marker for marker in self._markers.markers if marker.ns in self._latest]
@@ -92,12 +92,11 @@ class MarkerNode(VesselNode):
         path.header = marker.header
         last = path.poses[-1].pose.position if path.poses else None
         if last is None or math.hypot(position.x - last.x, position.y - last.y) >= SPACING:
-            header = Header(stamp=marker.header.stamp, frame_id=marker.header.frame_id)  # the marker's own will have other stamps
-            path.poses.append(PoseStamped(header=header, pose=marker.pose))
+            path.poses.append(PoseStamped(header=marker.header, pose=marker.pose))
             del path.poses[: -self.parameters.path_poses]
 
     def _publish_paths(self) -> None:
-        """A path is the longest message of all, and costs the most: only for those who want it."""
+        """Publish paths that have a subscriber: they are the longest messages and cost the most."""
         for name, publisher in self._path_publishers.items():
             if self._paths[name].poses and publisher.get_subscription_count():
                 publisher.publish(self._paths[name])
@@ -117,7 +116,7 @@ class MarkerNode(VesselNode):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
+    """Run the node until a signal ends it."""
     os.nice(WATCHER_NICENESS)
     return run_node(MarkerNode, arguments)
 

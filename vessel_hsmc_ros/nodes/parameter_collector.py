@@ -1,4 +1,4 @@
-"""The parameters of all nodes, asked for once, as each node appears."""
+"""The parameters of all nodes, requested once from each node that appears."""
 
 import array
 from typing import TYPE_CHECKING, Any
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class ParameterCollector:
-    """Asks every node that has parameter services for its parameters.
+    """Requests the parameters of every node that has parameter services.
 
     Args:
-        node: Whose clients ask; its own parameters are taken as they are.
+        node: Owner of the service clients; its own parameters are read directly.
 
     Attributes:
         parameters: By full node name, then by parameter.
@@ -31,37 +31,37 @@ class ParameterCollector:
         self.parameters: dict[str, dict[str, Any]] = {
             name: {parameter.name: _plain(parameter.value) for parameter in node.get_parameters_by_prefix("").values()}
         }
-        self._asked = {name}
+        self._requested = {name}
         self._clients: dict[str, list[Client]] = {}
-        self._told = 0
+        self._reported = 0
 
-    def ask(self) -> None:
-        """Ask the nodes that are new; to be called again and again."""
+    def request(self) -> None:
+        """Send requests to nodes that are new; to be called periodically."""
         there = {f"{ns.rstrip('/')}/{name}": name for name, ns in self._node.get_node_names_and_namespaces()}
         for name in [name for name in self._clients if name in self.parameters or name not in there]:
             for client in self._clients.pop(name):
                 self._node.destroy_client(client)
         for full, name in there.items():
-            if full not in self._asked and not name.startswith("_"):
-                self._ask(full)
+            if full not in self._requested and not name.startswith("_"):
+                self._request(full)
 
-    def news(self) -> str | None:
-        """All that is known as a ROS parameters file, if that is more than the last time and nobody is being asked."""
-        if len(self.parameters) == self._told or self._clients:
+    def new_document(self) -> str | None:
+        """All parameters as a ROS parameters file; None if no node was added since the last call, or an answer is pending."""
+        if len(self.parameters) == self._reported or self._clients:
             return None
-        self._told = len(self.parameters)
+        self._reported = len(self.parameters)
         document = {name: {"ros__parameters": tree(self.parameters[name])} for name in sorted(self.parameters)}
         text: str = yaml.safe_dump(document, sort_keys=False)
         return text
 
-    def _ask(self, name: str) -> None:
+    def _request(self, name: str) -> None:
         lister = self._node.create_client(ListParameters, f"{name}/list_parameters")
         getter = self._node.create_client(GetParameters, f"{name}/get_parameters")
         if not (lister.service_is_ready() and getter.service_is_ready()):  # not yet, or it has none
             self._node.destroy_client(lister)
             self._node.destroy_client(getter)
             return
-        self._asked.add(name)
+        self._requested.add(name)
         self._clients[name] = [lister, getter]
 
         def on_names(future: Future) -> None:

@@ -26,7 +26,7 @@ CLOCK = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""The clock of a lockstep run is latched: whoever joins late gets the present time, for no further tick comes without him."""
+"""The clock of a lockstep run is latched: a node that joins late gets the present time, while the plant waits."""
 
 WATCHED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
@@ -37,7 +37,7 @@ WATCHED = QoSProfile(
 LATEST = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
 )
-"""Those who only watch are best effort: they lose what they are too slow for, and hold nobody back."""
+"""Readers that only watch are best effort: they lose what they are too slow for, and never hold a writer back."""
 
 
 def data(lockstep: bool) -> QoSProfile:
@@ -45,8 +45,18 @@ def data(lockstep: bool) -> QoSProfile:
     return LOSSLESS if lockstep else STREAM
 
 
+def compatible(offered: QoSProfile, requested: QoSProfile) -> bool:
+    """Whether a reader of one profile receives messages of a writer of another, by reliability and durability.
+
+    rclpy's own check takes the infinite deadline that discovery gives to every reader for one that no writer meets.
+    """
+    reliable = requested.reliability is not ReliabilityPolicy.RELIABLE or offered.reliability is ReliabilityPolicy.RELIABLE
+    latched = DurabilityPolicy.TRANSIENT_LOCAL
+    return reliable and (requested.durability is not latched or offered.durability is latched)
+
+
 def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
-    """The profile of a recorder's subscription: whatever all of a topic's publishers offer."""
+    """The profile of a recorder's subscription: as reliable and as durable as all of a topic's publishers offer."""
     reliable = all(offered.reliability is ReliabilityPolicy.RELIABLE for offered in publishers)
     latched = all(offered.durability is DurabilityPolicy.TRANSIENT_LOCAL for offered in publishers)
     return QoSProfile(
@@ -57,7 +67,7 @@ def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
 
 
 def replayed(offered: Sequence[Mapping[str, Any]]) -> QoSProfile:
-    """The profile of a publisher in place of recorded ones, from what a bag says they offered."""
+    """The profile of a publisher in place of recorded ones, from the profiles that the bag holds."""
     reliable = all(profile["reliability"] != "best_effort" for profile in offered)
     latched = bool(offered) and all(profile["durability"] == "transient_local" for profile in offered)
     return QoSProfile(

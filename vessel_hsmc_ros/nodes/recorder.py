@@ -16,23 +16,24 @@ from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.messages.definitions import definition
 from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
+from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.topic_choice import TopicChoice
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
 FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
-"""Time between two hand-overs of what was recorded to the operating system, and between two of metadata.yaml, s."""
+"""Time between two flushes of recorded messages to the operating system, and between two updates of metadata.yaml, s."""
 
 DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
-"""When told to stop, go on until nothing new was there so many times, but no longer than this, s."""
+"""At the end, the recorder goes on until it has found nothing new this many times, but no longer than this, s."""
 
 
 class RecorderNode(VesselNode):
-    """Subscribes to each topic when its first publisher appears, takes the raw messages in batches, writes them.
+    """Subscribes to each topic when its first publisher appears, takes the serialized messages in batches and writes them.
 
-    The log time of a message is, in lockstep, its own stamp; with `use_sim_time` the simulated time of its receipt; else the
-    time of its receipt.
+    The log time of a message is its own stamp in lockstep, the simulated time of its receipt with `use_sim_time`, else the time
+    of its receipt.
     """
 
     NAME = "recorder"
@@ -54,7 +55,11 @@ class RecorderNode(VesselNode):
         self._collector = ParameterCollector(self)
         self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=self._wall)
-        self.create_timer(METADATA_PERIOD, self._tell, clock=self._wall)
+        self.create_timer(METADATA_PERIOD, self._update_metadata, clock=self._wall)
+
+    def describe(self) -> str:
+        """Where the bag is written."""
+        return f"recording into {self._writer.directory}"
 
     # -- topics -------------------------------------------------------------------------------------------------------
 
@@ -72,7 +77,7 @@ class RecorderNode(VesselNode):
             self.destroy_timer(self._discovery)
 
     def _readers_of_foreign(self, name: str) -> list[Any]:
-        """Who reads a topic from outside: its publisher may come, send one message and go before it could be discovered."""
+        """The readers of a topic from outside: its publisher may appear, send one message and leave before it is discovered."""
         return self.get_subscriptions_info_by_topic(name) if name in self._foreign else []
 
     def _subscribe(self, name: str, publishers: list[Any]) -> None:
@@ -89,18 +94,22 @@ class RecorderNode(VesselNode):
             return
         profile = qos.recorded([info.qos_profile for info in publishers])
         if len({(i.qos_profile.reliability, i.qos_profile.durability) for i in publishers}) > 1:
-            told = f"{name} is offered in different qualities: recorded as {_words(profile)}, which all of them offer"
-            self.get_logger().warning(told)
+            chosen = f"recorded as {_in_words(profile)}, which all of them offer"
+            self.get_logger().warning(f"{name} is offered in different qualities of service: {chosen}")
         self._writer.add_topic(topic)
         callback = self._recorder_of(topic, kind, alone=len(publishers) == 1)
         self.direct_subscriptions.append(self.create_subscription(kind, name, callback, profile, raw=True))
 
     def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
-        """The callback of a topic; where it has one publisher, its numbering must have no gap."""
+        """The callback of a topic; where the topic has one publisher, a gap in its sequence numbers counts as dropped messages.
+
+        Only publishers that wait for the recorder must be recorded from their first message on; what another published before
+        the recorder subscribed is not lost, it was never to be recorded.
+        """
         p, of_a_vessel = self.parameters, topic.kind not in TYPES_OF_EVERY_NODE and topic.name not in self._foreign
         stamped = of_a_vessel and raw.begins_with_stamp(kind)
         numbered = of_a_vessel and alone
-        expected = 1 if p.lockstep or p.recorded else 0
+        expected = 1 if p.recorded else 0
         lockstep, sim_time, writer = p.lockstep, self._sim_time, self._writer
 
         def record(data: bytes, info: dict[str, int]) -> None:
@@ -121,22 +130,22 @@ class RecorderNode(VesselNode):
 
         return record
 
-    # -- now and then -------------------------------------------------------------------------------------------------
+    # -- periodic work ------------------------------------------------------------------------------------------------
 
     def on_own_process(self) -> None:
-        """As batch work it has its share of the cores, but a message that comes in for it interrupts nobody."""
+        """Run as batch work: the recorder gets its share of the cores, but its waking up preempts no other process."""
         with suppress(OSError):  # a container may forbid it
             for thread in Path("/proc/self/task").iterdir():
                 os.sched_setscheduler(int(thread.name), os.SCHED_BATCH, os.sched_param(0))
 
     def _flush(self) -> None:
-        self._collector.ask()
-        if (news := self._collector.news()) is not None:
-            self._writer.attach(PARAMETERS, news)
+        self._collector.request()
+        if (document := self._collector.new_document()) is not None:
+            self._writer.attach(PARAMETERS, document)
         self._writer.flush()
 
-    def _tell(self) -> None:
-        """Bring metadata.yaml up to date, for whoever finds the bag of a recorder that was killed."""
+    def _update_metadata(self) -> None:
+        """Bring metadata.yaml up to date, so that the bag of a recorder that is killed can be read."""
         self._note()
         self._writer.flush_metadata()
 
@@ -146,14 +155,17 @@ class RecorderNode(VesselNode):
     # -- the end ------------------------------------------------------------------------------------------------------
 
     def spin(self, running: Any) -> None:
-        """Record until told to stop, then until nothing more comes, and last of all how it went."""
+        """Record until a signal asks for the end, then until nothing more arrives, and finally the recorder's own status."""
         super().spin(running)
         self._drain()
         self.publish_diagnostics()
         self._drain()
 
     def _drain(self) -> None:
-        """Counted in looks and not in time: a process that got no core for a while must look all the same."""
+        """Record what is still under way.
+
+        Counted in looks and not in time: a process that got no core for a while must look all the same.
+        """
         end = time.monotonic() + DRAIN_LIMIT
         count, looks = -1, 0
 
@@ -174,13 +186,13 @@ class RecorderNode(VesselNode):
         super().close()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """What has been recorded, and what was lost."""
+        """How many messages were recorded and lost, and which topics have no publisher yet."""
         optional = {self.resolve_topic_name(topic) for topic in OPTIONAL_TOPICS}
         missing = [topic for topic in self._choice.missing if topic not in optional]
-        figures = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
+        values = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
         if self._dropped:
-            return WARN, f"{self._dropped} messages were lost", figures
-        return OK, "waiting for topics" if missing else "recording", figures
+            return WARN, f"{self._dropped} messages were lost", values
+        return OK, f"recording; waiting for {', '.join(missing)}" if missing else "recording", values
 
 
 def _scenario(path: str) -> str:
@@ -196,7 +208,7 @@ def _scenario(path: str) -> str:
 
 
 def _offered(publishers: list[Any]) -> list[dict[str, Any]]:
-    """What discovery tells of the publishers' profiles, as rosbag2 writes it."""
+    """The publishers' profiles as far as discovery knows them, in the form of rosbag2's metadata."""
     entries = []
     for offered in (info.qos_profile for info in publishers):
         times = {name: getattr(offered, name).nanoseconds for name in ("deadline", "lifespan", "liveliness_lease_duration")}
@@ -211,13 +223,13 @@ def _qualities(profile: QoSProfile) -> tuple[bool, bool]:
     return profile.reliability is ReliabilityPolicy.RELIABLE, latched
 
 
-def _words(profile: QoSProfile) -> str:
+def _in_words(profile: QoSProfile) -> str:
     reliable, latched = _qualities(profile)
     return f"{'reliable' if reliable else 'best effort'}, {'transient local' if latched else 'volatile'}"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
+    """Run the node until a signal ends it."""
     return run_node(RecorderNode, arguments)
 
 

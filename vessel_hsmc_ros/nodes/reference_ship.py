@@ -10,18 +10,19 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.core.exceptions import GoalError
+from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode, run_node
+from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
+from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 
 
 class ReferenceShipNode(VesselNode):
-    """Moves the virtual ship, or whatever else is followed.
+    """Publishes the reference trajectory: the virtual ship's, or that of a course, of goals or of a path.
 
     In lockstep it is one period ahead of the plant's clock, so that the controller never waits for it. In real time a timer sets
     the pace.
@@ -41,14 +42,19 @@ class ReferenceShipNode(VesselNode):
         profile = qos.data(p.lockstep)
         self._reference_out = self.advertise(ReferenceState, "reference", profile, partner="cmd_wrench")
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
-        self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
+        self._reference, self._pose = self.framed(conversions.new_reference()), self.framed(conversions.new_pose())
         if p.lockstep:
+            self.connections.allow_one_publisher("reference")
             self.listen(Clock, "/clock", self._on_clock, qos.CLOCK)
         if p.mode == "goal":
             self.create_subscription(PoseStamped, "goal_pose", self._on_goal, qos.STREAM)
         elif p.mode == "path":
             self.create_subscription(Path, "path", self._on_path, qos.STREAM)
         self.create_service(Trigger, "~/reset", self._on_reset)
+
+    def describe(self) -> str:
+        """The kind of reference and its rate."""
+        return f"{self.parameters.mode} at {self.parameters.rate_hz:g} Hz"
 
     def on_connected(self) -> None:
         """Publish the first state; in real time, start the timer."""
@@ -79,13 +85,13 @@ class ReferenceShipNode(VesselNode):
         self.send(self._pose_out, self._pose)
 
     def _on_goal(self, message: PoseStamped) -> None:
-        self._take(lambda: self._ship.set_goal(*read_goal(message)))
+        self._take(lambda: self._ship.set_goal(*read_goal(message, self._reference.header.frame_id)))
 
     def _on_path(self, message: Path) -> None:
-        self._take(lambda: self._ship.set_path(read_path(message)))
+        self._take(lambda: self._ship.set_path(read_path(message, self._reference.header.frame_id)))
 
     def _take(self, work: Callable[[], None]) -> None:
-        """Take a goal or a path; one that cannot be followed is refused, and what was followed goes on."""
+        """Take a goal or a path; one that cannot be followed is refused, and the present one stays."""
         try:
             work()
         except GoalError as error:
@@ -94,21 +100,29 @@ class ReferenceShipNode(VesselNode):
         else:
             self._refused = ""
 
+    def retune(self, parameters: ReferenceParameters) -> None:
+        """Take changed inputs of the virtual ship from the next period on.
+
+        Raises:
+            ParameterError: something else is followed.
+        """
+        if parameters.mode != "virtual_ship":
+            raise ParameterError(f"reference_ship.mode = {parameters.mode} has no inputs: only the virtual ship has")
+        self._ship.retune(parameters)
+
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._ship.reset()
         response.success, response.message = True, "the virtual ship is back at its start; time goes on"
         return response
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How far the virtual ship has come."""
-        figures = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
-        if not self.connected:
-            return WARN, "waiting for the other nodes", {}
-        return (WARN, self._refused, figures) if self._refused else (OK, "running", figures)
+        """The time that the reference has come to."""
+        values = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
+        return (WARN, self._refused, values) if self._refused else (OK, "running", values)
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it is told to stop."""
+    """Run the node until a signal ends it."""
     return run_node(ReferenceShipNode, arguments)
 
 

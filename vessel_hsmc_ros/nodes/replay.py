@@ -1,4 +1,4 @@
-"""A bag published again over ROS: the recorded bytes at the recorded pace or another, with the clock of that time."""
+"""A bag published again over ROS: the recorded bytes at the recorded pace or another, with the clock of the recording."""
 
 import itertools
 import time
@@ -21,20 +21,20 @@ from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.nodes import qos
 
 CLOCK_PERIOD = NANOSECONDS // 100
-"""Between two ticks of a clock that the bag itself does not have, ns of recorded time."""
+"""Time between two ticks of the clock that is made where the bag has none, ns of recorded time."""
 
-LATE = 0.001
-"""Wall time that a message may be early, s; waiting for less is not worth it."""
+EARLIEST = 0.001
+"""How early a message may be published, s of wall time: a shorter wait costs more than it gains."""
 
 
 @dataclass(frozen=True)
 class Playing:
-    """How to play.
+    """Options of a replay.
 
     Attributes:
-        rate: Recorded seconds in a second.
+        rate: Recorded seconds played in a second.
         loop: Whether to begin again at the end.
-        paused: Whether to wait at the start until told to go on.
+        paused: Whether to wait at the start until the service `~/pause` resumes.
         topics: Those to publish; all if empty.
     """
 
@@ -45,7 +45,7 @@ class Playing:
 
 
 class ReplayNode(Node):
-    """Publishes a bag's messages; the service `~/pause` stops it and lets it go on.
+    """Publishes a bag's messages; the service `~/pause` pauses and resumes.
 
     Raises:
         BagError: the bag has nothing to publish.
@@ -66,7 +66,7 @@ class ReplayNode(Node):
         self._began, self._from = 0.0, 0
 
     def play(self, running: Callable[[], bool]) -> None:
-        """Publish everything, once or again and again, until `running` says no."""
+        """Publish everything, once or in a loop, until `running` returns False."""
         with SingleThreadedExecutor(context=self.context) as executor:
             executor.add_node(self)
             while running():
@@ -75,12 +75,12 @@ class ReplayNode(Node):
                     return
 
     def _play_once(self, executor: SingleThreadedExecutor, running: Callable[[], bool]) -> None:
-        """From the first message to the last: each when its time has come, the clock before it."""
+        """Publish each message when its time has come, after the clock of that time."""
         tick = None
         for message in self._messages():
             if tick is None:
                 tick = message.log_time
-                self._set_off(tick)
+                self._start_from(tick)
             while self._ticker and tick <= message.log_time:
                 self._wait(tick, executor, running)
                 self._ticker.publish(Clock(clock=conversions.time_message(tick)))
@@ -95,25 +95,25 @@ class ReplayNode(Node):
     def _messages(self) -> Iterator[RawMessage]:
         return self._bag.ordered_messages(*self._outputs)
 
-    def _set_off(self, log_time: int) -> None:
-        """From here on, time counts from this log time."""
+    def _start_from(self, log_time: int) -> None:
+        """Let this log time be now."""
         self._began, self._from = time.monotonic(), log_time
 
     def _wait(self, log_time: int, executor: SingleThreadedExecutor, running: Callable[[], bool]) -> None:
-        """Until a recorded time has come, serving the pause service; a pause moves all that follows."""
+        """Wait until a recorded time has come, serving the pause service; a pause delays all that follows."""
         for turn in itertools.count():
             while self.paused and running():
                 executor.spin_once(timeout_sec=0.05)
-                self._set_off(log_time)
+                self._start_from(log_time)
             rest = self._began + seconds(log_time - self._from) / self._playing.rate - time.monotonic()
-            if rest < LATE or not running():
+            if rest < EARLIEST or not running():
                 if turn == 0 and self.published % 100 == 0:
                     executor.spin_once(timeout_sec=0.0)
                 return
             executor.spin_once(timeout_sec=min(rest, 0.05))
 
     def _publisher(self, series: Series) -> Publisher | None:
-        """A publisher of a topic's type and quality; None with a warning where the type is not installed."""
+        """A publisher of a topic's type and quality of service; None with a warning where the type is not installed."""
         try:
             kind = message_class(series.type)
         except (ImportError, AttributeError):

@@ -1,4 +1,4 @@
-"""From the declarations in the code to parameters of a ROS node."""
+"""Declared dataclasses as parameters of a ROS node."""
 
 import math
 from typing import Any
@@ -29,7 +29,7 @@ def declare(node: Node, cls: type) -> Any:
 
 
 def descriptor(entry: schema.Entry) -> ParameterDescriptor:
-    """What `ros2 param describe` shows of a declared parameter."""
+    """The descriptor of a declared parameter, as `ros2 param describe` shows it."""
     described = ParameterDescriptor(
         description=entry.description + (f" [{entry.unit}]" if entry.unit else ""),
         additional_constraints=f"It takes {entry.allowed}.",

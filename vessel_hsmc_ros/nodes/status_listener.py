@@ -1,4 +1,4 @@
-"""What the nodes of a run say of themselves on /diagnostics: how far they are, and that they are alive."""
+"""The status that the nodes of a run publish on /diagnostics: how far they have come, and that they are alive."""
 
 import time
 
@@ -18,8 +18,8 @@ class StatusListener:
         namespace: The nodes' namespace, without slashes at its ends.
 
     Attributes:
-        status: The latest figures of each node.
-        heard_at: When each was last heard of, on the monotonic clock, s.
+        status: The latest diagnostics values of each node.
+        heard_at: Time of the latest status of each node, on the monotonic clock, s.
     """
 
     def __init__(self, namespace: str = "") -> None:
@@ -42,7 +42,7 @@ class StatusListener:
         rclpy.shutdown(context=self._context)
 
     def listen(self, seconds: float) -> None:
-        """Take what comes within a time."""
+        """Receive messages for a time, s."""
         self._executor.spin_once(timeout_sec=seconds)
 
     def _on_status(self, message: DiagnosticArray) -> None:

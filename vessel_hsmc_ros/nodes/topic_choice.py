@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 
 @dataclass
 class TopicChoice:
-    """Topics by name, by regular expression, or all; those that begin with an underscore anywhere are nobody's business.
+    """Topics by name, by regular expression, or all but hidden ones: those with a token that starts with an underscore.
 
     Args:
         names: Full names.
@@ -18,7 +18,7 @@ class TopicChoice:
         exclude: Leave these out of what `everything` and `regex` take; empty for none.
 
     Raises:
-        ParameterError: a regular expression is none.
+        ParameterError: `regex` or `exclude` is not a valid regular expression.
     """
 
     names: Sequence[str]

@@ -73,17 +73,27 @@ class InputProgram:
         for points, kind in ((steps, "steps"), (ramp, "ramp")):
             check_points(points, f"{name}_{kind}")
         self._constant, self._sine, self._steps, self._ramp = constant, sine, steps, ramp
+        self._offset = 0.0
+
+    def continue_phase(self, previous: "InputProgram", time: float) -> None:
+        """Take over the phase that a previous programme's sine had come to, apart from a change of the parameter `phase` itself.
+
+        Args:
+            previous: The programme that this one replaces.
+            time: Time of the change since the start, s.
+        """
+        self._offset = previous._offset + (previous._sine.frequency - self._sine.frequency) * time
 
     def value(self, time: float) -> float:
         """The value at a time since the start, s."""
         s = self._sine
-        sine = s.amplitude * math.sin(s.frequency * time + s.phase)
+        sine = s.amplitude * math.sin(s.frequency * time + s.phase + self._offset)
         return self._constant + sine + step_value(self._steps, time) + self._interpolated(time)[0]
 
     def rates(self, time: float) -> tuple[float, float]:
         """First and second derivative at a time since the start, per s and per s²; those of the steps are taken as zero."""
         s = self._sine
-        angle = s.frequency * time + s.phase
+        angle = s.frequency * time + s.phase + self._offset
         first = s.amplitude * s.frequency * math.cos(angle) + self._interpolated(time)[1]
         return first, -s.amplitude * s.frequency * s.frequency * math.sin(angle)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.reference.input_program import RampParameters, SineParameters, StepsParameters, program_of
+from vessel_hsmc_ros.reference.input_program import InputProgram, RampParameters, SineParameters, StepsParameters, program_of
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters, derivative, initial_pose, initial_velocity
 
@@ -27,15 +27,21 @@ class VirtualShipParameters:
     initial_pose: tuple[float, ...] = initial_pose((15.0, 15.0, 0.0))
     initial_velocity: tuple[float, ...] = initial_velocity()
     surge_force: float = parameter(
-        1e5, "Constant part of the surge force on the virtual ship.", unit="N", low=-1e9, high=1e9, symbol="tau_1d"
+        1e5, "Constant part of the surge force on the virtual ship.", unit="N", low=-1e9, high=1e9, symbol="tau_1d", tunable=True
     )
-    surge_force_sine: SineParameters = group(SineParameters)
+    surge_force_sine: SineParameters = group(SineParameters, tunable=True)
     surge_force_steps: StepsParameters = group(StepsParameters)
     surge_force_ramp: RampParameters = group(RampParameters)
     yaw_moment: float = parameter(
-        1e6, "Constant part of the yaw moment on the virtual ship.", unit="N·m", low=-1e12, high=1e12, symbol="tau_2d"
+        1e6,
+        "Constant part of the yaw moment on the virtual ship.",
+        unit="N·m",
+        low=-1e12,
+        high=1e12,
+        symbol="tau_2d",
+        tunable=True,
     )
-    yaw_moment_sine: SineParameters = group(SineParameters)
+    yaw_moment_sine: SineParameters = group(SineParameters, tunable=True)
     yaw_moment_steps: StepsParameters = group(StepsParameters)
     yaw_moment_ramp: RampParameters = group(RampParameters)
     vessel: VesselParameters = group(VesselParameters)
@@ -59,16 +65,31 @@ class ReferenceShip:
         self._parameters = parameters
         self._period = period
         self._vessel = parameters.vessel.coefficients()
-        self._surge_force, self._yaw_moment = (
-            program_of(parameters, name, "reference_ship") for name in ("surge_force", "yaw_moment")
-        )
         self.reset()
+
+    @staticmethod
+    def _programs(parameters: VirtualShipParameters) -> tuple[InputProgram, InputProgram]:
+        surge_force, yaw_moment = (program_of(parameters, name, "reference_ship") for name in ("surge_force", "yaw_moment"))
+        return surge_force, yaw_moment
 
     def reset(self) -> None:
         """Return to the initial state and the start of the inputs."""
         self.state: Array = np.array(self._parameters.initial_pose + self._parameters.initial_velocity)
+        self._surge_force, self._yaw_moment = self._programs(self._parameters)
         self._steps = 0
         self._read_inputs()
+
+    def retune(self, parameters: VirtualShipParameters) -> None:
+        """Take changed inputs from the next step on; the phase of a sine whose frequency changes is continuous.
+
+        Raises:
+            ParameterError: the times of an input's programme do not fit its values.
+        """
+        surge_force, yaw_moment = self._programs(parameters)
+        time = self._steps * self._period
+        surge_force.continue_phase(self._surge_force, time)
+        yaw_moment.continue_phase(self._yaw_moment, time)
+        self._parameters, self._surge_force, self._yaw_moment = parameters, surge_force, yaw_moment
 
     def acceleration(self) -> Array:
         """Derivatives du_d, dv_d, dr_d of (8) at the present state, shape (3,): m/s², m/s², rad/s²."""

@@ -11,23 +11,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
 
-MODULES = {
-    "recorder": "vessel_hsmc_ros.nodes.recorder",
-    "controller": "vessel_hsmc_ros.nodes.controller",
-    "reference_ship": "vessel_hsmc_ros.nodes.reference_ship",
-    "vessel_sim": "vessel_sim_node",
-}
+MODULES = {name: LOOP[name].module for name in START_ORDER}
 """Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
 
-WATCHERS = {"markers": "vessel_hsmc_ros.nodes.markers", "live": "vessel_hsmc_ros.nodes.live"}
+WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()}
 """Nodes that only observe a run: their failure does not affect it."""
 
 STOP_LIMIT = 8.0
 """Time limit for a process to end after SIGINT, s; then it is killed. It is generous, for busy machines."""
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: {message}", "RCUTILS_COLORIZED_OUTPUT": "0"}
+"""The log of a node is searched for its errors, whatever format the user prefers on a terminal."""
+
 _PR_SET_PDEATHSIG = 1
 _ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\].*?\]: (.*)$", re.MULTILINE)
 
@@ -66,7 +66,7 @@ class NodeGroup:
         arguments = ["--ros-args", "--params-file", str(parameters)]
         if namespace:
             arguments += ["-r", f"__ns:=/{namespace}"]
-        environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ}
+        environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         for name in names:
             self._start(name, [sys.executable, "-m", (MODULES | WATCHERS)[name], *arguments], logs / f"{name}.log", environment)

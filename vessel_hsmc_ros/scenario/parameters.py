@@ -30,10 +30,15 @@ class CommonParameters:
     """Parameters of every node of the closed loop."""
 
     lockstep: bool = parameter(
-        True, "Step for step with the plant, as fast as the machine can; false runs in real time on the node's clock."
+        False,
+        "Lockstep: one step at a time with the plant, as fast as the machine allows; false runs in real time on the node's"
+        " clock. A scenario that leaves it out runs in lockstep.",
     )
     recorded: bool = parameter(
         False, "A recorder takes part: wait with publishing until it and the readers of every topic are connected."
+    )
+    frame_prefix: str = parameter(
+        "", "Prefix of the frames odom and base_link, such as alpha/, so that several vessels have frames of their own."
     )
 
 

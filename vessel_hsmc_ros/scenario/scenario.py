@@ -83,7 +83,8 @@ def parse_scenario(
         if node not in NODES or not parameter:
             raise ParameterError(f"{key} is not a parameter: it takes node.parameter with a node of {', '.join(NODES)}")
         values[node][parameter] = value
-    parts: dict[str, Any] = {node: schema.build(cls, values[node], node) for node, cls in NODES.items()}
+    # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
+    parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
     scenario = Scenario(name, **parts)
     _check_rates(scenario)
     make_law(scenario.controller)
@@ -91,9 +92,17 @@ def parse_scenario(
     return scenario
 
 
-def for_nodes(recorded: bool, real_time: bool) -> dict[str, object]:
-    """The changes that turn a scenario into one for the nodes, instead of for a run in this process."""
+def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str, object]:
+    """The changes to a scenario whose nodes run as processes.
+
+    Args:
+        recorded: A recorder takes part.
+        real_time: Run in real time whatever the scenario chooses.
+        namespace: The nodes' namespace, without slashes at its ends; their frames are prefixed with it.
+    """
     changes: dict[str, object] = {f"{node}.recorded": recorded for node in NODES}
+    if namespace:
+        changes |= {f"{node}.frame_prefix": f"{namespace}/" for node in NODES}
     if real_time:
         changes |= {f"{node}.lockstep": False for node in NODES}
     return changes

@@ -1,0 +1,69 @@
+"""Disturbances changed while the ship moves: they act, and no phase jumps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
+from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
+from vessel_sim_node.waves import WaveParameters, Waves
+
+PERIOD = 0.01
+CALM = PeriodicParameters(0.0, 0.0, 0.0)
+
+
+def simulator(**disturbance: object) -> tuple[Simulator, DisturbanceParameters]:
+    loads = replace(DisturbanceParameters(periodic=CALM), **disturbance)  # type: ignore[arg-type]
+    return Simulator(PlantParameters(disturbance=loads), PERIOD), loads
+
+
+def test_a_changed_frequency_leaves_the_phase_of_the_periodic_disturbance_continuous() -> None:
+    plant, loads = simulator(periodic=PeriodicParameters(frequency=0.3))
+    before = plant.disturbance(100.0)
+    plant.retune(replace(loads, periodic=PeriodicParameters(frequency=3.0)), 100.0)
+    assert plant.disturbance(100.0) == pytest.approx(before)
+    quarter = 0.5 * np.pi / 3.0
+    phase = 0.3 * 100.0
+    assert plant.disturbance(100.0 + quarter)[0] == pytest.approx(11e2 * (1.0 + np.sin(phase + 0.5 * np.pi)))
+
+
+def test_a_changed_mean_acts_at_once() -> None:
+    plant, loads = simulator(periodic=PeriodicParameters(frequency=0.0))
+    plant.retune(replace(loads, periodic=PeriodicParameters(surge_force=7.0, frequency=0.0)), 5.0)
+    assert plant.disturbance(5.0) == (7.0, 26e2, 950e2)
+
+
+def test_wind_can_rise_in_a_calm_and_its_gusts_go_on_where_they_are() -> None:
+    plant, loads = simulator()
+    assert plant.disturbance(0.0) == (0.0, 0.0, 0.0)
+    plant.retune(replace(loads, earth_fixed=EarthFixedParameters(gust_deviation=100.0)), 0.0)
+    gust = plant.disturbance(0.0)
+    assert any(gust)
+    plant.retune(replace(loads, earth_fixed=EarthFixedParameters(east_force=50.0)), 0.0)
+    shifted = np.array(plant.disturbance(0.0)) - gust
+    assert np.hypot(shifted[0], shifted[1]) == pytest.approx(50.0)
+
+
+def test_a_changed_current_carries_the_ship_and_leaves_the_phases_of_the_waves_continuous() -> None:
+    waves = Waves(WaveParameters(significant_height=2.0), np.random.default_rng(0))
+    state, time = np.array([10.0, 3.0, 0.2, 0.0, 0.0, 0.0]), 200.0
+    old, new = (0.5, -0.2), (-1.0, 0.4)
+    before = waves.phases(time, state, old)
+    waves.change_current(old, new, time)
+    np.testing.assert_allclose(waves.phases(time, state, new), before, atol=1e-9)
+
+    plant, loads = simulator(current=CurrentParameters(east=1.0))
+    plant.retune(replace(loads, current=CurrentParameters(east=-1.0)), 0.0)
+    start = plant.state[0]
+    plant.advance((0.0, 0.0), (0.0, 0.0, 0.0))
+    for _ in range(500):
+        plant.advance((0.0, 0.0), (0.0, 0.0, 0.0))
+    assert plant.state[0] < start
+
+
+def test_what_is_not_changed_keeps_its_value_to_the_last_digit() -> None:
+    plant, loads = simulator(periodic=PeriodicParameters(), earth_fixed=EarthFixedParameters(gust_deviation=10.0))
+    other, _ = simulator(periodic=PeriodicParameters(), earth_fixed=EarthFixedParameters(gust_deviation=10.0))
+    plant.retune(loads, 3.0)
+    assert plant.disturbance(4.0) == other.disturbance(4.0)

@@ -1,0 +1,34 @@
+"""The package's nodes stand in one list; what must repeat it agrees with it."""
+
+import importlib
+from importlib.metadata import entry_points
+
+import pytest
+
+from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.scenario import parameters
+
+PROGRAMS = LOOP | WATCHERS
+
+
+def test_every_node_declares_its_parameters() -> None:
+    assert list(parameters.NODES) == list(LOOP)
+    assert parameters.WATCHERS.keys() == WATCHERS.keys()
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_every_node_has_its_executable_and_module(name: str) -> None:
+    program = PROGRAMS[name]
+    scripts = {point.name: point.value for point in entry_points(group="console_scripts")}
+    module, _, function = scripts[program.executable].partition(":")
+    assert module in (program.module, f"{program.module}.node")
+    assert function == "main"
+    assert importlib.util.find_spec(module)
+
+
+@pytest.mark.parametrize("name", parameters.NODES | parameters.WATCHERS)
+def test_a_node_that_is_started_alone_runs_in_real_time_and_is_not_recorded(name: str) -> None:
+    declared = (parameters.NODES | parameters.WATCHERS)[name]()
+    assert not declared.lockstep
+    assert not declared.recorded
+    assert declared.frame_prefix == ""

@@ -1,0 +1,105 @@
+"""The start-up handshake of a node: which publishers and readers it waits for before it begins.
+
+The ROS graph shows a reader before the writer is connected with it, and what is published in between may be lost. A node of a
+lockstep run therefore begins only when both agree.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from vessel_hsmc_ros.nodes import qos
+
+if TYPE_CHECKING:
+    from rclpy.subscription import Subscription
+
+RECORDER = "recorder"
+
+
+class Awaited(NamedTuple):
+    """A subscription that is made once its topic has a publisher."""
+
+    kind: Any
+    topic: str
+    callback: Callable[[Any], None]
+    profile: QoSProfile
+
+
+class Connections:
+    """The topics of a node and what they still lack.
+
+    Args:
+        node: The node that publishes and subscribes.
+        recorded: Whether the recorder must read every topic that the node publishes.
+
+    Attributes:
+        subscriptions: Those made so far for topics that were awaited.
+    """
+
+    def __init__(self, node: Node, recorded: bool) -> None:
+        self.subscriptions: list[Subscription] = []
+        self._node = node
+        self._recorded = recorded
+        self._publishers: list[tuple[Publisher, str]] = []
+        self._awaited: list[Awaited] = []
+        self._exclusive: list[str] = []
+
+    def add_publisher(self, publisher: Publisher, partner: str = "") -> None:
+        """Wait for the readers of a topic; `partner` is the topic that one of them must publish, empty for any reader."""
+        self._publishers.append((publisher, self._node.resolve_topic_name(partner) if partner else ""))
+
+    def add_subscription(self, awaited: Awaited) -> None:
+        """Subscribe to a topic as soon as it has a publisher."""
+        self._awaited.append(awaited)
+
+    def allow_one_publisher(self, topic: str) -> None:
+        """Let `conflict` report a second publisher of a topic."""
+        self._exclusive.append(self._node.resolve_topic_name(topic))
+
+    def conflict(self) -> str:
+        """Which topic has more publishers than the one it takes; empty when none has."""
+        for topic in self._exclusive:
+            if (publishers := self._node.count_publishers(topic)) > 1:
+                return f"{topic} has {publishers} publishers and takes one: does another run use this ROS domain and namespace?"
+        return ""
+
+    def missing(self) -> list[str]:
+        """What the node still waits for; subscribes to awaited topics that have found their publisher."""
+        for awaited in list(self._awaited):
+            if self._node.count_publishers(awaited.topic):
+                self._awaited.remove(awaited)
+                self.subscriptions.append(self._node.create_subscription(*awaited))
+        found = [f"a publisher of {self._node.resolve_topic_name(awaited.topic)}" for awaited in self._awaited]
+        found += [lack for publisher, partner in self._publishers if (lack := self.missing_reader(publisher, partner))]
+        return list(dict.fromkeys(found))
+
+    def missing_reader(self, publisher: Publisher, partner: str = "") -> str:
+        """Which reader a publisher still waits for; empty when all that the graph shows are connected.
+
+        Args:
+            publisher: Of this node.
+            partner: Full name of a topic that one of the readers must publish; empty where any reader will do.
+        """
+        if not (partner or self._recorded):
+            return ""
+        topic = publisher.topic_name
+        infos = self._node.get_subscriptions_info_by_topic(topic)
+        readers = [info for info in infos if qos.compatible(publisher.qos_profile, info.qos_profile)]
+        writers = self._node.get_publishers_info_by_topic(partner) if partner else []
+        if partner and not set(map(_node_of, writers)) & set(map(_node_of, readers)):
+            return f"a node that reads {topic} and publishes {partner}"
+        # A node on simulated time reads /clock for itself, best effort; the recorder's own subscription is reliable.
+        qualities = [(info.node_name, info.qos_profile.reliability) for info in readers]
+        if self._recorded and (RECORDER, ReliabilityPolicy.RELIABLE) not in qualities:
+            return "the recorder"
+        if publisher.get_subscription_count() < len(readers):
+            return f"a connection with all {len(readers)} readers of {topic}"
+        return ""
+
+
+def _node_of(endpoint: Any) -> tuple[str, str]:
+    """Namespace and name of the node that an endpoint of a topic belongs to."""
+    return endpoint.node_namespace, endpoint.node_name

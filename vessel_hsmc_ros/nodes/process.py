@@ -1,0 +1,85 @@
+"""A node as a process: started from the command line, ended by a signal, its failure reported and turned into an exit code."""
+
+import signal
+from collections.abc import Callable
+from functools import partial
+from types import FrameType
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.logging import get_logger
+from rclpy.signals import SignalHandlerOptions
+
+from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.nodes.base import VesselNode
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+FAILED, CANNOT_START = 1, 2
+"""Exit codes."""
+
+
+def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
+    """Run a node until it has finished, fails, or receives SIGINT or SIGTERM.
+
+    The signals only request the end: the node completes its work with its context alive, which rclpy's own handlers would not
+    allow. They are ignored from the end of that work on, because Python restores the default handlers while it exits, and a
+    second Ctrl-C (one from the terminal and one from `ros2 launch`, say) would make a good end a death by signal.
+
+    Args:
+        node_class: The node to make.
+        arguments: Command-line arguments; those of the process if None.
+
+    Returns:
+        The exit code: 0, or 1 when the node failed, or 2 when it could not start.
+    """
+    received: list[int] = []
+
+    def request_stop(number: int, _frame: FrameType | None) -> None:
+        received.append(number)
+
+    for number in STOP_SIGNALS:
+        signal.signal(number, request_stop)
+    try:
+        return _run(node_class, arguments, lambda: not received)
+    finally:
+        for number in STOP_SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+
+
+def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Callable[[], bool]) -> int:
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except (RuntimeError, ValueError) as error:
+        get_logger(node_class.NAME).fatal(f"cannot start: {' '.join(str(error).split())}")
+        return CANNOT_START
+    try:
+        node = node_class()
+    except VesselHsmcError as error:
+        get_logger(node_class.NAME).fatal(str(error))
+        rclpy.shutdown()
+        return CANNOT_START
+    try:
+        node.on_own_process()
+        node.announce()
+        return _work(node, running)
+    finally:
+        node.destroy_node()
+        rclpy.shutdown()
+
+
+def _work(node: VesselNode, running: Callable[[], bool]) -> int:
+    """Spin the node, then close it, whatever became of the spinning; the exit code."""
+    code = 0
+    for work in (partial(node.spin, running), node.close):
+        try:
+            work()
+        except VesselHsmcError as error:
+            node.fail(str(error))
+            code = FAILED
+        except ExternalShutdownException:
+            break
+        except Exception as error:
+            node.fail(f"unexpected {type(error).__name__}: {error}")
+            raise
+    return code
