@@ -4,44 +4,16 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from mcap.reader import make_reader
-from rcl_interfaces.msg import Log
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from rosbags.highlevel import AnyReader
+from recording import read, record, recorded_topics, wrench
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.core.exceptions import BagError, ParameterError
+from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import qos, recorder
-from vessel_hsmc_ros.nodes.recorder import RecorderNode
-
-
-def wrench(k: Any) -> Any:
-    message = conv.new_wrench()
-    conv.write_wrench(message, conv.time_message(k * 10_000_000), (float(k), -0.5 * k))
-    return message
-
-
-def record(bench: Any, tmp_path: Path, **parameters: Any) -> Any:
-    parameters = {"topics": ["cmd_wrench", "reference"], **parameters}
-    return bench.start(RecorderNode, directory=str(tmp_path / "bag"), **parameters)
-
-
-def recorded_topics(node: Any) -> Any:
-    return {subscription.topic_name for subscription in node.direct_subscriptions}
-
-
-def warnings(bench: Any) -> Any:
-    """What the recorder warns of on /rosout, filling while the bench spins."""
-    logs = bench.collect(Log, "/rosout", qos.CLOCK)
-    return lambda: [log.msg for log in logs if log.name == "recorder" and log.level == 30]
-
-
-def read(tmp_path: Path) -> Any:
-    with AnyReader([tmp_path / "bag"]) as reader:
-        return [(c.topic, stamp, bytes(data)) for c, stamp, data in reader.messages()]
+from vessel_hsmc_ros.nodes import qos
 
 
 def test_the_bytes_in_the_bag_are_the_bytes_published(bench: Any, tmp_path: Path) -> None:
@@ -137,84 +109,6 @@ def test_a_bag_is_never_overwritten(bench: Any, tmp_path: Path) -> None:
         record(bench, tmp_path)
 
 
-def test_topics_are_chosen_by_regular_expression_and_left_out_by_another(bench: Any, tmp_path: Path) -> None:
-    for name in ("camera/depth", "camera/colour", "sonar"):
-        bench.publisher(WrenchStamped, name)
-    node = record(bench, tmp_path, topics=["sonar"], regex="/cam.*", exclude=".*colour")
-    bench.until(lambda: len(recorded_topics(node)) == 2)
-    late = bench.publisher(WrenchStamped, "camera/late")
-    bench.until(late.get_subscription_count)
-    assert recorded_topics(node) == {"/sonar", "/camera/depth", "/camera/late"}
-    node.close()
-
-
-def test_all_topics_are_all_but_hidden_ones(bench: Any, tmp_path: Path) -> None:
-    for name in ("sonar", "_hidden", "deep/_hidden"):
-        bench.publisher(WrenchStamped, name)
-    node = record(bench, tmp_path, topics=[], all_topics=True, exclude="/parameter_events")
-    bench.until(lambda: "/sonar" in recorded_topics(node))
-    bench.spin(0.3)
-    assert recorded_topics(node) == {"/sonar", "/rosout", "/diagnostics"}
-    node.close()
-
-
-def test_an_invalid_regular_expression_is_refused(bench: Any, tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match=r"recorder\.regex = \(cam is not allowed: it takes a regular expression"):
-        record(bench, tmp_path, regex="(cam")
-    assert not (tmp_path / "bag").exists()
-
-
-def test_a_topic_without_messages_is_listed_with_a_count_of_zero(bench: Any, tmp_path: Path) -> None:
-    publisher = bench.publisher(WrenchStamped, "cmd_wrench")
-    node = record(bench, tmp_path)
-    bench.until(publisher.get_subscription_count)
-    node.close()
-    with AnyReader([tmp_path / "bag"]) as reader:
-        assert {c.topic: c.msgcount for c in reader.connections} == {"/cmd_wrench": 0}
-
-
-def test_publishers_of_different_quality_of_service_are_all_recorded_with_a_warning(bench: Any, tmp_path: Path) -> None:
-    warned = warnings(bench)
-    reliable = bench.publisher(WrenchStamped, "cmd_wrench")
-    profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
-    lossy = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", profile)
-    node = record(bench, tmp_path)
-    bench.until(lambda: reliable.get_subscription_count() and lossy.get_subscription_count())
-    for k, publisher in enumerate((reliable, lossy)):
-        publisher.publish(wrench(k))
-    bench.until(lambda: node.status()[2]["messages"] == 2)
-    assert node.status()[2]["dropped"] == 0
-    bench.until(warned)
-    assert warned() == [
-        "/cmd_wrench is offered in different qualities of service: recorded as best effort, volatile, which all of them offer"
-    ]
-    node.close()
-    offered = open_bag(tmp_path / "bag")["cmd_wrench"].qos
-    assert sorted(entry["reliability"] for entry in offered) == ["best_effort", "reliable"]
-
-
-def test_a_publisher_that_comes_later_and_offers_less_is_warned_of(bench: Any, tmp_path: Path) -> None:
-    warned = warnings(bench)
-    publisher = bench.publisher(WrenchStamped, "cmd_wrench")
-    node = record(bench, tmp_path)
-    bench.until(publisher.get_subscription_count)
-    bench.probe.create_publisher(WrenchStamped, "cmd_wrench", QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT))
-    bench.until(warned)
-    assert "offering incompatible QoS. No messages will be received from it" in warned()[0]
-    node.close()
-
-
-def test_an_earlier_message_of_a_latched_publisher_is_recorded(bench: Any, tmp_path: Path) -> None:
-    profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    publisher = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", profile)
-    publisher.publish(wrench(7))
-    node = record(bench, tmp_path, lockstep=False)
-    bench.until(lambda: node.status()[2]["messages"] == 1)
-    assert node.status()[2]["dropped"] == 0
-    node.close()
-    assert open_bag(tmp_path / "bag")["cmd_wrench"].qos[0]["durability"] == "transient_local"
-
-
 def test_with_simulated_time_it_waits_for_the_clock_and_stamps_with_it(bench: Any, tmp_path: Path) -> None:
     publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
     node = record(bench, tmp_path, lockstep=False, use_sim_time=True)
@@ -227,22 +121,6 @@ def test_with_simulated_time_it_waits_for_the_clock_and_stamps_with_it(bench: An
     bench.until(lambda: node.status()[2]["messages"] == 1)
     node.close()
     assert read(tmp_path)[0][1] == 5_000_000_000
-
-
-def test_a_type_that_is_not_installed_is_left_out_with_a_warning(
-    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    warned = warnings(bench)
-
-    def missing(kind: Any) -> Any:
-        raise BagError(f"message type {kind} is not installed")
-
-    monkeypatch.setattr(recorder, "definition", missing)
-    bench.publisher(WrenchStamped, "cmd_wrench")
-    node = record(bench, tmp_path)
-    bench.until(warned)
-    assert warned() == ["/cmd_wrench is not recorded: message type geometry_msgs/msg/WrenchStamped is not installed"]
-    node.close()
 
 
 def test_the_parameters_of_every_node_and_the_scenario_travel_in_every_file(bench: Any, tmp_path: Path) -> None:

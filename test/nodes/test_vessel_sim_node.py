@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from driving import Helm
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from message_reading import read_acceleration, read_disturbance
 from nav_msgs.msg import Odometry
@@ -17,27 +18,6 @@ from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_sim_node.node import VesselSimNode
 from vessel_sim_node.plant import VesselParameters, unforced_acceleration
-
-
-class Helm:
-    """Answers the plant as a controller would."""
-
-    def __init__(self, bench: Any, lockstep: bool = True) -> None:
-        self.bench = bench
-        profile = qos.data(lockstep)
-        self.odometry = bench.collect(Odometry, "odom", profile)
-        self.applied = bench.collect(WrenchStamped, "applied_wrench", profile)
-        self.disturbance = bench.collect(WrenchStamped, "disturbance", profile)
-        self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
-
-    def command(self, stamp: int, force: float = 0.0, moment: float = 0.0) -> Any:
-        message = conv.new_wrench()
-        conv.write_wrench(message, conv.time_message(stamp), (force, moment))
-        self.commands.publish(message)
-
-    def stamps(self) -> Any:
-        return [conv.nanoseconds(m.header.stamp) for m in self.odometry]
-
 
 STEP = 10_000_000
 
@@ -196,87 +176,6 @@ def test_noisy_sensors_leave_the_truth_on_a_topic_of_its_own(bench: Any, helm: A
     measured = conv.read_odometry(helm.odometry[0])
     assert measured[2] == pytest.approx(math.pi / 4 + 0.1)
     assert 0.0 < abs(measured[0] - 5.0) < 5.0
-
-
-@pytest.fixture
-def real_time(bench: Any, simulated_time: Any) -> Any:
-    """A plant in real time on simulated time, and its helm."""
-    helm = Helm(bench, lockstep=False)
-
-    def start(**parameters: Any) -> Any:
-        node = bench.start(VesselSimNode, lockstep=False, use_sim_time=True, **parameters)
-        bench.until(lambda: node.connected and helm.commands.get_subscription_count())
-        outputs = [p for p in node.publishers if p.topic_name in ("/odom", "/applied_wrench")]
-        bench.until(lambda: all(output.get_subscription_count() for output in outputs))
-        simulated_time.run(0.05)  # the node's timer counts from the first time it has seen
-        helm.odometry.clear()
-        helm.applied.clear()
-        return helm
-
-    return start
-
-
-def test_in_real_time_steps_come_at_their_rate_without_a_controller(real_time: Any, simulated_time: Any) -> None:
-    helm = real_time(rate_hz=50.0)
-    began = simulated_time.now
-    simulated_time.run(0.5)
-    assert set(np.diff(helm.stamps())) == {20_000_000}
-    assert len(helm.stamps()) in (24, 25, 26)
-    assert began - 20_000_000 <= helm.stamps()[0]
-    assert helm.stamps()[-1] <= simulated_time.now
-
-
-def test_in_real_time_steps_that_are_late_are_caught_up_with(bench: Any, real_time: Any, simulated_time: Any) -> None:
-    helm = real_time()
-    simulated_time.jump(200_000_000)
-    bench.until(lambda: len(helm.stamps()) >= 20)
-    simulated_time.run(0.01)
-    assert set(np.diff(helm.stamps())) == {STEP}
-    assert helm.stamps()[-1] <= simulated_time.now
-
-
-def test_in_real_time_a_pause_stops_the_steps_and_they_go_on_without_catching_up(
-    bench: Any, real_time: Any, simulated_time: Any
-) -> None:
-    helm = real_time()
-    simulated_time.run(0.1)
-    bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=True))
-    count = len(helm.stamps())
-    simulated_time.run(0.2)
-    assert len(helm.stamps()) == count
-    bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=False))
-    simulated_time.run(0.1)
-    assert 8 <= len(helm.stamps()) - count <= 11
-    assert simulated_time.now - 2 * STEP <= helm.stamps()[-1] <= simulated_time.now
-
-
-def test_in_real_time_a_command_holds_for_the_timeout_and_no_longer(real_time: Any, simulated_time: Any) -> None:
-    helm = real_time(command_timeout=0.2)
-    helm.command(0, force=1e5)
-    simulated_time.run(0.5)
-    held = [conv.nanoseconds(m.header.stamp) for m in helm.applied if any(conv.read_wrench(m))]
-    assert 180_000_000 <= held[-1] - held[0] <= 200_000_000
-    assert conv.read_wrench(helm.applied[-1]) == (0.0, 0.0)
-
-
-def test_in_real_time_a_plant_without_recent_commands_warns(bench: Any, real_time: Any, simulated_time: Any) -> None:
-    helm = real_time(command_timeout=0.2)
-    (node,) = bench.nodes
-    assert node.status()[:2] == (DiagnosticStatus.WARN, "no recent command on /cmd_wrench: the wrench is zero")
-    helm.command(0, force=1e5)
-    simulated_time.run(0.05)
-    assert node.status()[:2] == (DiagnosticStatus.OK, "running")
-
-
-def test_in_real_time_a_command_that_is_not_finite_is_ignored(real_time: Any, simulated_time: Any) -> None:
-    helm = real_time()
-    helm.command(0, force=1e5)
-    simulated_time.run(0.05)
-    helm.command(0, force=math.nan)
-    helm.command(0, moment=math.inf)
-    simulated_time.run(0.05)
-    assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
-    assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
 
 
 def test_a_changed_disturbance_acts_from_the_next_step_on(bench: Any, helm: Any) -> None:

@@ -95,3 +95,23 @@ class RealTimePlant(Plant):
     def first_zero_after(self, stamp: int) -> int:
         """Stamp of the first command after a time whose wrench is zero, ns."""
         return next(at for at, wrench in zip(self.stamps(), self.wrenches(), strict=True) if at > stamp and not any(wrench))
+
+
+class Helm:
+    """Answers the plant as a controller would."""
+
+    def __init__(self, bench: Any, lockstep: bool = True) -> None:
+        self.bench = bench
+        profile = qos.data(lockstep)
+        self.odometry = bench.collect(Odometry, "odom", profile)
+        self.applied = bench.collect(WrenchStamped, "applied_wrench", profile)
+        self.disturbance = bench.collect(WrenchStamped, "disturbance", profile)
+        self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
+
+    def command(self, stamp: int, force: float = 0.0, moment: float = 0.0) -> Any:
+        message = conv.new_wrench()
+        conv.write_wrench(message, conv.time_message(stamp), (force, moment))
+        self.commands.publish(message)
+
+    def stamps(self) -> Any:
+        return [conv.nanoseconds(m.header.stamp) for m in self.odometry]

@@ -1,0 +1,55 @@
+"""What the controller reports and refuses at its start."""
+
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log
+from vessel_hsmc_msgs.msg import ReferenceState
+
+from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+
+
+def test_a_node_that_is_not_connected_reports_what_it_waits_for(bench: Any) -> None:
+    statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    bench.start(ControllerNode)
+    bench.publisher(ReferenceState, "reference")
+    expected = "waiting for a publisher of /odom, a node that reads /cmd_wrench and publishes /odom"
+    bench.until(lambda: statuses and statuses[-1].status[0].message == expected)
+    assert statuses[-1].status[0].level == DiagnosticStatus.WARN
+
+
+def test_a_node_announces_what_it_does_and_on_which_topics(bench: Any) -> None:
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
+    node = bench.start(ControllerNode, lockstep=False, law="guided")
+    bench.until(lambda: node.announce() or any(log.name == "controller" for log in logs))
+    assert logs[-1].msg == (
+        "law guided at 100 Hz; real time; publishes /cmd_wrench, /controller/state; subscribes to /odom, /reference"
+    )
+
+
+def test_in_real_time_the_hierarchical_law_is_warned_of(bench: Any) -> None:
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
+    node = bench.start(ControllerNode, lockstep=False)
+    bench.until(lambda: node.connected and logs)
+    assert "law hierarchical tolerates no late control steps" in logs[0].msg
+
+
+def test_a_second_controller_refuses_to_start_in_lockstep(bench: Any, plant: Any) -> None:
+    plant.connect(bench.start(ControllerNode))
+    second = bench.start(ControllerNode)
+    with pytest.raises(SimulationError, match="/cmd_wrench has 2 publishers and takes one"):
+        bench.until(lambda: second.connected)
+
+
+def test_frames_bear_the_prefix_of_the_vessel(bench: Any, plant: Any) -> None:
+    estimates = bench.collect(Odometry, "controller/estimate")
+    plant.connect(bench.start(ControllerNode, frame_prefix="alpha/", observer__enabled=True))
+    plant.send_reference(0)
+    plant.send_odometry(0)
+    bench.until(lambda: plant.commands and plant.states and estimates)
+    assert plant.commands[0].header.frame_id == plant.states[0].header.frame_id == "alpha/base_link"
+    assert (estimates[0].header.frame_id, estimates[0].child_frame_id) == ("alpha/odom", "alpha/base_link")
