@@ -87,7 +87,7 @@ def messages(kind: str, stamps: np.ndarray, rng: np.random.Generator) -> list[by
         rng: Source of the noise.
     """
     example = bag_making.serialized(bag_making.message(kind, 0, np.random.default_rng(0)), kind)
-    places = MessageType(kind, definition(kind)).layout(example).places
+    places = MessageType(kind, definition(kind)).layout(example).fields
     rows = np.tile(np.frombuffer(example, np.uint8), (len(stamps), 1))
 
     def put(name: str, values: np.ndarray) -> None:

@@ -104,7 +104,7 @@ def pace(folder: Path, kind: str) -> list[float]:
     if client is not None and client.wait(10.0):
         raise RuntimeError("the client received fewer than 100 messages")
     if (failed := nodes.failed()) is not None:
-        raise RuntimeError(f"{failed.outcome()}, see {folder}/logs")
+        raise RuntimeError(f"{failed.describe_exit()}, see {folder}/logs")
     points = list(heard_at.items())[:-1]  # the last diagnostics come after the end of the run
     return [100.0 * (b - a) / (t - s) for (a, s), (b, t) in pairwise(points)]
 

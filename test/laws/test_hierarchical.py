@@ -13,12 +13,11 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleratio
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.laws.hierarchical import (
-    Gains,
-    HierarchicalParameters,
     Weights,
     adaptation,
     control,
 )
+from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.switching import sign
 from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration

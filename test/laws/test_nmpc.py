@@ -77,7 +77,7 @@ def test_it_follows_a_ship_through_the_papers_disturbance(changes, at_most: floa
 
 
 @pytest.mark.parametrize("kind", ["hull", "earth"])
-def test_body_fixed_and_earth_fixed_disturbances_are_told_apart(law, kind: str) -> None:
+def test_body_fixed_and_earth_fixed_disturbances_are_distinguished(law, kind: str) -> None:
     ship = np.array([0.0, 0.0, 0.0, 1.5, 0.0, 0.1])
     force = np.array([3e3, -4e3])
     for _ in range(800):

@@ -22,7 +22,11 @@ def every_check() -> list[Check]:
 
 def results_for(check: Check, factor: float) -> dict[str, Numbers]:
     """Numbers of all runs for which the value of a check is `factor` times a value that meets its threshold."""
-    value = 0.5 * check.below if check.above is None else 1.5 * check.above
+    if check.above is not None:
+        value = 1.5 * check.above
+    else:
+        assert check.below is not None
+        value = 0.5 * check.below
     results = {name: Numbers() for name in NAMES}
     if check.over is not None:
         run, number = check.over

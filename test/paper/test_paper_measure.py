@@ -75,7 +75,7 @@ def test_a_small_lateral_error_in_a_turn_grows_at_the_growth_rate() -> None:
     y = (v * np.sin(psi) - u * np.cos(psi)) / r
     turn = np.column_stack((x, y, psi, np.full_like(time, u), np.full_like(time, v), np.full_like(time, r)))
     start = np.array([x[0], y[0] + 1e-4, 0.0, v])
-    error = lateral_error(time, turn, np.zeros(4001), start, PRINTED._replace(a=0.0), VESSEL)
+    error = lateral_error(np.array(time), turn, np.zeros(4001), start, PRINTED._replace(a=0.0), VESSEL)
     grown = math.log(error[-1] / error[1000]) / (time[-1] - time[2000])
     assert grown == pytest.approx(growth_rate(r, VESSEL), rel=0.02)
 

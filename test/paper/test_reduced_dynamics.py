@@ -135,7 +135,9 @@ ON_THE_CIRCLE = (2.2566, -0.2195, 0.12495)  # u, v, r of the reference of case 2
 def sway_errors(offset: float) -> NDArray[np.float64]:
     """z2e of case 2 in calm water over 30 s, both ships on the circle with a lateral offset, m."""
     u, v, r = ON_THE_CIRCLE
-    changes = {f"vessel_sim.disturbance.periodic.{axis}": 0.0 for axis in ("surge_force", "sway_force", "yaw_moment")}
+    changes: dict[str, object] = {
+        f"vessel_sim.disturbance.periodic.{axis}": 0.0 for axis in ("surge_force", "sway_force", "yaw_moment")
+    }
     changes |= {"reference_ship.initial_pose": (0.0, -18.0, 0.0), "reference_ship.initial_velocity": ON_THE_CIRCLE}
     changes |= {"vessel_sim.initial_pose": (0.0, -18.0 + offset, 0.0), "vessel_sim.initial_velocity": (u - r * offset, v, r)}
     run = simulate(load_scenario("case2_tracking", {**changes, "vessel_sim.duration": 30.0}))

@@ -25,7 +25,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.runs.processes import MODULES
 
 WELL_UNDER_WAY = 1_500_000
-"""Bytes of a bag that holds more than the 500 steps that are asked for below; a step takes some 1250."""
+"""Bytes of a bag that holds more than the 500 steps that are required below; a step takes some 1250."""
 
 
 def started(start: Any, *arguments: Any) -> Any:
@@ -52,7 +52,8 @@ def check_bag(folder: Any) -> Any:
         stamps = []
         for connection, _, data in reader.messages():
             if connection.topic == "/odom":
-                stamp = reader.deserialize(data, connection.msgtype).header.stamp
+                message: Any = reader.deserialize(data, connection.msgtype)
+                stamp = message.header.stamp
                 stamps.append(stamp.sec * 10**9 + stamp.nanosec)
     np.testing.assert_array_equal(stamps, np.arange(len(stamps)) * 10_000_000)
     assert len(stamps) > 500

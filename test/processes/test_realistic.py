@@ -17,7 +17,7 @@ DURATION = 8.0
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Bag:
     folder = tmp_path_factory.mktemp("realistic")
-    command = [BIN / "vessel-hsmc", "run", "realistic", "--set", f"vessel_sim.duration={DURATION}"]
+    command = [str(BIN / "vessel-hsmc"), "run", "realistic", "--set", f"vessel_sim.duration={DURATION}"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60.0)
     assert done.returncode == 0, done.stderr
     return open_bag(next((folder / "runs").iterdir()) / "bag")

@@ -104,7 +104,9 @@ def test_a_killed_recorder_leaves_all_but_the_last_second_to_any_reader(start: A
     for pid in (command.popen.pid, *nodes):
         os.kill(pid, signal.SIGKILL)
     command.popen.wait(10.0)
-    bag = run_folder(command.output.parent / "runs") / "bag"
+    folder = run_folder(command.output.parent / "runs")
+    assert folder is not None
+    bag = folder / "bag"
     before = {name: len(READERS[name](bag)["/odom"]) for name in READERS}
     second_before = max(stamp for at, stamp in witness.heard if at < killed_at - 1.0)
     assert min(before.values()) > second_before // PERIOD

@@ -145,7 +145,7 @@ def test_rosbags_reads_every_topic_without_gaps(recorded: Recorded) -> None:
         counts = {c.topic: c.msgcount for c in reader.connections}
         stamps: dict[str, list[int]] = {}
         for connection, _, data in reader.messages():
-            message = reader.deserialize(data, connection.msgtype)
+            message: Any = reader.deserialize(data, connection.msgtype)
             if connection.topic in OF_EVERY_NODE:
                 continue
             stamp = message.clock if connection.topic == "/clock" else message.header.stamp

@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference_motion import LIMITS, PERIOD, assert_feasible, motion_of
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
-from vessel_hsmc_ros.reference.motion_filter import T_A, MotionLimits
 
-PERIOD = 0.1
-LIMITS = MotionLimits()
 AT_ORIGIN = ReferenceShipParameters(mode="goal", initial_pose=(0.0, 0.0, 0.0))
 
 
@@ -24,35 +22,6 @@ def reference_of(goals=(), pose=(0.0, 0.0, 0.0), period=PERIOD):
         poses = tuple(number for _, *goal in goals for number in goal)
         p = replace(p, goal=replace(p.goal, poses=poses, times=tuple(goal[0] for goal in goals)))
     return make_reference(p, period)
-
-
-def motion_of(reference, seconds, period=PERIOD, feed=None):
-    """States (n, 6) and accelerations (n, 3)."""
-    states, accelerations = [], []
-    for k in range(round(seconds / period)):
-        if feed is not None:
-            feed(k, reference)
-        states.append(reference.state.copy())
-        accelerations.append(reference.acceleration())
-        reference.advance()
-    return np.array(states), np.array(accelerations)
-
-
-def assert_feasible(states, accelerations, period=PERIOD):
-    """The derivatives are consistent, the limits hold, and the acceleration is continuous."""
-    psi, u, v, r = states.T[2:]
-    velocity = np.column_stack((u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi), r))
-    moved = np.diff(states[:, :3], axis=0) / period
-    np.testing.assert_allclose(moved, 0.5 * (velocity[1:] + velocity[:-1]), atol=5e-3 * period / 0.1)
-    np.testing.assert_allclose(np.diff(states[:, 3:], axis=0) / period, 0.5 * (accelerations[1:] + accelerations[:-1]), atol=0.02)
-    assert np.abs(u).max() <= 1.05 * LIMITS.speed
-    assert np.abs(r).max() <= 1.05 * LIMITS.yaw_rate
-    assert np.abs(accelerations[:, 0]).max() <= LIMITS.acceleration
-    assert np.abs(accelerations[:, 2]).max() <= LIMITS.yaw_acceleration
-    jumps = np.abs(np.diff(accelerations, axis=0)).max(axis=0)
-    assert jumps[0] <= 2.0 * LIMITS.acceleration * period / T_A
-    assert jumps[2] <= 2.0 * LIMITS.yaw_acceleration * period / T_A
-    assert jumps[1] <= 0.3 * period
 
 
 places = st.floats(-60.0, 60.0)

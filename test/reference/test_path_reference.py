@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_goal_reference import PERIOD, assert_feasible, motion_of
+from reference_motion import PERIOD, assert_feasible, motion_of
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference

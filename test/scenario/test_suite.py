@@ -1,5 +1,6 @@
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,7 +58,7 @@ def test_the_position_error_is_evaluated_in_the_window_of_the_row() -> None:
         ({"excursion": 1.4}, False),
     ],
 )
-def test_a_row_is_hit_when_every_limit_holds(limits: dict[str, float], hit: bool) -> None:
+def test_a_row_is_hit_when_every_limit_holds(limits: dict[str, Any], hit: bool) -> None:
     run = run_with(lambda t: 4.0 if t < 10.0 else 6.0 if t < 50.0 else 2.0)
     assert judge(Row("r", **limits), run).hit is hit
 

@@ -24,7 +24,7 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
 
     The signals only request the end: the node completes its work with its context alive, which rclpy's own handlers would not
     allow. They are ignored from the end of that work on, because Python restores the default handlers while it exits, and a
-    second Ctrl-C (one from the terminal and one from `ros2 launch`, say) would make a good end a death by signal.
+    second Ctrl-C (one from the terminal and one from `ros2 launch`) would make a good end a death by signal.
 
     Args:
         node_class: The node to make.

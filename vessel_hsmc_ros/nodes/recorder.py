@@ -155,7 +155,7 @@ class RecorderNode(VesselNode):
     # -- the end ------------------------------------------------------------------------------------------------------
 
     def spin(self, running: Any) -> None:
-        """Record until a signal asks for the end, then until nothing more arrives, and finally the recorder's own status."""
+        """Record until a signal requests the end, then until nothing more arrives, and finally the recorder's own status."""
         super().spin(running)
         self._drain()
         self.publish_diagnostics()
