@@ -35,7 +35,7 @@ RESTING_SPEED = 0.05
 
 
 def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
-    """Declare a gain that may be changed while the law runs."""
+    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True)
 
 
@@ -102,6 +102,9 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
         desired: State of the reference, which moves.
         drift: Integral state s, m.
         g: Gains.
+
+    Returns:
+        Heading offset -atan((y_e + s)/D), reversed for a reference that goes astern; speed command; rate of s.
     """
     u_d, v_d = desired.u, desired.v
     # A reference that goes astern is followed astern: the course is that of its stern.
@@ -111,6 +114,7 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     c, s = math.cos(course), math.sin(course)
     x_e, y_e = c * x + s * y, -s * x + c * y
     speed = math.hypot(u_d, v_d)
+    # A lookahead proportional to the speed gives the same time constant of the cross-track error at every speed.
     D = max(g.D_min, g.T_D * speed)
     compensated = y_e + drift
     return Aim(
@@ -127,6 +131,9 @@ def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
         motion: State of the ship.
         desired: State of the reference, which is at rest.
         g: Gains.
+
+    Returns:
+        Heading offset and speed command; the integral state of the guidance is not changed.
     """
     x, y = desired.x - motion.x, desired.y - motion.y
     along = x * math.cos(motion.psi) + y * math.sin(motion.psi)
@@ -144,6 +151,9 @@ def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
         motion, desired: States of the ship and of the reference.
         drift: Integral state s, m.
         g: Gains.
+
+    Returns:
+        Heading offset, speed command and rate of s.
     """
     if math.hypot(desired.u, desired.v) < RESTING_SPEED:
         return pursuit(motion, desired, g)
@@ -171,10 +181,13 @@ class LosPidController(Law[LosPidParameters]):
         """Guidance, command filter, the two controllers, saturation; see `Law.step`."""
         g, m = self._gains, self.memory
         aim = guide(motion, desired, m.drift, g)
+        # Critically damped second-order filter of the heading offset; its derivatives are fed forward below. Filtering the
+        # offset instead of the heading leaves the reference's own turn without a lag.
         offset_acceleration = g.w_c * (g.w_c * wrap(aim.offset - m.offset) - 2.0 * m.offset_rate)
         psi_c = desired.psi + m.offset
         r_c = desired.r + m.offset_rate
         psi_e, r_e = wrap(motion.psi - psi_c), motion.r - r_c
+        # The speed is reduced while the ship points away from its course, to zero at 90 degrees.
         u_c = aim.speed * max(0.0, math.cos(psi_e))
         u_e = motion.u - u_c
 
