@@ -182,8 +182,7 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
     """
     within = clip(demand, limit)
     if g.T_s > 0.0:
-        # The flag of saturation excludes the slew limit: a limited slew rate delays the demand but does not falsify the
-        # prediction, which uses the wrench that is actually commanded.
+        # Only the limit of the magnitude is reported as saturation, which suspends the adaptation; the slew limit is transient.
         within = last + clip(within - last, limit * g.T / g.T_s)
     return within, abs(demand) > limit
 

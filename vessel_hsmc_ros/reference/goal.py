@@ -57,9 +57,13 @@ def estimate_velocity(last: Target, new: Target, elapsed: float) -> Target:
         last: The previous goal.
         new: The new goal, without velocity.
         elapsed: Time between the two, s; above STREAM_GAP the new goal is at rest.
+
+    Returns:
+        The new goal, with velocity and yaw rate if the two belong to one stream.
     """
     if not 0.0 < elapsed <= STREAM_GAP:
         return new
+    # First-order low-pass with a time constant of 1 s; the first difference of a stream initialises it.
     share = 1.0 if last.speed == 0.0 else min(1.0, elapsed)
     return new._replace(
         dx=last.dx + share * ((new.x - last.x) / elapsed - last.dx),
@@ -144,12 +148,13 @@ class GoalReference:
             stamp: Time of the measurement, s; None if it is unknown, then the present time counts.
         """
         last, now = self._target, self.time
+        # A goal at rest that is published repeatedly is not a stream and must not restart the approach.
         if (x, y, psi) == last[:3] and last.speed == 0.0:
             self._target = last._replace(time=now, stamp=stamp)
             return
         elapsed = now - last.time if stamp is None or last.stamp is None else stamp - last.stamp
         self._target = estimate_velocity(last, Target(x, y, psi, now, stamp), elapsed)
-        if self._target.speed > 2.0 * self._motion.limits.speed:  # not a stream but a new place
+        if self._target.speed > 2.0 * self._motion.limits.speed:  # a jump to a new goal, not a stream
             self._target = Target(x, y, psi, now, stamp)
         self._begin_stage(self._target)
 
@@ -189,6 +194,7 @@ class GoalReference:
         dx, dy = target.x - x, target.y - y
         distance = math.hypot(dx, dy)
         stopped = abs(u) < STOPPED_SPEED
+        # Near the goal the bearing rotates quickly, so it is kept constant, unless the ship has stopped short of the goal.
         if not self._arrived and (distance > HELD_BEARING or (stopped and distance > REACHED)):
             bearing = math.atan2(dy, dx)
             self._direction = bearing if self._ahead > 0.0 else wrap(bearing + math.pi)
@@ -197,6 +203,7 @@ class GoalReference:
         error = wrap(heading - psi)
         factor = 1.0 if self._arrived else speed_factor(error, distance)
         u_c = factor * surge_setpoint(self._motion, along)
+        # The stage has ended with a stop: either the position is reached, or the approach is repeated from here.
         if not self._arrived and stopped and abs(along) < STOPPED_DISTANCE and abs(error) < STOPPED_ANGLE:
             self._begin_stage(target)
         return u_c, yaw_rate_setpoint(self._motion, error)
