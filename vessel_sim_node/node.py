@@ -175,8 +175,8 @@ class VesselSimNode(VesselNode):
     def _on_timer(self) -> None:
         """Real time: take every step that is due; a command holds from the odometry it answers, as in lockstep."""
         now = self.now()
+        # A pause shifts the start, so that no steps are overdue after it.
         if self._paused:
-            # A pause shifts the start, so that no steps are overdue after it.
             self._start = now - self._grid.stamp(self._step)
         due = self._grid.index(now - self._start)
         while self._step < due and not self.finished:

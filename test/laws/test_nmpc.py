@@ -70,14 +70,14 @@ def test_a_horizon_is_compiled_once(law) -> None:
 
 
 @pytest.mark.parametrize(("changes", "at_most"), [({}, 0.01), ({"reference_ship__yaw_moment": 0.0}, 0.01)])
-def test_it_follows_a_ship_through_the_papers_disturbance(changes, at_most: float) -> None:
+def test_the_reference_is_tracked_under_the_papers_disturbance(changes, at_most: float) -> None:
     run = run_of(80.0, **changes)
     assert rms(position_error(run.state, run.reference)[-200:]) < at_most
     assert np.all(np.max(np.abs(run.wrench), axis=0) <= [2e5, 3e6])
 
 
 @pytest.mark.parametrize("kind", ["hull", "earth"])
-def test_body_fixed_and_earth_fixed_disturbances_are_told_apart(law, kind: str) -> None:
+def test_body_fixed_and_earth_fixed_disturbances_are_distinguished(law, kind: str) -> None:
     ship = np.array([0.0, 0.0, 0.0, 1.5, 0.0, 0.1])
     force = np.array([3e3, -4e3])
     for _ in range(800):
