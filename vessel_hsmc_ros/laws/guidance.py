@@ -218,7 +218,7 @@ def integrate_error(xi: Vector, motion: Motion, desired: Motion, reference_squar
     Args:
         xi: Integral state, m/s.
         motion, desired: States of the ship and of the reference.
-        reference_squared: |dp_d|², m²/s². For a reference at rest xi is not integrated: its error decays without it.
+        reference_squared: |dp_d|², m²/s². In station keeping xi is not integrated: the error decays without it.
         g: Gains.
 
     Returns:

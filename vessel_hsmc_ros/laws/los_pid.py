@@ -12,7 +12,7 @@
 | I_1, I_2 | integral states of the speed controller and of the autopilot | m/s², rad/s² |
 
 While the reference moves, integral line-of-sight guidance (ILOS): psi_c = psi_d - atan((y_e + s)/D),
-ds = k_s·|dp_d|·D·y_e/(D² + (y_e + s)²), and u_c = u_d - k_x·x_e within v_e of u_d. While it is at rest, pure pursuit: outside a
+ds = k_s·|dp_d|·D·y_e/(D² + (y_e + s)²), and u_c = u_d - k_x·x_e within v_e of u_d. In station keeping, pure pursuit: outside a
 capture radius the ship points its bow or its stern at the reference, whichever needs the smaller turn, and approaches; inside it
 takes the reference's heading.
 The baseline is meant to be strong: the integrators stop while their actuator is saturated (anti-windup), the acceleration of the
@@ -31,7 +31,7 @@ from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
 
 RESTING_SPEED = 0.05
-"""A reference below this speed counts as at rest, m/s."""
+"""Below this speed of the reference the law changes to station keeping, m/s."""
 
 
 def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
@@ -54,7 +54,9 @@ class LosPidParameters:
     yaw_damping: float = gain(0.5, "Damping ratio of the heading autopilot.", "", "zeta")
     yaw_integral_gain: float = gain(0.075, "Integral gain of the heading autopilot.", "1/s³", "k_ipsi")
     command_bandwidth: float = gain(1.1, "Bandwidth of the commanded-heading filter.", "rad/s", "w_c", low=1e-3)
-    capture_radius: float = gain(1.0, "Distance from a reference at rest within which the ship takes its heading.", "m", "R")
+    capture_radius: float = gain(
+        1.0, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
+    )
 
 
 class Gains(NamedTuple):
@@ -125,11 +127,11 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
 
 
 def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
-    """Pure pursuit of a reference at rest, ahead or astern, whichever needs the smaller turn; inside R, its heading.
+    """Station keeping by pure pursuit, ahead or astern, whichever needs the smaller turn; inside R, the reference's heading.
 
     Args:
         motion: State of the ship.
-        desired: State of the reference, which is at rest.
+        desired: State of the reference, which is stationary.
         g: Gains.
 
     Returns:
@@ -145,7 +147,7 @@ def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
 
 
 def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
-    """Line-of-sight guidance while the reference moves, pure pursuit while it is at rest.
+    """Line-of-sight guidance while the reference moves, pure pursuit in station keeping.
 
     Args:
         motion, desired: States of the ship and of the reference.

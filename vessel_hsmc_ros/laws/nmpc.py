@@ -54,7 +54,7 @@ class NmpcParameters:
     steps: int = parameter(8, "Number of steps of each length.", low=1, high=50)
     iterations: int = parameter(1, "Gauss-Newton steps per period.", low=1, high=50)
     position_weight: float = weight(1.0, "Weight of the position error.", "1/m²")
-    heading_weight: float = weight(1e-4, "Weight of the heading error for a reference at rest.", "1/rad²")
+    heading_weight: float = weight(1e-4, "Weight of the heading error in station keeping.", "1/rad²")
     course_weight: float = weight(1e-3, "Additional weight of the heading error per squared speed of the reference.", "s²/m²")
     effort_weight: float = weight(1e-4, "Weight of the inputs relative to the reference's, normalised by their limits.")
     change_weight: float = weight(1e-3, "Weight of the input changes from step to step, normalised by their limits.")

@@ -50,6 +50,7 @@ class CaseResult:
 
 def scenario_of(case: Case, nodes: bool = False) -> Scenario:
     """The scenario of a case, for the nodes or for a run in this process."""
+    # The nodes take a scenario with a recorder; the offline loop needs none.
     changes = dict(case.changes) | (for_nodes(recorded=True, real_time=False) if nodes else {})
     scenario = load_scenario(case.scenario, changes)
     if case.rate_hz:

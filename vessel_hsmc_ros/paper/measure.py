@@ -146,6 +146,7 @@ def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
     """Errors of the network outputs relative to the rms of what they approximate: f plus the disturbance."""
     control = run.control
     late = _quarter(run.time, 3)
+    # The networks compensate what the law does not know: unforced dynamics and disturbance together.
     truth = (run.unforced_acceleration[late] + run.disturbance[late]).T
     names = ("surge", "sway", "yaw")
     outputs = [control[f"{name}_estimate"][_quarter(control["time"], 3)] for name in names]

@@ -109,6 +109,7 @@ class PathReference:
             raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")
         x, y, psi = self.state[:3].tolist()
         course, corners = psi, [(x, y)]
+        # Repeated waypoints would give legs without a direction.
         for point in points:
             if math.dist(corners[-1], point) > DISTINCT:
                 course = math.atan2(point[1] - corners[-1][1], point[0] - corners[-1][0])
