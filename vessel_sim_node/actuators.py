@@ -61,6 +61,7 @@ class Actuator:
         Args:
             command: Commanded value, finite.
         """
+        # Order: saturation of the command, then lag, then rate limit.
         last = self.value
         target = clip(command, self._limit)
         change = self._share * (target - last)

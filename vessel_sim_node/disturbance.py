@@ -87,6 +87,7 @@ class Wind:
         self._period = period
         self._random = random
         self.retune(parameters)
+        # The first gust is drawn from the stationary distribution, so that there is no transient of the gusts.
         self._gust = parameters.gust_deviation * random.standard_normal(2)
 
     def retune(self, parameters: EarthFixedParameters) -> None:
@@ -95,6 +96,7 @@ class Wind:
         self._mean = np.array([p.east_force, p.north_force])
         self._lever = p.lever
         self._memory = math.exp(-self._period / p.gust_time_constant)
+        # This keeps the variance of the discrete process at sigma² for any period.
         self._innovation = p.gust_deviation * math.sqrt(1.0 - self._memory**2)
 
     def force(self) -> tuple[float, float]:
@@ -122,6 +124,7 @@ def body_wrench(force: tuple[float, float], psi: float, lever: float = 0.0) -> W
     Returns:
         Surge force [N], sway force [N], yaw moment [N·m].
     """
+    # Rotation by -psi; a sway force ahead of midships causes a positive (counter-clockwise) moment.
     c, s = math.cos(psi), math.sin(psi)
     across = force[1] * c - force[0] * s
     return force[0] * c + force[1] * s, across, lever * across
@@ -134,4 +137,5 @@ def total(first: Wrench, second: Wrench) -> Wrench:
 
 def acceleration(wrench: Wrench, vessel: Vessel) -> tuple[float, float, float]:
     """Disturbing accelerations (tau_uw, tau_vw, tau_rw) of (6): the wrench divided by the inertia of each degree of freedom."""
+    # (6) adds the disturbance to du, dv, dr without an inertia, so the quotient is formed here.
     return wrench[0] / vessel.m11, wrench[1] / vessel.m22, wrench[2] / vessel.m33

@@ -1,4 +1,4 @@
-"""The plant-simulator node: odometry out, wrench in, and in lockstep the owner of the time."""
+"""The plant-simulator node: subscribes to the wrench, publishes odometry and, in lockstep, the simulation time on /clock."""
 
 import sys
 import time
@@ -24,8 +24,8 @@ NO_WRENCH = (0.0, 0.0)
 class VesselSimNode(VesselNode):
     """Integrates the ship's motion and publishes it.
 
-    Lockstep: publishes step k and goes on when the command stamped k has come. Real time: a timer sets the pace and the latest
-    command holds until it is too old; no step is skipped, late ones are caught up with.
+    Lockstep: publishes step k and takes the next one when the command stamped k has been received. Real time: a timer sets the
+    pace and the latest command is held until its time-out; no step is skipped, overdue steps are taken at once.
     """
 
     NAME = "vessel_sim"
@@ -67,6 +67,7 @@ class VesselSimNode(VesselNode):
             self.connections.allow_one_publisher("/clock")
             self.connections.allow_one_publisher("cmd_wrench")
             self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
+            # A wall-clock timer: simulated time stands still while the command is awaited.
             self.create_timer(0.1, self._check_lockstep, clock=self._wall)
 
     def describe(self) -> str:
@@ -78,6 +79,7 @@ class VesselSimNode(VesselNode):
         """Publish the first step."""
         self._wall_start = self._answer_at = time.monotonic()
         if not self.parameters.lockstep:
+            # Connecting the nodes takes time; the run begins when it is complete.
             self._start = self.now()
             self.create_timer(self._grid.period, self._on_timer)
         self._publish_motion()
@@ -96,7 +98,7 @@ class VesselSimNode(VesselNode):
             self.send(self._clock_out, self._clock_message)
 
     def _publish_truth(self) -> None:
-        """Publish what only a simulator knows; no node waits for it."""
+        """Publish the ground truth: disturbance, unforced acceleration and true state; no node waits for it."""
         stamp = conversions.time_message(self.stamp)
         self._load = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
         conversions.write_disturbance(self._disturbance, stamp, self._load)
@@ -108,7 +110,7 @@ class VesselSimNode(VesselNode):
             self.send(self._truth_out, self._truth)
 
     def _finish_step(self, command: tuple[float, float]) -> None:
-        """Apply a command to the present step and go to the next; the odometry first, the controller waits for it."""
+        """Apply a command to the present step and advance to the next; odometry first, because the controller waits for it."""
         wrench = self._plant.applied(command)
         stamp = conversions.time_message(self.stamp)
         last = self._step >= self._last_step
@@ -137,19 +139,24 @@ class VesselSimNode(VesselNode):
             self._first_command_at = time.time()
         if not self.parameters.lockstep:
             self._take_command(command)
+        # A command with another stamp belongs to another step and must not advance this one.
         elif conversions.nanoseconds(message.header.stamp) == self.stamp and not self.finished:
             self._answer = command
             self._answer_at = time.monotonic()
             self._go_on()
 
     def _go_on(self) -> None:
-        """Lockstep: take the step that has been answered, unless paused."""
+        """Lockstep: take the step whose command has been received, unless paused."""
         if self._answer is not None and not self._paused:
             command, self._answer = self._answer, None
             self._finish_step(command)
 
     def _check_lockstep(self) -> None:
-        """Lockstep: give up when the answer to the present step is overdue."""
+        """Lockstep: end the run when the command for the present step is overdue.
+
+        Raises:
+            SimulationError: no command was received within the time-out.
+        """
         waited = time.monotonic() - self._answer_at
         limit = self.parameters.command_timeout
         if self.connected and not self._paused and self._answer is None and waited > limit:
@@ -168,6 +175,7 @@ class VesselSimNode(VesselNode):
     def _on_timer(self) -> None:
         """Real time: take every step that is due; a command holds from the odometry it answers, as in lockstep."""
         now = self.now()
+        # A pause shifts the start, so that no steps are overdue after it.
         if self._paused:
             self._start = now - self._grid.stamp(self._step)
         due = self._grid.index(now - self._start)
@@ -198,7 +206,7 @@ class VesselSimNode(VesselNode):
         return response
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How far the run has come and how fast it runs."""
+        """Progress and real-time factor of the run, for the diagnostics."""
         simulated = seconds(self._grid.stamp(self._step))
         wall = self._wall_seconds if self.finished else time.monotonic() - self._wall_start
         message = "finished" if self.finished else "paused" if self._paused else "running"

@@ -62,12 +62,12 @@ class Vessel(NamedTuple):
 
 
 def inertia(default: float, description: str, unit: str, symbol: str, high: float = 1e12) -> float:
-    """Declare an inertia, which must be positive."""
+    """Declare an inertia, which must be positive; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=1e-3, high=high, symbol=symbol)
 
 
 def damping(default: float, description: str, unit: str, symbol: str, high: float = 1e12) -> float:
-    """Declare a non-negative damping coefficient."""
+    """Declare a non-negative damping coefficient; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=0.0, high=high, symbol=symbol)
 
 
@@ -119,8 +119,10 @@ def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple
         f_u [m/s²], f_v [m/s²], f_r [rad/s²].
     """
     s = vessel
+    # Damping opposes the velocity: |u|u and u³ are odd functions, so that the sign of the velocity is kept.
     f_u = (s.m22 * v * r - s.d_u * u - s.d_u2 * abs(u) * u - s.d_u3 * u * u * u) / s.m11
     f_v = (-s.m11 * u * r - s.d_v * v - s.d_v2 * abs(v) * v - s.d_v3 * v * v * v) / s.m22
+    # (m11 - m22)·u·v is the Munk moment, which turns a drifting hull broadside to the flow.
     f_r = ((s.m11 - s.m22) * u * v - s.d_r * r - s.d_r2 * abs(r) * r - s.d_r3 * r * r * r) / s.m33
     return f_u, f_v, f_r
 
@@ -163,6 +165,7 @@ def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, curr
             u * s + v * c,
             r,
             f_u + wrench[0] / vessel.m11 + disturbance[0],
+            # No input in sway: the ship is underactuated.
             f_v + disturbance[1],
             f_r + wrench[1] / vessel.m33 + disturbance[2],
         ]
@@ -171,6 +174,7 @@ def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, curr
 
 def _unforced(motion: Motion, c: float, s: float, vessel: Vessel, current: tuple[float, float]) -> tuple[float, float, float]:
     """As `unforced_in_current`, with the cosine and sine of the heading."""
+    # The current in the body frame; the terms r·v_c and -r·u_c are its rates there.
     u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
     f_u, f_v, f_r = unforced_acceleration(motion.u - u_c, motion.v - v_c, motion.r, vessel)
     return f_u + motion.r * v_c, f_v - motion.r * u_c, f_r

@@ -94,6 +94,7 @@ class Simulator:
         """
         old = self._parameters.disturbance
         self._parameters = replace(self._parameters, disturbance=changed)
+        # w·t + phase stays equal at the time of the change.
         self._phase += (old.periodic.frequency - changed.periodic.frequency) * time
         current = changed.current.east, changed.current.north
         if self._waves:
@@ -114,6 +115,7 @@ class Simulator:
         """
         if self.odometry_is_true:
             return self.state
+        # Superposition: the wave-frequency motion is added to the measurement only; the manoeuvring state stays without it.
         moved = self._waves.moved(seconds(stamp), self.state, self._current) if self._waves else self.state
         return self._sensors.measure(stamp, moved)
 
@@ -157,8 +159,10 @@ class Simulator:
             SimulationError: the motion is no longer finite.
         """
         step = self._period / self._parameters.substeps
+        # Zero-order hold: wrench and disturbance are constant over the period, also over its substeps.
         disturbing = acceleration(disturbance, self._vessel)
         state = self.state
+        # A diverging motion is reported once below; NumPy's warnings about it would be noise.
         with np.errstate(over="ignore", invalid="ignore"):
             try:
                 for _ in range(self._parameters.substeps):

@@ -70,6 +70,7 @@ def spectrum(omega: Array, significant_height: float, peak: float, gamma: float)
     Returns:
         Spectral density, m²·s, of the shape of omega.
     """
+    # Standard peak widths of JONSWAP below and above the peak.
     width = np.where(omega <= peak, 0.07, 0.09)
     enhancement = gamma ** np.exp(-0.5 * ((omega - peak) / (width * peak)) ** 2)
     pierson_moskowitz = 5.0 / 16.0 * significant_height**2 * peak**4 / omega**5 * np.exp(-1.25 * (peak / omega) ** 4)
@@ -83,7 +84,11 @@ def frequencies(shares: Array, peak: float, gamma: float) -> Array:
         shares: Shares of the energy, in [0, 1].
         peak: omega_p, rad/s.
         gamma: Peak enhancement factor.
+
+    Returns:
+        Frequencies, rad/s, of the shape of shares.
     """
+    # Practically all of the energy lies between 0.3 and 6 times the peak frequency.
     omega = peak * np.linspace(0.3, 6.0, 4000)
     energy = np.cumsum(spectrum(omega, 1.0, peak, gamma))
     return np.interp(shares, energy / energy[-1], omega)
@@ -102,12 +107,14 @@ class Waves:
 
     def __init__(self, parameters: WaveParameters, random: np.random.Generator) -> None:
         p, n = parameters, parameters.components
+        # From H_s = 4·sqrt(m0) with the spectral moment m0 = n·A²/2.
         self.amplitude = p.significant_height / math.sqrt(8.0 * n)
         self.omega = frequencies((np.arange(n) + random.random(n)) / n, 2.0 * math.pi / p.peak_period, p.peak_enhancement)
         self._epsilon = 2.0 * math.pi * random.random(n)
         self._k = self.omega**2 / GRAVITY
         self._direction = p.direction
         self._d = math.cos(p.direction), math.sin(p.direction)
+        # Deep water: the orbital motion decays with exp(-k·depth), and its mean over the draught is (1 - exp(-k·D))/(k·D).
         depth = self._k * p.hull_draught
         self._orbit = self.amplitude * -np.expm1(-depth) / depth
         self._drift_amplitude = self.amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
@@ -132,6 +139,9 @@ class Waves:
             time: Time since the start, s.
             state: x, y, psi, u, v, r, shape (6,).
             current: East and north, m/s; the waves are carried by it.
+
+        Returns:
+            Phases, rad, not wrapped, (n,).
         """
         along = self._d[0] * (float(state[0]) - current[0] * time) + self._d[1] * (float(state[1]) - current[1] * time)
         return self._k * along - self.omega * time + self._epsilon
@@ -143,6 +153,9 @@ class Waves:
             time: Time since the start, s.
             state: x, y, psi, u, v, r, shape (6,).
             current: East and north, m/s; the waves are carried by it.
+
+        Returns:
+            Elevation above the mean water level, m.
         """
         return float(self.amplitude * np.sum(np.cos(self.phases(time, state, current))))
 
@@ -162,12 +175,14 @@ class Waves:
         c, s = math.cos(psi), math.sin(psi)
         v_x, v_y = u * c - v * s, u * s + v * c
         speed = self._d[0] * (v_x - current[0]) + self._d[1] * (v_y - current[1])
+        # Frequency of encounter, with its sign.
         theta_rate = self._k * speed - self.omega
         displacement, rotation = self._hull_factors(0.5 * self._length * along * self._k)
         sine, cosine = np.sin(theta), np.cos(theta)
         slope = across * along * self._k * rotation
         surge, surge_rate = -float(displacement @ sine), -float(displacement @ (cosine * theta_rate))
         psi -= float(slope @ cosine)
+        # The rates of the slope factors by the ship's own turning are neglected: it is slow beside the waves.
         r += float(slope @ (sine * theta_rate))
         v_x, v_y = v_x + surge_rate * self._d[0], v_y + surge_rate * self._d[1]
         c, s = math.cos(psi), math.sin(psi)
@@ -188,6 +203,9 @@ class Waves:
             time: Time since the start, s.
             state: x, y, psi, u, v, r, shape (6,).
             current: East and north, m/s; the waves are carried by it.
+
+        Returns:
+            Surge force [N], sway force [N] and a zero yaw moment in the body frame.
         """
         theta, beta = self.phases(time, state, current), self._direction - float(state[2])
         # The squared envelope of the components holds their difference frequencies only, and is never negative.

@@ -46,7 +46,7 @@ def test_heading_of_a_rolling_pitching_ship_and_of_any_scale(yaw, pitch, roll, s
     assert kin.wrap(heading - yaw) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_transformation_by_hand() -> None:
+def test_the_transformation_matches_a_calculation_by_hand() -> None:
     state = kin.Motion(3.0, 4.0, math.pi / 2, 0.0, 0.0, 0.0)
     assert kin.transform(state) == pytest.approx((4.0, -3.0, math.pi / 2))
 

@@ -6,7 +6,7 @@ import pytest
 from vessel_hsmc_ros.core.metrics import evaluate, heading_error, position_error, reversals_per_second
 
 
-def test_metrics_by_hand() -> None:
+def test_metrics_match_a_calculation_by_hand() -> None:
     time = np.arange(5.0)
     state = np.zeros((5, 6))
     state[:, 0] = [5.0, 3.0, 0.0, 0.0, 4.0]

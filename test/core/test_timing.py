@@ -24,12 +24,12 @@ def test_every_instant_is_found_by_its_own_stamp(rate: float, k: int) -> None:
     assert grid.index(grid.stamp(k + 1) - 1) == k
 
 
-def test_slow_grid_divides_a_whole_multiple_of_it() -> None:
+def test_a_slow_grid_divides_its_integer_multiples() -> None:
     assert RateGrid(50.0).divides(RateGrid(100.0))
     assert RateGrid(30.0).divides(RateGrid(90.0))
     assert not RateGrid(30.0).divides(RateGrid(100.0))
     assert not RateGrid(100.0).divides(RateGrid(50.0))
 
 
-def test_seconds() -> None:
+def test_nanoseconds_are_converted_to_seconds() -> None:
     assert seconds(2_500_000_000) == 2.5

@@ -48,7 +48,7 @@ def test_the_course_network_learns_by_integration() -> None:
     assert not law.weights.any()
 
 
-def test_the_pd_controller_by_hand() -> None:
+def test_the_pd_controller_matches_a_calculation_by_hand() -> None:
     law: Any = make_controller("pd", 0.01, heading_gain=1e6, yaw_rate_gain=3e7, yaw_damping=8e6, surge_force=5e4)
     state = np.array([9.0, 9.0, 0.3, 2.0, 0.0, 0.04])
     reference = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.01])

@@ -70,7 +70,7 @@ def test_the_largest_floats_give_a_finite_wrench() -> None:
 
 @given(courses, st.floats(-10.0, 10.0))
 def test_the_wrench_is_invariant_under_rotations_of_the_earth_fixed_frame(course, angle: float) -> None:
-    """No heading is special, 180° neither: turning everything leaves the wrench."""
+    """A rotation of ship, reference and goal leaves the wrench unchanged, also where a heading wraps at 180°."""
 
     def turned(s):
         c, n = math.cos(angle), math.sin(angle)
@@ -90,7 +90,7 @@ def test_the_output_is_continuous_where_the_heading_wraps() -> None:
 
 
 @given(courses)
-def test_port_and_starboard_are_alike(course) -> None:
+def test_the_law_is_symmetric_to_port_and_starboard(course) -> None:
     mirror = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
     one_neuron = {"network.layout": "listed", "network.listed_centers": [0.5, 0.0, 0.0]}
     straight = answers(controller(**one_neuron), course)
@@ -100,7 +100,7 @@ def test_port_and_starboard_are_alike(course) -> None:
 
 @given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-math.pi, math.pi))
 def test_near_zero_speed_a_small_change_makes_a_small_difference(u: float, v: float, psi: float) -> None:
-    """Around rest and around the reference's place, where w, u and v all vanish."""
+    """Continuity near zero speed at the position of the reference, where w, u and v all vanish."""
 
     def wrench(nudge):
         law = controller(slew_time=0.0)
@@ -124,7 +124,7 @@ def test_new_gains_keep_the_internal_state_and_reset_clears_it() -> None:
 
 
 def moored(law, seconds):
-    """A ship that does not move, its reference far off: both actuators go to their limits and nothing happens."""
+    """Step the law on a ship that does not move, far from its reference: both actuators saturate without effect."""
     far = np.array([3000.0, 3000.0, 0.0, 0.0, 0.0, 0.0])
     return [law.update(0.0, np.zeros(6), far, STILL) for _ in range(round(seconds / T))]
 
@@ -175,7 +175,7 @@ def test_the_wrench_does_not_chatter(circle) -> None:
 
 
 def test_the_ship_returns_after_a_force_beyond_its_thrust() -> None:
-    """A minute of 300 kN against the bow saturates the thrust for good; afterwards the ship returns as any other would."""
+    """A force of 300 kN against the bow saturates the thrust for a minute; there must be no wind-up afterwards."""
     law, state, there = controller(), np.zeros(6), np.zeros(6)
     for k in range(round(300.0 / T)):
         disturbance = (-3e5 / SHIP.m11, 0.0, 0.0) if k * T < 60.0 else (0.0, 0.0, 0.0)
@@ -202,7 +202,7 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
 
 @pytest.mark.parametrize("rate", [10.0, -10.0])
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
-    """|S1| = |r - r_c| <= S1_max, however far the filter's state is off: otherwise it would wind up at the limit."""
+    """|S1| = |r - r_c| <= S1_max, for any state of the filter: anti-windup at the moment limit."""
     m = Memory(AT_REST, Filter(rate=rate))
     commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
     assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)

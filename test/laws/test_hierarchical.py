@@ -36,7 +36,7 @@ gains = st.builds(
 
 
 def exact_networks(state):
-    """One neuron that is always on, with the true f_u, f_v, f_r for weights."""
+    """One constantly active neuron with the true f_u, f_v, f_r as weights."""
     f_u, f_v, f_r = unforced_acceleration(state[3], state[4], state[5], SHIP)
     return Weights(np.array([f_v]), np.array([f_r]), np.array([f_u])), np.array([1.0])
 
@@ -77,7 +77,7 @@ def test_the_surfaces_obey_their_reaching_laws(state, reference, reference_input
 
 @given(states, states, inputs, st.tuples(velocities, velocities, velocities))
 def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, reference, reference_input, missing) -> None:
-    """With weights that are off by W~, dV gains S1·(a·f~v + (b - a·z1)·f~r) + S2·(f~u + z2·f~r), and adaptation takes it away."""
+    """Weight errors W~ add S1·(a·f~v + (b - a·z1)·f~r) + S2·(f~u + z2·f~r) to dV; the adaptation cancels these terms."""
     W, H = exact_networks(state)
     error = Weights(*(np.array([m]) for m in missing))
     guess = Weights(*(w - e for w, e in zip(W, error, strict=True)))

@@ -118,7 +118,7 @@ def test_listed_neurons_agree(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_the_course_law_is_the_same_law_with_the_heading_surface_alone(seed: int) -> None:
-    """a = 0, b = 1, at the origin, where surge has no part in what yaw learns."""
+    """a = 0, b = 1, at the origin, where surge does not enter the adaptation of the yaw network."""
     random = np.random.default_rng(seed)
     state, reference, acceleration = random_motion(random)
     state[:2] = 0.0

@@ -28,13 +28,13 @@ states = st.tuples(places, places, st.floats(-3.0, 3.0), velocities, velocities,
         ("tanh", np.tanh([-3.0, -0.5, 0.0, 0.5, 3.0])),
     ],
 )
-def test_the_switching_functions_by_hand(kind: str, expected) -> None:
+def test_the_switching_functions_match_values_by_hand(kind: str, expected) -> None:
     assert [switch(S, 0.02, kind) for S in (-0.06, -0.01, 0.0, 0.01, 0.06)] == pytest.approx(list(expected))
 
 
 @pytest.mark.parametrize(("switching", "chatters"), [("sgn", True), ("saturation", False), ("tanh", False)])
 def test_sgn_chatters_at_rest_and_a_boundary_layer_does_not(switching: str, chatters: bool) -> None:
-    """With k2·T = 1 and nothing to disturb, sgn throws S2 from eta2·T to -eta2·T and back, by ±2·eta2·m11 = 240 N."""
+    """With k2·T = 1 and without disturbance, sgn makes S2 oscillate between ±eta2·T, with force steps of ±2·eta2·m11 = 240 N."""
     changes = {"vessel_sim.duration": 40.0, "controller.hierarchical.switching": switching}
     force = simulate(load_scenario("case3_calm", changes)).wrench[-101:, 0]
     steps = np.abs(np.diff(force))

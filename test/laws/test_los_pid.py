@@ -45,7 +45,7 @@ def test_the_wrench_is_finite_and_within_the_limits_in_every_state(state, refere
     ("changes", "at_most"),
     [({}, 0.05), ({"reference_ship__yaw_moment": 0.0}, 0.05), ({"vessel_sim__initial_pose": (55.0, 15.0, 3.0)}, 0.1)],
 )
-def test_it_follows_a_ship_through_the_papers_disturbance(changes, at_most: float) -> None:
+def test_the_reference_is_tracked_under_the_papers_disturbance(changes, at_most: float) -> None:
     run = run_of(200.0, **changes)
     assert rms(position_error(run.state, run.reference)[-500:]) < at_most
 

@@ -20,7 +20,7 @@ def test_grid_of_centres() -> None:
     np.testing.assert_array_equal(NetworkParameters(centers_per_axis=1).centers(), [[0.5, 0.5, 0.5]])
 
 
-def test_gradient_descent_teaches_125_neurons_a_damping_curve() -> None:
+def test_gradient_descent_fits_a_damping_curve_with_125_neurons() -> None:
     mu = NetworkParameters(center=0.0, spacing=0.6, centers_per_axis=5).centers()
     random = np.random.default_rng(1)
     W = np.zeros(len(mu))

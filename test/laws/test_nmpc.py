@@ -70,7 +70,7 @@ def test_a_horizon_is_compiled_once(law) -> None:
 
 
 @pytest.mark.parametrize(("changes", "at_most"), [({}, 0.01), ({"reference_ship__yaw_moment": 0.0}, 0.01)])
-def test_it_follows_a_ship_through_the_papers_disturbance(changes, at_most: float) -> None:
+def test_the_reference_is_tracked_under_the_papers_disturbance(changes, at_most: float) -> None:
     run = run_of(80.0, **changes)
     assert rms(position_error(run.state, run.reference)[-200:]) < at_most
     assert np.all(np.max(np.abs(run.wrench), axis=0) <= [2e5, 3e6])

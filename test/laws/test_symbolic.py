@@ -1,4 +1,4 @@
-"""What the paper derives, derived again with SymPy from (7) to (11); nothing here is a number."""
+"""The derivations of the paper, repeated symbolically with SymPy from (7) to (11)."""
 
 import paper_symbols as p
 import pytest
@@ -10,7 +10,7 @@ YAW_RATE = p.a * p.PRINTED_13 + p.b * p.PRINTED_18  # dS1 of (20)
 
 
 def under_the_law(expression):
-    """tau_2 of (22), summed, and tau_1 of (28), which needs tau_2, put in."""
+    """Substitute tau_2 of (22), with its parts summed, and tau_1 of (28), which depends on tau_2."""
     return expression.subs(p.tau_1, p.LAW_TAU_1).subs(p.tau_2, p.SUMMED_TAU_2)
 
 

@@ -1,4 +1,4 @@
-"""The stability proof (30) to (35), two neurons a network: what the adaptation must be, and what the printed (29) leaves over."""
+"""The stability proof (30) to (35) with two neurons per network: the adaptation law it requires, and the printed (29)."""
 
 import paper_symbols as p
 import pytest
@@ -21,7 +21,7 @@ PRINTED_FOR_33 = (gamma_v * SECOND * H_v, gamma_r * THIRD * H_r, gamma_u * FIRST
 
 
 def lyapunov_rate(adaptation, errors=0, disturbed=0):
-    """dV of (30) under the law, in the order v, r, u; dW~ = -dW^. The print of (31) forgets that sign."""
+    """dV of (30) under the law, in the order v, r, u; dW~ = -dW^. The printed (31) omits that sign."""
     known = {p.f_v: p.fv_hat + MISSED_V + errors * eps_v, p.f_r: p.fr_hat + MISSED_R + errors * eps_r}
     known[p.f_u] = p.fu_hat + MISSED_U + errors * eps_u
     dS1, dS2 = a * p.PRINTED_13 + b * p.PRINTED_18, p.PRINTED_24
@@ -57,8 +57,8 @@ def test_no_other_adaptation_cancels_the_cross_terms() -> None:
     ],
     ids=["names of (14), (15), (25)", "names of (33)"],
 )
-def test_the_printed_adaptation_leaves_a_residue(printed, residue) -> None:
-    """Linear in the weights' errors, so of either sign: V may grow. With the names of (33) one z1 too many is all."""
+def test_the_printed_adaptation_leaves_cross_terms(printed, residue) -> None:
+    """Linear in the weights' errors, so of either sign: V may grow. With the names of (33) only one z1 is superfluous."""
     assert residue != 0
     assert sp.simplify(lyapunov_rate(printed) - PROMISED - residue) == 0
 

@@ -40,7 +40,7 @@ def state_of(motion, which=p.STATE):
     return np.array([motion[q] for q in which])
 
 
-def test_the_ship_is_6(motion) -> None:
+def test_the_plant_matches_equation_6(motion) -> None:
     """(6) with interpretation E1."""
     f = dict(zip((p.f_u, p.f_v, p.f_r), p.unforced(p.u, p.v, p.r), strict=True))
     expected = [number(p.RATES[q].subs(f), motion) for q in p.STATE]
@@ -49,7 +49,7 @@ def test_the_ship_is_6(motion) -> None:
     np.testing.assert_allclose(rates, expected, rtol=1e-12, atol=1e-14)
 
 
-def test_the_transformation_is_9_with_its_derivatives(motion) -> None:
+def test_the_transformation_and_its_derivatives_match_equation_9(motion) -> None:
     state = state_of(motion)
     accelerations = {p.f_u: 0.3, p.f_v: -0.2, p.f_r: 0.1, p.tau_1: 0.0, p.tau_2: 0.0, **dict.fromkeys(p.DISTURBANCE, 0.0)}
     z = [p.DEFINITIONS[q] for q in (p.z1, p.z2, p.z3)]
@@ -64,8 +64,8 @@ def test_the_transformation_is_9_with_its_derivatives(motion) -> None:
     np.testing.assert_allclose(computed, [number(q, {**motion, **accelerations}) for q in ddz], rtol=1e-10, atol=1e-12)
 
 
-def test_the_law_is_22_and_28_summed(motion) -> None:
-    """Surfaces and wrench of the controller with one neuron that is always on."""
+def test_the_law_matches_equations_22_and_28(motion) -> None:
+    """Surfaces and wrench of the controller with one constantly active neuron."""
     d_acceleration, estimates = np.array([0.2, -0.1, 0.01]), {p.fv_hat: 0.03, p.fr_hat: -0.02, p.fu_hat: 0.01}
     values = {**motion, **GAINS, **estimates, **dict(zip((p.f_ud, p.f_vd, p.f_rd), d_acceleration, strict=True))}
     values |= {p.tau_1d: 0.0, p.tau_2d: 0.0}

@@ -68,7 +68,7 @@ def initial_wrench(distance: float) -> tuple[Any, Any]:
     return law.update(0.0, INITIAL_STATE + shift, INITIAL_REFERENCE + shift, inputs)
 
 
-def test_the_law_depends_on_where_the_origin_is() -> None:
+def test_the_law_depends_on_the_choice_of_the_origin() -> None:
     """z_e of (11) is not the distance of two ships: with a heading error it grows with the distance from the origin."""
     (near, _), terms = initial_wrench(0.0)
     (far, _), far_terms = initial_wrench(1000.0)

@@ -88,7 +88,7 @@ def test_an_error_of_one_case_cancels_the_others() -> None:
         reproduction.run_cases([broken, long], None, lambda _: None)
 
 
-def test_unreadable_results_are_refused_in_one_line(tmp_path: Path) -> None:
+def test_unreadable_results_are_rejected_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "results.json").write_text('{"cases": {"circle": {"numbers": {"nonsense": 1.0}}}}')
     with pytest.raises(RunError, match=r"results .*results.json cannot be read: .*nonsense"):
         reproduction.load(tmp_path / "results.json")

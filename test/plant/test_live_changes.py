@@ -28,13 +28,13 @@ def test_a_changed_frequency_leaves_the_phase_of_the_periodic_disturbance_contin
     assert plant.disturbance(100.0 + quarter)[0] == pytest.approx(11e2 * (1.0 + np.sin(phase + 0.5 * np.pi)))
 
 
-def test_a_changed_mean_acts_at_once() -> None:
+def test_a_changed_mean_takes_effect_immediately() -> None:
     plant, loads = simulator(periodic=PeriodicParameters(frequency=0.0))
     plant.retune(replace(loads, periodic=PeriodicParameters(surge_force=7.0, frequency=0.0)), 5.0)
     assert plant.disturbance(5.0) == (7.0, 26e2, 950e2)
 
 
-def test_wind_can_rise_in_a_calm_and_its_gusts_go_on_where_they_are() -> None:
+def test_wind_can_be_switched_on_and_retuning_keeps_the_present_gusts() -> None:
     plant, loads = simulator()
     assert plant.disturbance(0.0) == (0.0, 0.0, 0.0)
     plant.retune(replace(loads, earth_fixed=EarthFixedParameters(gust_deviation=100.0)), 0.0)
@@ -62,7 +62,7 @@ def test_a_changed_current_carries_the_ship_and_leaves_the_phases_of_the_waves_c
     assert plant.state[0] < start
 
 
-def test_what_is_not_changed_keeps_its_value_to_the_last_digit() -> None:
+def test_unchanged_disturbances_stay_bit_identical() -> None:
     plant, loads = simulator(periodic=PeriodicParameters(), earth_fixed=EarthFixedParameters(gust_deviation=10.0))
     other, _ = simulator(periodic=PeriodicParameters(), earth_fixed=EarthFixedParameters(gust_deviation=10.0))
     plant.retune(loads, 3.0)

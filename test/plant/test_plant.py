@@ -28,7 +28,7 @@ REST = np.zeros(6)
 motions = st.tuples(*[st.floats(-100.0, 100.0)] * 2, st.floats(-7.0, 7.0), *[st.floats(-3.0, 3.0)] * 3).map(np.array)
 
 
-def test_derivative_by_hand() -> None:
+def test_the_derivative_matches_a_calculation_by_hand() -> None:
     state = np.array([0.0, 0.0, math.pi / 2, 2.0, 1.0, 0.5])
     rates = derivative(state, (1e5, 1e6), (0.1, 0.2, 0.3), SHIP)
     damping_u = 215e2 * 2.0 + 43e2 * 4.0 + 21.5e2 * 8.0

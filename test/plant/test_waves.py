@@ -22,13 +22,13 @@ def one_wave(**parameters):
 
 
 @pytest.mark.parametrize("gamma", [1.0, 3.3])
-def test_the_spectrum_holds_the_energy_of_the_significant_height(gamma: float) -> None:
+def test_the_spectrum_has_the_energy_of_the_significant_height(gamma: float) -> None:
     omega = np.linspace(0.05, 30.0, 100_000)
     energy = np.trapezoid(spectrum(omega, 2.0, PEAK, gamma), omega)
     assert 4.0 * math.sqrt(energy) == pytest.approx(2.0, rel=0.01)  # the usual normalisation is good to a per cent
 
 
-def test_pierson_moskowitz_shares_its_energy_out_as_in_closed_form() -> None:
+def test_the_pierson_moskowitz_energy_distribution_matches_its_closed_form() -> None:
     shares = np.linspace(0.02, 0.98, 25)
     below_the_cut = shares * math.exp(-1.25 / 6.0**4)  # the last thousandth, above six times the peak's frequency, is left out
     expected = PEAK * (1.25 / -np.log(below_the_cut)) ** 0.25
@@ -58,7 +58,7 @@ def test_the_elevation_has_the_significant_height() -> None:
     st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
 )
 def test_velocities_are_the_rates_of_the_pose(ship, direction: float, time, current) -> None:
-    """For a ship that keeps its heading: the hull's turning is slow beside the waves and is left out."""
+    """For a ship of constant heading: the yaw rate of the hull is neglected against the wave frequencies."""
     sea = waves(direction=direction)
     state = np.array([*ship, 0.0])
     c, s = math.cos(state[2]), math.sin(state[2])
@@ -85,7 +85,7 @@ def test_a_long_hull_filters_short_waves() -> None:
     assert short < 0.05 * long
 
 
-def test_bow_waves_turn_the_ship_and_waves_from_ahead_do_not() -> None:
+def test_oblique_waves_turn_the_ship_and_head_seas_do_not() -> None:
     bow, ahead = (waves(direction=d) for d in (0.75 * math.pi, math.pi))
     turns = [np.ptp([sea.moved(t, REST, STILL)[2] for t in np.arange(0.0, 60.0, 0.2)]) for sea in (bow, ahead)]
     assert turns[0] > 0.01
@@ -98,7 +98,7 @@ def test_the_wave_motion_is_continuous_in_beam_seas(direction: float) -> None:
     np.testing.assert_allclose(a, b, atol=1e-6)
 
 
-def test_the_mean_drift_force_of_short_beam_seas_is_that_of_a_wall() -> None:
+def test_the_mean_drift_force_of_short_beam_seas_is_that_of_a_reflecting_wall() -> None:
     sea = one_wave(peak_period=1.5, direction=math.pi / 2)
     mean = np.mean([sea.drift(t, REST, STILL)[1] for t in np.arange(0.0, 100.0, 0.1)])
     assert mean == pytest.approx(0.5 * WATER_DENSITY * GRAVITY * 32.0 / 8.0, rel=0.01)
@@ -128,7 +128,7 @@ def test_waves_are_carried_by_the_current() -> None:
 
 
 @pytest.mark.parametrize("encounter", [0.0, 0.3, math.pi / 4, 2.0, math.pi, -1.0])
-def test_the_drift_force_goes_with_the_square_of_its_direction_cosines(encounter: float) -> None:
+def test_the_drift_force_is_proportional_to_squared_direction_cosines(encounter: float) -> None:
     """With the envelope E: B·E·cos beta·|cos beta| along and L·E·sin beta·|sin beta| across the hull, both down-wave."""
     _, beam_sea, _ = one_wave(direction=math.pi / 2, hull_length=32.0, hull_beam=8.0).drift(7.0, REST, STILL)
     surge, sway, yaw = one_wave(direction=encounter, hull_length=32.0, hull_beam=8.0).drift(7.0, REST, STILL)

@@ -28,7 +28,7 @@ def test_a_step_holds_from_its_instant_on_whatever_the_rounding() -> None:
     assert all(InputProgram(0.0, NO_SINE, StepsParameters((k / 100,), (1.0,)), NO_RAMP).value(k * 0.01) for k in range(1000))
 
 
-def test_a_ramp_joins_its_points_and_holds_the_outer_ones() -> None:
+def test_a_ramp_interpolates_its_points_and_is_constant_outside() -> None:
     program = InputProgram(0.0, NO_SINE, NO_STEPS, RampParameters((10.0, 20.0, 40.0), (1.0, 3.0, -1.0)))
     assert [program.value(t) for t in (0.0, 10.0, 15.0, 20.0, 30.0, 40.0, 99.0)] == pytest.approx([1, 1, 2, 3, 1, -1, -1])
     assert [program.rates(t)[0] for t in (0.0, 10.0, 15.0, 20.0, 30.0, 40.0)] == pytest.approx([0, 0.2, 0.2, -0.2, -0.2, 0])

@@ -37,7 +37,7 @@ def test_a_changed_frequency_leaves_the_sine_continuous() -> None:
     assert ship.acceleration()[2] == pytest.approx(same.acceleration()[2], abs=0.06 * 1e6 / 1e6)
 
 
-def test_a_programme_that_does_not_fit_is_refused_and_the_old_one_stays() -> None:
+def test_an_inconsistent_input_is_rejected_and_the_old_one_stays() -> None:
     ship = sail(SINE, 10)
     with pytest.raises(ParameterError, match=r"yaw_moment_steps\.times"):
         ship.retune(replace(SINE, surge_force=0.0, yaw_moment_steps=StepsParameters(times=(0.0, 1.0))))
@@ -47,7 +47,7 @@ def test_a_programme_that_does_not_fit_is_refused_and_the_old_one_stays() -> Non
     np.testing.assert_array_equal(ship.acceleration(), other.acceleration())
 
 
-def test_after_a_reset_the_changed_inputs_begin_anew() -> None:
+def test_after_a_reset_the_changed_inputs_restart_at_time_zero() -> None:
     ship = sail(SINE, 1000)
     changed = replace(SINE, yaw_moment_sine=SineParameters(1e6, 5.0))
     ship.retune(changed)

@@ -5,7 +5,7 @@ from vessel_hsmc_ros.reference.input_program import SineParameters, StepsParamet
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 
 
-def test_the_virtual_ship_starts_where_the_paper_puts_it() -> None:
+def test_the_virtual_ship_has_the_initial_state_of_the_paper() -> None:
     ship = ReferenceShip(VirtualShipParameters(), 0.01)
     np.testing.assert_array_equal(ship.state, [15.0, 15.0, 0.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(ship.acceleration(), [1e5 / 120e3, 0.0, 1e6 / 636e5])

@@ -1,4 +1,4 @@
-"""The reference page of the parameters, and the declarations that it shows."""
+"""The reference page of the parameters, and the declarations from which it is generated."""
 
 from pathlib import Path
 

@@ -16,7 +16,7 @@ def test_every_scenario_of_the_package_loads() -> None:
         assert load_scenario(name).name == name
 
 
-def test_case_2_is_the_papers() -> None:
+def test_case_2_has_the_parameters_of_the_paper() -> None:
     s = load_scenario("case2_tracking")
     assert (s.reference_ship.surge_force, s.reference_ship.yaw_moment) == (1e5, 1e6)
     assert s.vessel_sim.initial_pose == pytest.approx((5.0, 1.0, 0.785398163))
@@ -45,7 +45,7 @@ def test_changes_override_the_file() -> None:
         ({"reference_ship.rate_hz": 50.0}, ScenarioError, r"does not fit reference_ship\.rate_hz = 50 Hz"),
     ],
 )
-def test_bad_changes_are_refused(changes: dict[str, object], error: type[Exception], message: str) -> None:
+def test_invalid_changes_are_rejected(changes: dict[str, object], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         load_scenario("case2_tracking", changes)
 
@@ -54,7 +54,7 @@ def test_in_real_time_the_rates_need_not_be_multiples() -> None:
     load_scenario("case2_tracking", {"vessel_sim.rate_hz": 150.0, "controller.lockstep": False})
 
 
-def test_an_unknown_scenario_is_refused_with_the_known_names() -> None:
+def test_an_unknown_scenario_is_rejected_with_the_known_names() -> None:
     with pytest.raises(ScenarioError, match=r"case9 is unknown: it takes one of .*case2_tracking"):
         load_scenario("case9")
     with pytest.raises(ScenarioError, match=r"nowhere\.yaml does not exist"):
@@ -70,7 +70,7 @@ def test_an_unknown_scenario_is_refused_with_the_known_names() -> None:
         ("pilot: {ros__parameters: {rate_hz: 3}}", "section pilot names no node"),
     ],
 )
-def test_a_file_that_is_no_parameters_file_is_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_a_file_that_is_not_a_parameters_file_is_rejected(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "s.yaml"
     path.write_text(text)
     with pytest.raises(ScenarioError, match=message):
@@ -108,7 +108,7 @@ def test_numbers_are_parsed_as_ros_parses_them() -> None:
     assert read_yaml("[1e5, 1.0e+5, -2E-3, 1, 0x]") == [1e5, 1e5, -0.002, 1, "0x"]
 
 
-def test_a_scenario_that_does_not_choose_a_mode_is_in_lockstep(tmp_path):
+def test_a_scenario_that_does_not_choose_a_mode_is_in_lockstep(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("vessel_sim: {ros__parameters: {duration: 1}}\n")
     assert all(getattr(load_scenario(path), node).lockstep for node in NODES)
@@ -116,12 +116,12 @@ def test_a_scenario_that_does_not_choose_a_mode_is_in_lockstep(tmp_path):
     assert not any(getattr(load_scenario(path), node).lockstep for node in NODES)
 
 
-def test_the_nodes_of_a_namespace_have_frames_of_their_own():
+def test_the_nodes_of_a_namespace_have_frames_of_their_own() -> None:
     scenario = load_scenario("case2_tracking", for_nodes(recorded=True, real_time=True, namespace="fleet/alpha"))
     assert {getattr(scenario, node).frame_prefix for node in NODES} == {"fleet/alpha/"}
 
 
-def test_an_unknown_parameter_is_answered_with_a_short_list():
+def test_the_error_for_an_unknown_parameter_lists_few_names() -> None:
     with pytest.raises(ParameterError) as raised:
         load_scenario("case2_tracking", {"controller.zzz": 1})
     assert "allowed are lockstep, recorded, frame_prefix, law, rate_hz, input_timeout, vessel.*, observer.*" in str(raised.value)

@@ -80,11 +80,11 @@ def test_a_run_that_is_not_finite_is_a_miss() -> None:
         ("rows: [{name: a, largest: true}]", "largest = True of row a"),
     ],
 )
-def test_a_malformed_suite_is_refused_with_the_reason(tmp_path: Path, text: str, message: str) -> None:
+def test_a_malformed_suite_is_rejected_with_the_reason(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(ScenarioError, match=message):
         suite(tmp_path, text)
 
 
-def test_an_unknown_suite_is_refused_with_the_known_names() -> None:
+def test_an_unknown_suite_is_rejected_with_the_known_names() -> None:
     with pytest.raises(ScenarioError, match="suite quick is unknown: it takes one of guided"):
         load_suite("quick")

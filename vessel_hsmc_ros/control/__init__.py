@@ -1,1 +1,1 @@
-"""The control loop and the observer."""
+"""The control loop, which runs a law at a fixed rate, and the state observer."""

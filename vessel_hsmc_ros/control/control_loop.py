@@ -75,6 +75,7 @@ class ControlLoop:
         """
         elapsed = self._elapsed_periods(stamp)
         if self.observer:
+            # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
             measured_at = stamp if measured_at is None else measured_at
             measured = self.estimate = self.observer.update(measured_at, measured, self.wrench)
         self.wrench, terms = self.law.step(measured, desired, acceleration)

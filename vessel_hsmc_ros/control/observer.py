@@ -45,12 +45,15 @@ class Observer:
         self._p = p = parameters
         self._vessel = vessel
         self._waves = p.wave_period > 0.0
+        # The filter works with variances; the parameters are standard deviations.
         self._noise = np.array([p.position_noise, p.position_noise, p.heading_noise]) ** 2
         levels = [p.velocity_walk] * 2 + [p.yaw_rate_walk] + [p.force_walk] * 2 + [p.moment_walk] + [p.weather_walk] * 2
         intensity, start = np.array([0.0] * 3 + levels) ** 2, np.concatenate((self._noise, START**2))
         if self._waves:
             omega_0 = 2.0 * math.pi / p.wave_period
             wave_variance = np.array([p.wave_position, p.wave_position, p.wave_heading]) ** 2
+            # The white noise on ddxi whose stationary variance of dxi is wave_variance: 4·zeta·omega_0·variance; that of xi is
+            # then variance/omega_0².
             intensity = np.concatenate((intensity, np.zeros(3), 4.0 * p.wave_damping * omega_0 * wave_variance))
             start = np.concatenate((start, wave_variance / omega_0**2, wave_variance))
         self._intensity, self._start = intensity, start
@@ -118,6 +121,7 @@ class Observer:
         self._applied = self._actuated(dt, wrench)
         tau_1, tau_2 = self._applied
         x = self._x.copy()
+        # The vessel model is nonlinear, hence the Jacobian (extended Kalman filter); the wave filter is linear and exact.
         F = np.eye(len(x))
         F[:XI, :XI] = jacobian(x[:XI], dt, p)
         x[:XI] = propagate(x[:XI], tau_1 / self._vessel.surge_inertia, tau_2 / self._vessel.yaw_inertia, dt, p)
@@ -183,6 +187,7 @@ class Observer:
         difference = wrap(measured - expected) if i == PSI else measured - expected
         if difference * difference > GATE * GATE * variance:  # the innovation over its standard deviation
             return False
+        # Kalman gain of a scalar measurement: the innovation variance is a number, so no matrix is inverted.
         gain = column / variance
         self._x = self._x + gain * difference
         self._P = self._P - np.outer(gain, column)

@@ -48,13 +48,14 @@ def propagate(x: Array, surge: float, yaw: float, dt: float, p: ObserverParamete
         x: States, shape (11,).
         surge, yaw: Accelerations by the wrench, tau_1/m11 [m/s²] and tau_2/m33 [rad/s²].
         dt: Time step, s.
-        p: Decay rates.
+        p: Decay rates of the linear damping.
 
     Returns:
         The states after dt, shape (11,).
     """
     psi, u, v, r, b_u, b_v, b_r, w_e, w_n = x[PSI:XI].tolist()
     decay_u, decay_v, decay_r = _decays(dt, p)
+    # decay/dt·velocity is the mean deceleration of an exponential decay over dt.
     turn = yaw + b_r - decay_r / dt * r
     middle, end = psi + 0.5 * dt * r, psi + dt * r + 0.5 * dt * dt * turn
     along, across = surge + b_u - decay_u / dt * u, b_v - decay_v / dt * v
@@ -63,6 +64,7 @@ def propagate(x: Array, surge: float, yaw: float, dt: float, p: ObserverParamete
     after = x.copy()
     after[:2] += dt * (velocity + 0.5 * change)
     after[PSI], after[R] = end, r + dt * turn
+    # Back into the body frame at the new heading.
     after[U], after[V] = _rotated(-end, *(velocity + change))
     return after
 
@@ -74,6 +76,9 @@ def jacobian(x: Array, dt: float, p: ObserverParameters) -> Array:
         x: States, shape (11,).
         dt: Time step, s.
         p: Decay rates.
+
+    Returns:
+        d(states after dt)/d(states), shape (11, 11).
     """
     psi, u, v, r, _, _, _, w_e, w_n = x[PSI:XI].tolist()
     decay_u, decay_v, decay_r = _decays(dt, p)

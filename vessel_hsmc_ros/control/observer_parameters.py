@@ -6,12 +6,18 @@ from vessel_hsmc_ros.core.schema import parameter
 
 
 def tuning(default: float, description: str, unit: str) -> float:
-    """Declare a standard deviation or noise intensity of the filter."""
+    """Declare a standard deviation or noise intensity of the filter; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=1e-9, high=1e6)
 
 
 def decay(default: float, what: str, symbol: str) -> float:
-    """Declare the linear damping of a velocity, which a coasting manoeuvre shows."""
+    """Declare the linear damping of a velocity, which can be identified in a coasting manoeuvre.
+
+    Args:
+        default: Decay rate, 1/s.
+        what: The velocity, for the description.
+        symbol: Symbol in the model.
+    """
     return parameter(
         default, f"Decay rate of {what} without inputs; a rough value suffices.", unit="1/s", low=0.0, high=1e2, symbol=symbol
     )

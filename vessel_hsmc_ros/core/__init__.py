@@ -1,1 +1,1 @@
-"""What everything stands on: exceptions, declarations, kinematics, time, metrics."""
+"""Foundations of all other packages: exceptions, parameter declarations, kinematics, timing, metrics."""

@@ -30,7 +30,7 @@ class GoalError(VesselHsmcError):
 
 
 class BackpressureError(VesselHsmcError):
-    """A subscriber does not keep up with the messages it is sent."""
+    """A subscriber is slower than its publisher and its queue is full."""
 
 
 class BagError(VesselHsmcError):

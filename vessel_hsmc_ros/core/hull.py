@@ -26,8 +26,13 @@ class Hull:
 
 
 def outline(hull: Hull) -> Array:
-    """Compute the corners of the hull about midships, bow along x, counter-clockwise from the starboard quarter, (7, 2) m."""
+    """Compute the corners of the hull in the body frame, origin midships and x forward.
+
+    Returns:
+        Corners counter-clockwise from the starboard quarter, (7, 2) m.
+    """
     stern, bow, half = -0.5 * hull.length, 0.5 * hull.length, 0.5 * hull.beam
+    # Transom at 80 % of the beam, parallel middle body, and a bow that tapers from 35 % of the half length on.
     side = [(stern, 0.8 * half), (0.2 * stern, half), (0.35 * bow, half)]
     starboard = [(x, -y) for x, y in side]
     return np.array([*starboard, (bow, 0.0), *side[::-1]])
@@ -36,5 +41,6 @@ def outline(hull: Hull) -> Array:
 def triangles(hull: Hull) -> Array:
     """Split the outline into a fan of triangles, (15, 2) m, three rows for each triangle."""
     corners = outline(hull)
+    # The outline is convex, so a fan from one corner covers it.
     fan = [(corners[0], corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)]
     return np.array([corner for triangle in fan for corner in triangle])

@@ -19,6 +19,7 @@ ROS_REMEDY = "nodes need ROS 2, source a Jazzy workspace; `vessel-hsmc simulate`
 
 def prefixes() -> list[Path]:
     """The prefixes that packages are installed into: those of the ROS workspaces, then Python's own."""
+    # AMENT_PREFIX_PATH lists overlays before the workspaces below them, so the first match is the one that ROS uses.
     named = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     return [Path(prefix) for prefix in (*named, sys.prefix) if prefix]
 
@@ -29,6 +30,7 @@ def share_directory() -> Path:
     Raises:
         InstallationError: the package is installed without its data files.
     """
+    # In a checkout (and with pip install -e) the data files are beside the code, so that edits take effect at once.
     checkout = Path(__file__).resolve().parents[2]
     if (checkout / "package.xml").is_file():
         return checkout
@@ -41,5 +43,6 @@ def share_directory() -> Path:
 
 def missing_module(error: ModuleNotFoundError) -> str:
     """One line with the name of a module that a node needs, and how to install it."""
+    # An import of a submodule reports its dotted name; the first part is what has to be installed.
     name = (error.name or str(error)).partition(".")[0]
     return f"{name} is not installed: {REMEDIES.get(name, ROS_REMEDY)}"

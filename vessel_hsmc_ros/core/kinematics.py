@@ -62,6 +62,7 @@ def wrap(angle: float) -> float:
     """Map an angle to (-pi, pi]; an angle in that interval is returned unchanged (bit-identical)."""
     if -math.pi < angle <= math.pi:
         return angle
+    # ceil instead of floor makes the interval half-open at -pi: an odd multiple of pi is mapped to +pi.
     return angle - TURN * math.ceil((angle - math.pi) / TURN)
 
 
@@ -79,6 +80,7 @@ def heading_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     Returns:
         Heading in [-pi, pi].
     """
+    # Both arguments scale with the squared norm, which cancels; the usual 1 - 2·(y² + z²) would need a unit quaternion.
     return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
@@ -111,6 +113,9 @@ def transform_acceleration(z: Transformed, motion: Motion, acceleration: Acceler
         z: Transformed pose of the motion.
         motion: Pose and body velocities.
         acceleration: Derivatives of the body velocities.
+
+    Returns:
+        ddz1 [m/s²], ddz2 [m/s²], ddz3 [rad/s²].
     """
     u, v, r = motion.u, motion.v, motion.r
     du, dv, dr = acceleration
@@ -131,11 +136,15 @@ def extrapolate(motion: Motion, acceleration: Acceleration, interval: float) -> 
         motion: State at the start of the interval.
         acceleration: Derivatives of the body velocities, held over the interval.
         interval: Time to extrapolate by, s; negative to go back in time; 0 returns the state unchanged.
+
+    Returns:
+        State at the end of the interval; the heading is not wrapped.
     """
     if interval == 0.0:
         return motion
     du, dv, dr = acceleration
     end_u, end_v, end_r = motion.u + du * interval, motion.v + dv * interval, motion.r + dr * interval
+    # Mean velocities over the interval, resolved at the heading in its middle.
     u, v, r = 0.5 * (motion.u + end_u), 0.5 * (motion.v + end_v), 0.5 * (motion.r + end_r)
     psi = motion.psi + 0.5 * interval * r
     c, s = math.cos(psi), math.sin(psi)

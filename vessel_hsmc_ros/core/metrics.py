@@ -32,6 +32,7 @@ def position_error(state: Array, reference: Array) -> Array:
 
 def heading_error(state: Array, reference: Array) -> Array:
     """Heading minus desired heading, wrapped to (-pi, pi], (n,)."""
+    # As `kinematics.wrap`, on arrays.
     difference = state[:, 2] - reference[:, 2]
     return difference - 2.0 * np.pi * np.ceil((difference - np.pi) / (2.0 * np.pi))
 
@@ -48,9 +49,13 @@ def evaluate(time: Array, state: Array, reference: Array, wrench: Array) -> Metr
         time: Times of the samples, (n,) s, n at least 1.
         state, reference: x, y, psi, u, v, r of ship and reference, (n, 6).
         wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
+
+    Returns:
+        The metrics; every rms value weighs all samples equally, so the samples should be evenly spaced.
     """
     distance = position_error(state, reference)
     angle = np.degrees(heading_error(state, reference))
+    # The last quarter represents the steady state, after the transient of the initial error has decayed.
     last_quarter = time >= time[0] + 0.75 * (time[-1] - time[0])
     return Metrics(
         rms(distance),
@@ -74,6 +79,9 @@ def reversals_per_second(time: Array, values: Array, after: float = 0.0) -> floa
         time: Times of the samples, (n,) s.
         values: The signal, (n,).
         after: Start of the evaluated interval, s.
+
+    Returns:
+        Changes of sign of the slope per second; 0 for fewer than two samples.
     """
     evaluated = time >= after
     changes = np.diff(values[evaluated])

@@ -71,6 +71,9 @@ def parameter(
         length: The number of elements of a list; None for any.
         symbol: The symbol of this parameter in the equations.
         tunable: Whether it may be changed while the node runs.
+
+    Returns:
+        A dataclass field; declared as the type of the default, so that type checkers accept it as the field's default.
     """
     info = {
         "description": description,
@@ -102,9 +105,10 @@ def entries(cls: type, prefix: str = "") -> dict[str, Entry]:
 
     Args:
         cls: The dataclass that declares them.
-        prefix: Prepended to every name.
+        prefix: Prepended to every name, such as the name of the group and a dot.
     """
     found: dict[str, Entry] = {}
+    # field.type is a string where annotations are evaluated lazily; get_type_hints resolves it.
     hints = get_type_hints(cls)
     for field in dataclasses.fields(cast("Any", cls)):
         name = prefix + field.name
@@ -135,6 +139,7 @@ def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
             close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
             hint = f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
             raise ParameterError(f"{owner}.{name} is not a parameter: {hint}")
+    # All values are checked before an instance is made, so that a rejected change leaves no partial result.
     checked = {name: check(known[name], value, owner) for name, value in values.items()}
     return _assemble(cls, checked, "")
 
@@ -158,6 +163,9 @@ def check(entry: Entry, value: object, owner: str) -> Value:
         value: Value as read from YAML or ROS.
         owner: Name of the node or group, for error messages.
 
+    Returns:
+        The value in the declared type.
+
     Raises:
         ParameterError: the value has the wrong type, length or range; the message names the value and what is allowed.
     """
@@ -179,8 +187,10 @@ def _first_level(names: Iterable[str]) -> list[str]:
 
 
 def _outside(entry: Entry, number: object) -> bool:
+    # bool is a subclass of int in Python, but a flag has no range.
     if isinstance(number, bool | str) or not isinstance(number, int | float):
         return False
+    # NaN compares as false with both limits, so it needs a test of its own.
     if math.isnan(number) or (math.isinf(number) and entry.high != math.inf):
         return True
     return (entry.low is not None and number < entry.low) or (entry.high is not None and number > entry.high)
@@ -201,10 +211,12 @@ def _convert(kind: Any, value: object) -> Value:
         if isinstance(value, str) or not hasattr(value, "__iter__"):
             raise TypeError
         return cast("Value", tuple(_convert(element, item) for item in cast("Any", value)))
+    # A float may be written without a decimal point, as in `rate_hz: 50`.
     if kind is float and isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
     if kind is int and isinstance(value, Integral) and not isinstance(value, bool):
         return int(value)
+    # Strings and flags are never converted: `lockstep: "false"` would otherwise be true.
     if type(value) is not kind:
         raise TypeError
     return cast("Value", value)

@@ -17,6 +17,7 @@ class RateGrid:
     def __init__(self, rate_hz: float) -> None:
         self.rate_hz = rate_hz
         self.period = 1.0 / rate_hz
+        # A decimal rate such as 33.3 has no exact binary value; the nearest simple fraction is the rate that was meant.
         ratio = NANOSECONDS / Fraction(rate_hz).limit_denominator(10**6)
         self._numerator, self._denominator = ratio.numerator, ratio.denominator
 
@@ -26,10 +27,12 @@ class RateGrid:
 
     def index(self, nanoseconds: int) -> int:
         """Index of the last instant not after a time: stamp(index) <= nanoseconds < stamp(index + 1)."""
+        # With p = numerator/denominator, floor(k·p) <= t is equivalent to k·numerator < (t + 1)·denominator, in integers.
         return (nanoseconds * self._denominator + self._denominator - 1) // self._numerator
 
     def divides(self, other: "RateGrid") -> bool:
         """Whether every instant of this grid is also an instant of the other."""
+        # The ratio of the two periods is an integer.
         return (self._numerator * other._denominator) % (self._denominator * other._numerator) == 0
 
 

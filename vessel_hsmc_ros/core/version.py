@@ -1,4 +1,4 @@
-"""The package's version, as it was installed; package.xml is where it is written."""
+"""The version of the installed package; its source is package.xml."""
 
 from importlib.metadata import version
 

@@ -104,11 +104,13 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
         H = activations(np.array(motion[3:]), *self._neurons)
         fr = output(self.weights, H)
         S = g.c2 * z3e + dz3e
+        # The yaw acceleration for which dS = 0 if fr is exact; switching and reaching terms are added to it.
         equivalent = -g.c2 * dz3e - fr + acceleration.dr
         tau_2 = g.m33 * (equivalent - g.eta * switch(S, g.phi, g.switching) - g.k * S)
         terms = Terms(
             heading_error=z3e, heading_error_rate=dz3e, heading_surface=S, yaw_surface=S,
             yaw_estimate=fr, yaw_weights=self.weights,
         )  # fmt: skip
+        # Adaptation (29) after the wrench: a step uses the weights that its terms report.
         self.weights = self.weights + (self._period * g.gamma * S) * H
         return (g.tau_1, tau_2), terms

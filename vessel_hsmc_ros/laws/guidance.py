@@ -48,7 +48,7 @@ class VelocityCommand(NamedTuple):
 
 
 class BodyCommand(NamedTuple):
-    """w and dw resolved along (t) and across (n) the hull."""
+    """w and dw resolved along (t) and across (n) the hull, m/s and m/s²."""
 
     w_t: float
     w_n: float
@@ -67,16 +67,21 @@ def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration
         acceleration: Derivatives of the reference's body velocities.
         xi: Integral state, m/s.
         g: Gains.
+
+    Returns:
+        w and dw in the earth-fixed frame, with |g|² and |dp_d|².
     """
     x_d, y_d, psi_d, u_d, v_d, r_d = desired
     c, s = math.cos(psi_d), math.sin(psi_d)
     dx_d, dy_d = u_d * c - v_d * s, u_d * s + v_d * c
+    # Acceleration over ground in the reference's body frame: the body-frame rates plus those of the rotating axes.
     along, across = acceleration.du - v_d * r_d, acceleration.dv + u_d * r_d
     c_psi, s_psi = math.cos(motion.psi), math.sin(motion.psi)
     ex, ey = motion.x - x_d, motion.y - y_d
     dex = motion.u * c_psi - motion.v * s_psi - dx_d
     dey = motion.u * s_psi + motion.v * c_psi - dy_d
 
+    # With n = 1 + (slope·|e|)² the feedback is k_p·e/sqrt(n); its derivative is k_p/sqrt(n)·(de - slope²·(e·de)/n·e).
     slope = g.k_p / g.v_max
     stretch = 1.0 + slope * slope * (ex * ex + ey * ey)
     gain = g.k_p / math.sqrt(stretch)
@@ -116,10 +121,12 @@ def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedb
     Returns:
         1 for ahead, -1 for astern.
     """
+    # A moving reference decides, because w is then close to its velocity; the error feedback alone must not reverse the ship.
     if u_d * u_d > max(feedback_squared, SLOWEST_REFERENCE_SQUARED):
         return 1.0 if u_d > 0.0 else -1.0
     if s * w_t >= -g.c * g.rho:
         return s
+    # Beyond R_b a turn is cheaper than going astern, so the ship goes ahead.
     return -1.0 if s > 0.0 and distance < g.R_b else 1.0
 
 
@@ -136,9 +143,13 @@ def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
         v: Sway velocity, m/s.
         s: Direction of travel.
         g: Gains.
+
+    Returns:
+        epsilon, rad: the angle by which the hull should turn, positive counter-clockwise.
     """
     m = w.w_n - v
     D = s * w.w_t
+    # Without q_m the heading error would be undefined, and its gain unbounded, as w tends to zero.
     q_m = g.c * math.hypot(g.rho, g.T_m * min(abs(m), LARGEST_MISMATCH))
     return s * math.atan2(m, math.sqrt(D * D + q_m * q_m) if D >= 0.0 else D + q_m)
 
@@ -158,10 +169,13 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Ga
     Returns:
         r_w, rad/s.
     """
+    # q, the speed at which station keeping takes over, keeps every quotient finite as w tends to zero.
     q2 = (g.c * g.rho) ** 2
     square = w.w_t * w.w_t + w.w_n * w.w_n
     W2 = square + q2
+    # 1 for a moving ship, 0 at rest: blends the rate of the course with the yaw rate of the reference.
     moving = square / W2
+    # W times the derivative of v/W; the crab angle is asin(v/W).
     crab_rate = dv - v * (w.w_t * w.dw_t + w.w_n * w.dw_n) / W2
     hull = math.sqrt(max(square - v * v, 0.0) + q2)
     return (w.w_t * w.dw_n - w.w_n * w.dw_t) / W2 - s * moving * crab_rate / hull + (1.0 - moving) * r_d
@@ -173,14 +187,15 @@ def approach_rate(epsilon: float, g: Gains) -> float:
     The square root is the braking curve of a constant yaw acceleration: a ship that follows it never needs more than a to stop
     the turn at epsilon = 0.
     """
+    # The positive root of rate²/(2·a) + rate/c = |epsilon|, which joins both limits smoothly.
     rate = g.a_max / g.c * (math.sqrt(1.0 + 2.0 * g.c * g.c * abs(epsilon) / g.a_max) - 1.0)
     return math.copysign(min(rate, g.r_max), epsilon)
 
 
 def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
-    """Degree, from 0 to 1, to which the ship is at rest and undisturbed.
+    """Weight, from 0 to 1, of the reference's heading: 1 for an undisturbed ship at rest.
 
-    1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²). Only then may the reference's heading be taken: under a disturbance an
+    calmness = 1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²). Only then may the reference's heading be taken: under a disturbance an
     underactuated ship must point against it to keep its position.
 
     Args:
@@ -188,6 +203,9 @@ def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float
         v: Sway velocity, m/s.
         f_u, f_v: Estimated accelerations, m/s²; at rest they are those of the disturbance.
         g: Gains.
+
+    Returns:
+        The weight, in (0, 1].
     """
     return 1.0 / (1.0 + (square + v * v) / (g.v_0 * g.v_0) + (f_u * f_u + f_v * f_v) / (g.a_0 * g.a_0))
 
@@ -200,13 +218,17 @@ def integrate_error(xi: Vector, motion: Motion, desired: Motion, reference_squar
     Args:
         xi: Integral state, m/s.
         motion, desired: States of the ship and of the reference.
-        reference_squared: |dp_d|², m²/s². For a reference at rest xi is not integrated: its error decays without.
+        reference_squared: |dp_d|², m²/s². In station keeping xi is not integrated: the error decays without it.
         g: Gains.
+
+    Returns:
+        xi after one control period, m/s.
     """
     ex, ey = motion.x - desired.x, motion.y - desired.y
     slope = g.k_p / g.v_max
     if slope * slope * (ex * ex + ey * ey) >= 1.0:
         return xi
+    # A smooth switch at a reference speed of 0.1 m/s.
     step = g.T * g.k_i * reference_squared / (reference_squared + 0.01)
     x, y = xi[0] + step * ex, xi[1] + step * ey
     shrink = min(1.0, g.xi_max / max(math.hypot(x, y), 1e-9))

@@ -84,6 +84,7 @@ class Command(NamedTuple):
 
 def bounded(motion: Motion) -> Motion:
     """The motion with its heading in [-pi, pi] and no magnitude above LARGEST."""
+    # remainder is exact for every finite angle; it only selects the representation of the same heading.
     psi = math.remainder(motion.psi, TURN)
     if max(map(abs, motion)) > LARGEST:
         return Motion(*(clip(number, LARGEST) for number in motion._replace(psi=psi)))
@@ -106,6 +107,8 @@ def adapt(W: Array, H: Array, measured: Motion, m: Memory, g: Gains) -> Array:
         The new weights, shape (3, l).
     """
     p = m.predicted
+    # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
+    # small constant prevents a division by zero far from all centres, where H vanishes.
     scale = 1.0 / (g.T * (float(np.dot(H, H)) + 1e-6))
     steps = (
         0.0 if m.cut_1 else (1.0 - g.z_u) ** 2 * scale * clip(measured.u - p.u, LARGEST_INNOVATION[0]),
@@ -138,6 +141,7 @@ def command(
     """
     rate, integral, s, xi = m.filter
     relative = motion.r - desired.r
+    # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     rate = min(max(rate, relative - g.S1_max), relative + g.S1_max)
     velocity = guidance.velocity_command(motion, desired, acceleration, xi, g)
     w = guidance.resolve(velocity, motion.psi)
@@ -154,6 +158,7 @@ def command(
     alignment = g.k_h * calmness * math.remainder(desired.psi - motion.psi, TURN)
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
+    # Conditional integration: zeta advances only while the yaw acceleration is not limited.
     drate = clip(demand, 2.0 * g.a_max)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
@@ -177,6 +182,7 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
     """
     within = clip(demand, limit)
     if g.T_s > 0.0:
+        # Only the limit of the magnitude is reported as saturation, which suspends the adaptation; the slew limit is transient.
         within = last + clip(within - last, limit * g.T / g.T_s)
     return within, abs(demand) > limit
 
@@ -213,6 +219,7 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
         acceleration = Acceleration(*(clip(number, LARGEST) for number in acceleration))
         m = self.memory or Memory(measured)
         motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
+        # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
         H = activations(np.array(motion[3:]), *self._neurons)
         self.weights = adapt(self.weights, H, measured, m, g)
         f = Estimates(*np.dot(self.weights, H).tolist())

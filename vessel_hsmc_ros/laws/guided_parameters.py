@@ -11,12 +11,12 @@ from vessel_hsmc_ros.laws.network import NetworkParameters
 
 
 def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
-    """Declare a gain that may be changed while the law runs."""
+    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True)
 
 
 def positive(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a gain that appears in a denominator, so it must not be zero."""
+    """Declare a gain that appears in a denominator, so it must not be zero; the arguments are those of `parameter`."""
     return gain(default, description, unit, symbol, low=1e-3)
 
 
@@ -114,12 +114,17 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
         parameters: Gains as declared.
         vessel: The known inertia and limits.
         period: Control period T, s.
+
+    Returns:
+        The constants, with bandwidths as discrete poles and reaching gains as exact discrete gains.
     """
     T = period
     given = {**schema.symbols(parameters), **schema.symbols(vessel)}
     poles = {name.replace("w_", "z_"): math.exp(-given.pop(name) * T) for name in ("w_u", "w_v", "w_r", "w_p", "w_h")}
+    # At S1 = S1_max the reaching term k1·S1 alone needs the entire yaw moment.
     full = vessel.yaw_moment_limit / vessel.yaw_inertia
     S1_max, a_max = full / given["k1"], full * given.pop("a_share")
+    # expm1 keeps full precision for k·T near zero, where 1 - exp(-k·T) would cancel.
     for name in ("k1", "k2"):
         given[name] = -math.expm1(-given[name] * T) / T
     return Gains(

@@ -61,6 +61,9 @@ def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
     Args:
         sigma1, sigma2: First-level surfaces of sway [m/s] and heading [rad/s].
         g: Gains.
+
+    Returns:
+        a, rad/m, with its sign.
     """
     return -g.a if g.sway_weight_sign == "switched" and sigma1 * sigma2 < 0.0 else g.a
 
@@ -100,11 +103,14 @@ def control(
     S1 = a * sigma1 + g.b * sigma2
     S2 = g.c3 * z_e.z1 + dz1e
 
+    # z1 times (16): the condition dsigma1 = 0 contains the moment only as -z1·tau_2/m33, so (16) divides by z1, and a·z1 in the
+    # weighted sum of (22) multiplies by it again.
     z1_tau_eq21 = -g.m33 * (-g.c1 * dz2e - fv + (u + z.z2 * r) * r + z.z1 * fr + ddz_d.z2)
     tau_eq22 = g.m33 * (-g.c2 * dz3e - fr + ddz_d.z3)
     reaching = g.m33 * (-g.eta1 * switch(S1, g.phi1, g.switching) - g.k1 * S1)
     tau_2 = (g.b * tau_eq22 - a * z1_tau_eq21 + reaching) / (g.b - a * z.z1)
 
+    # (28) needs tau_2: the yaw acceleration enters ddz1 as z2·dr.
     tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
     tau_1 = tau_eq1 + g.m11 * (-g.eta2 * switch(S2, g.phi2, g.switching) - g.k2 * S2)
 
@@ -209,6 +215,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         """
         g = self._gains
         distance = g.b - g.a * (abs(z1) if g.sway_weight_sign == "switched" else z1)
+        # A step can jump over the singularity, therefore the side is compared with that of the last step.
         if abs(distance) <= 1e-9 * g.b or distance * self._side < 0.0:
             raise ControlError(
                 f"the hierarchical law is singular at b = a·z1: a = {g.a:g}, b = {g.b:g}, and the ship is at z1 = {z1:g} m"

@@ -11,12 +11,12 @@ from vessel_hsmc_ros.laws.switching import SWITCHING
 
 
 def gain(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a non-negative gain that may be changed while the law runs."""
+    """Declare a non-negative gain that may be changed while the law runs; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=0.0, high=1e9, symbol=symbol, tunable=True)
 
 
 def layer(description: str, unit: str, symbol: str) -> float:
-    """Declare the width of a boundary layer, 0.01 by default."""
+    """Declare the width of a boundary layer, 0.01 by default; the arguments are those of `parameter`."""
     return parameter(0.01, description, unit=unit, low=1e-9, high=1e3, symbol=symbol, tunable=True)
 
 
@@ -33,6 +33,7 @@ class HierarchicalParameters:
     surge_reaching_gain: float = gain(100.0, "Reaching gain of the surge surface (27).", "1/s", "k2")
     yaw_switching_gain: float = gain(0.001, "Switching gain of the yaw law (21).", "rad/s²", "eta1")
     surge_switching_gain: float = gain(0.001, "Switching gain of the surge law (27).", "m/s²", "eta2")
+    # The units of the adaptation gains differ with the surfaces in (29); they are left out of the declarations.
     sway_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_v (29).", "", "gamma1")
     yaw_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_r (29).", "", "gamma2")
     surge_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_u (29).", "", "gamma3")

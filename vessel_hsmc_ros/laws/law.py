@@ -115,5 +115,6 @@ class AdaptiveLaw(Law[NetworkLawParameters]):
     """
 
     def __init__(self, parameters: NetworkLawParameters, vessel: KnownVessel, period: float) -> None:
+        # Before super().__init__, whose reset sizes the weights by the neurons.
         self._neurons = parameters.network.neurons()
         super().__init__(parameters, vessel, period)

@@ -12,7 +12,7 @@
 | I_1, I_2 | integral states of the speed controller and of the autopilot | m/s², rad/s² |
 
 While the reference moves, integral line-of-sight guidance (ILOS): psi_c = psi_d - atan((y_e + s)/D),
-ds = k_s·|dp_d|·D·y_e/(D² + (y_e + s)²), and u_c = u_d - k_x·x_e within v_e of u_d. While it is at rest, pure pursuit: outside a
+ds = k_s·|dp_d|·D·y_e/(D² + (y_e + s)²), and u_c = u_d - k_x·x_e within v_e of u_d. In station keeping, pure pursuit: outside a
 capture radius the ship points its bow or its stern at the reference, whichever needs the smaller turn, and approaches; inside it
 takes the reference's heading.
 The baseline is meant to be strong: the integrators stop while their actuator is saturated (anti-windup), the acceleration of the
@@ -31,11 +31,11 @@ from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
 
 RESTING_SPEED = 0.05
-"""A reference below this speed counts as at rest, m/s."""
+"""Below this speed of the reference the law changes to station keeping, m/s."""
 
 
 def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
-    """Declare a gain that may be changed while the law runs."""
+    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True)
 
 
@@ -54,7 +54,9 @@ class LosPidParameters:
     yaw_damping: float = gain(0.5, "Damping ratio of the heading autopilot.", "", "zeta")
     yaw_integral_gain: float = gain(0.075, "Integral gain of the heading autopilot.", "1/s³", "k_ipsi")
     command_bandwidth: float = gain(1.1, "Bandwidth of the commanded-heading filter.", "rad/s", "w_c", low=1e-3)
-    capture_radius: float = gain(1.0, "Distance from a reference at rest within which the ship takes its heading.", "m", "R")
+    capture_radius: float = gain(
+        1.0, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
+    )
 
 
 class Gains(NamedTuple):
@@ -102,6 +104,9 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
         desired: State of the reference, which moves.
         drift: Integral state s, m.
         g: Gains.
+
+    Returns:
+        Heading offset -atan((y_e + s)/D), reversed for a reference that goes astern; speed command; rate of s.
     """
     u_d, v_d = desired.u, desired.v
     # A reference that goes astern is followed astern: the course is that of its stern.
@@ -111,6 +116,7 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     c, s = math.cos(course), math.sin(course)
     x_e, y_e = c * x + s * y, -s * x + c * y
     speed = math.hypot(u_d, v_d)
+    # A lookahead proportional to the speed gives the same time constant of the cross-track error at every speed.
     D = max(g.D_min, g.T_D * speed)
     compensated = y_e + drift
     return Aim(
@@ -121,12 +127,15 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
 
 
 def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
-    """Pure pursuit of a reference at rest, ahead or astern, whichever needs the smaller turn; inside R, its heading.
+    """Station keeping by pure pursuit, ahead or astern, whichever needs the smaller turn; inside R, the reference's heading.
 
     Args:
         motion: State of the ship.
-        desired: State of the reference, which is at rest.
+        desired: State of the reference, which is stationary.
         g: Gains.
+
+    Returns:
+        Heading offset and speed command; the integral state of the guidance is not changed.
     """
     x, y = desired.x - motion.x, desired.y - motion.y
     along = x * math.cos(motion.psi) + y * math.sin(motion.psi)
@@ -138,12 +147,15 @@ def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
 
 
 def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
-    """Line-of-sight guidance while the reference moves, pure pursuit while it is at rest.
+    """Line-of-sight guidance while the reference moves, pure pursuit in station keeping.
 
     Args:
         motion, desired: States of the ship and of the reference.
         drift: Integral state s, m.
         g: Gains.
+
+    Returns:
+        Heading offset, speed command and rate of s.
     """
     if math.hypot(desired.u, desired.v) < RESTING_SPEED:
         return pursuit(motion, desired, g)
@@ -171,10 +183,13 @@ class LosPidController(Law[LosPidParameters]):
         """Guidance, command filter, the two controllers, saturation; see `Law.step`."""
         g, m = self._gains, self.memory
         aim = guide(motion, desired, m.drift, g)
+        # Critically damped second-order filter of the heading offset; its derivatives are fed forward below. Filtering the
+        # offset instead of the heading leaves the reference's own turn without a lag.
         offset_acceleration = g.w_c * (g.w_c * wrap(aim.offset - m.offset) - 2.0 * m.offset_rate)
         psi_c = desired.psi + m.offset
         r_c = desired.r + m.offset_rate
         psi_e, r_e = wrap(motion.psi - psi_c), motion.r - r_c
+        # The speed is reduced while the ship points away from its course, to zero at 90 degrees.
         u_c = aim.speed * max(0.0, math.cos(psi_e))
         u_e = motion.u - u_c
 

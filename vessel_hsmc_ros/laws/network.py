@@ -71,8 +71,10 @@ class NetworkParameters:
         """
         if self.layout == "listed":
             return self._listed()
+        # Symmetric about the middle; with an even number of centres none lies in the middle itself.
         offsets = (np.arange(self.centers_per_axis) - 0.5 * (self.centers_per_axis - 1)) * self.spacing
         axis = self.center + offsets
+        # Row-major order: the yaw velocity varies fastest. The order of the weights in bags depends on it.
         return np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def _listed(self) -> Array:

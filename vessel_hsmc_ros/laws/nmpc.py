@@ -40,7 +40,7 @@ SUDDEN = 0.2
 
 
 def weight(default: float, description: str, unit: str = "") -> float:
-    """Declare a non-negative weight that may be changed while the law runs."""
+    """Declare a non-negative weight that may be changed while the law runs; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=0.0, high=1e9, tunable=True)
 
 
@@ -54,7 +54,7 @@ class NmpcParameters:
     steps: int = parameter(8, "Number of steps of each length.", low=1, high=50)
     iterations: int = parameter(1, "Gauss-Newton steps per period.", low=1, high=50)
     position_weight: float = weight(1.0, "Weight of the position error.", "1/m²")
-    heading_weight: float = weight(1e-4, "Weight of the heading error for a reference at rest.", "1/rad²")
+    heading_weight: float = weight(1e-4, "Weight of the heading error in station keeping.", "1/rad²")
     course_weight: float = weight(1e-3, "Additional weight of the heading error per squared speed of the reference.", "s²/m²")
     effort_weight: float = weight(1e-4, "Weight of the inputs relative to the reference's, normalised by their limits.")
     change_weight: float = weight(1e-3, "Weight of the input changes from step to step, normalised by their limits.")
@@ -119,8 +119,10 @@ class NmpcController(Law[NmpcParameters]):
         """Take new weights and keep the plan; horizon and model stay as constructed."""
         p, N = parameters, len(self._lengths)
         self._tuned = p
+        # Each term is weighted by the length of its step, so that the sum approximates the integral over the horizon.
         self._steps = self._lengths.copy()
         self._steps[-1] *= p.end_weight
+        # Differences of consecutive inputs: the two inputs of a step are adjacent in U, so step k + 1 is two columns further.
         differences = (np.eye(2 * N) - np.eye(2 * N, k=-2))[2:]
         self._R = np.diag(p.effort_weight * np.repeat(self._lengths, 2)) + p.change_weight * differences.T @ differences
 
@@ -157,6 +159,7 @@ class NmpcController(Law[NmpcParameters]):
         m, plan, T = self._model, self.plan, self._period
         if plan.state is None:
             return plan.b, plan.e
+        # The law's own last input is taken as the applied one: actuator dynamics count as a disturbance.
         predicted = self.horizon.step(plan.state, plan.U[:2], plan.b, plan.e, T)[0][:, 0]
         gain = (1.0 - math.exp(-self._tuned.disturbance_bandwidth * T)) / T
         error = gain * (np.array(motion[3:]) - predicted[3:]) * np.array([m.m11, m.m22, m.m33])
@@ -184,6 +187,7 @@ class NmpcController(Law[NmpcParameters]):
         speed = math.hypot(desired.u, desired.v)
         p = self._tuned
         q = np.array([p.position_weight, p.position_weight, p.heading_weight + p.course_weight * speed * speed, 0.0, 0.0, 0.0])
+        # Only surge and yaw are actuated; the sway component of b has no input that could cancel it.
         U = U - np.array([b[0], b[2]]) / self._limits
         return Target(X.T, U.ravel(), (self._steps[:, None] * q).ravel()), present
 
@@ -206,6 +210,7 @@ class NmpcController(Law[NmpcParameters]):
                 "the predictive law is undefined: its predicted motion is not finite; check the state and the reference"
             )
         qG = target.q[:, None] * G
+        # Gauss-Newton Hessian: the second derivatives of the motion are neglected; R regularises it.
         H = G.T @ qG + self._R
         gradient = qG.T @ error + self._R @ (U - target.U)
         change = -np.linalg.solve(H, gradient)

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def damping(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a damping coefficient of the model."""
+    """Declare a damping coefficient of the model; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=0.0, high=1e15, symbol=symbol)
 
 
@@ -78,6 +78,7 @@ class Compiled:
     def __init__(self, function: Any) -> None:
         inputs = [np.zeros(function.numel_in(k)) for k in range(function.n_in())]
         outputs = [np.zeros(function.numel_out(k)) for k in range(function.n_out())]
+        # CasADi reads and writes these arrays in place, in column-major order; the views below reshape the same memory.
         self._buffer, self._evaluate = function.buffer()
         for k, values in enumerate(inputs):
             self._buffer.set_arg(k, memoryview(values.data))
@@ -143,6 +144,9 @@ def derivative(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any) -> Any:
         x: State, (6,).
         u: Inputs normalised by their limits, (2,).
         b, e: Hull-fixed and earth-fixed disturbance, (3,), (2,).
+
+    Returns:
+        dx, (6,).
     """
     m = model
     psi, surge, sway, yaw = x[2], x[3], x[4], x[5]
@@ -198,6 +202,7 @@ def compile_horizon(model: Model, steps: tuple[float, ...]) -> Horizon:
 
     a = ca.SX.sym("a", 3)
     free = derivative(ca, model, x, ca.SX.zeros(2), ca.SX.zeros(3), ca.SX.zeros(2))
+    # Inverse dynamics: the force beyond the unforced motion that the acceleration a requires, in each degree of freedom.
     missing = ca.vertcat(model.m11, model.m22, model.m33) * (a - free[3:])
     inputs = ca.vertcat(missing[0] / model.tau_1_max, missing[2] / model.tau_2_max)
 
@@ -205,6 +210,7 @@ def compile_horizon(model: Model, steps: tuple[float, ...]) -> Horizon:
         dense = [ca.densify(result) for result in results]
         return Compiled(ca.Function("f", arguments, dense, {"cse": True}))
 
+    # A quadratic programme with bounds on the variables only: its matrix of linear constraints has no rows.
     box = {"h": ca.Sparsity.dense(2 * N, 2 * N), "a": ca.Sparsity(0, 2 * N)}
     return Horizon(
         compiled([x, a], [inputs, missing[1]]),

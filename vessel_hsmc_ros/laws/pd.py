@@ -29,7 +29,7 @@ from vessel_hsmc_ros.laws.terms import Terms
 
 
 def gain(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a non-negative gain, a moment per unit of error, that may be changed while the law runs."""
+    """Declare a non-negative gain that may be changed while the law runs; the arguments are those of `parameter`."""
     return parameter(default, description, unit=unit, low=0.0, high=1e15, symbol=symbol, tunable=True)
 
 
@@ -73,6 +73,7 @@ class PdController(Law[PdParameters]):
         """The wrench for the present errors; see `Law.step`."""
         g = self._gains
         z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
+        # The moment that moves a ship with linear damping along the desired heading without any error.
         feedforward = g.m33 * acceleration.dr + g.d_r * desired.r
         tau_2 = feedforward - g.Kp * z3e - g.Kd * dz3e
         return (g.tau_1, tau_2), Terms(heading_error=z3e, heading_error_rate=dz3e)

@@ -35,6 +35,7 @@ def correct(predicted: Motion, measured: Motion, z_p: float, z_h: float, z_u: fl
     return Motion(
         p.x + (1.0 - z_p) * (y.x - p.x),
         p.y + (1.0 - z_p) * (y.y - p.y),
+        # The difference is wrapped before it is weighted, so that a correction across 180 degrees takes the short way.
         math.remainder(p.psi + (1.0 - z_h) * math.remainder(y.psi - p.psi, TURN), TURN),
         p.u + (1.0 - z_u * z_u) * (y.u - p.u),
         p.v + (1.0 - z_v * z_v) * (y.v - p.v),
@@ -49,6 +50,9 @@ def predict(motion: Motion, du: float, dv: float, dr: float, T: float) -> Motion
         motion: Motion at the start of the period.
         du, dv, dr: Body accelerations, held over the period.
         T: Control period, s.
+
+    Returns:
+        The motion at the end of the period, its heading in [-pi, pi].
     """
     x, y, psi, u, v, r = motion
     middle = psi + 0.5 * T * (r + 0.5 * T * dr)

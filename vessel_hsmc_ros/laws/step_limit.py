@@ -37,6 +37,7 @@ def check_step(parameters: Any, gain: str, slope: str, period: float, law: str) 
     k, c = getattr(parameters, gain), getattr(parameters, slope)
     if (k + c) * period < LIMIT:
         return
+    # Not positive if the slope alone is too large for the period: then only a higher rate helps.
     largest = LIMIT / period - c
     remedy = f"a gain below {largest:g} 1/s or a rate" if largest > 0.0 else "a rate"
     raise InstabilityError(

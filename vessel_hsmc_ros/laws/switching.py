@@ -9,6 +9,7 @@ SWITCHING = ("sgn", "saturation", "tanh")
 
 def sign(value: float) -> float:
     """The signum function of (21) and (27): -1, 0 or 1."""
+    # math.copysign would give ±1 at zero; sgn 0 = 0 keeps a motion exactly on the surface undisturbed.
     if value > 0.0:
         return 1.0
     if value < 0.0:

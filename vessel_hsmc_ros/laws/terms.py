@@ -65,7 +65,11 @@ def diagnosed(terms: Terms, previous_lyapunov: float | None, interval: float) ->
         terms: Terms as returned by the law.
         previous_lyapunov: V_S at the last step; None at the first step, whose rate is 0.
         interval: Time since the last step, s.
+
+    Returns:
+        The terms with weight_norm, lyapunov and lyapunov_rate filled in.
     """
+    # NaN for a law without both surfaces, because NaN propagates.
     lyapunov = 0.5 * (terms.yaw_surface * terms.yaw_surface + terms.surge_surface * terms.surge_surface)
     rate = 0.0 if previous_lyapunov is None else (lyapunov - previous_lyapunov) / interval
     return terms._replace(

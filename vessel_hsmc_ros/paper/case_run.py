@@ -50,6 +50,7 @@ class CaseResult:
 
 def scenario_of(case: Case, nodes: bool = False) -> Scenario:
     """The scenario of a case, for the nodes or for a run in this process."""
+    # The nodes take a scenario with a recorder; the offline loop needs none.
     changes = dict(case.changes) | (for_nodes(recorded=True, real_time=False) if nodes else {})
     scenario = load_scenario(case.scenario, changes)
     if case.rate_hz:
@@ -104,6 +105,9 @@ def run_case_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> Case
         folder: The run folder.
         progress: Called with the simulated time.
 
+    Returns:
+        The measured numbers and the thinned arrays, from the recorded bag.
+
     Raises:
         RunError: a node failed.
         KeyboardInterrupt: the run was interrupted.
@@ -121,13 +125,16 @@ def run_case_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> Case
 
 
 def evaluate_case(case: Case, scenario: Scenario, run: Run, ended_at: float = NAN) -> CaseResult:
-    """Measure a run and thin it.
+    """Measure a run and reduce its arrays to the samples that the figures need.
 
     Args:
         case: The case that was run.
         scenario: The scenario of the run.
         run: Its arrays.
-        ended_at: The time at which the run diverged, if it did.
+        ended_at: The time at which the run diverged, s; NaN if it did not.
+
+    Returns:
+        The measured numbers, the thinned arrays and the prediction of the reduced dynamics.
     """
     vessel = scenario.vessel_sim.vessel.coefficients()
     gains = scenario.controller.hierarchical if scenario.controller.law == "hierarchical" else None
@@ -140,9 +147,11 @@ def thinned(run: Run) -> Run:
     """The samples that a figure needs, and the scalar ones among the law's terms."""
 
     def pick(samples: int) -> NDArray[np.int64]:
+        # unique sorts and removes the overlap of the three ranges; the last sample is always included.
         return np.unique(np.r_[0 : min(FIRST, samples), 0:samples:STRIDE, samples - 1])
 
     rows = pick(len(run.time))
+    # The terms of the law have a row per control period, not per odometry message, hence their own selection.
     control = {name: values[pick(len(values))] for name, values in run.control.items() if values.ndim == 1}
     arrays = {f.name: getattr(run, f.name)[rows] for f in dataclasses.fields(run) if f.name != "control"}
     return Run(**arrays, control=control)
@@ -161,5 +170,7 @@ def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
     if case.exact:
         return ExactModelLaw(controller.hierarchical, controller.vessel, vessel)
     if case.rate_hz:
+        # Constructed for a stable period: its constructor would reject the unstable one. Only the Euler step of the weights
+        # uses it.
         return HierarchicalController(controller.hierarchical, controller.vessel, 0.01)
     return None

@@ -1,4 +1,4 @@
-"""How a claim is tested: numbers of runs against thresholds, all of which must be met."""
+"""Tests of claims: measured numbers of runs compared with thresholds, all of which must be met."""
 
 import math
 from collections.abc import Mapping
@@ -40,6 +40,7 @@ class Check:
     def holds(self, results: Results) -> bool:
         """Whether the thresholds are met."""
         value = self.value(results)
+        # Comparisons with NaN are false, so a number that does not exist meets no threshold.
         return (self.below is None or value < self.below) and (self.above is None or value > self.above)
 
     def measured(self, results: Results) -> str:

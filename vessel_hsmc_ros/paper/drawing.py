@@ -39,6 +39,9 @@ def panels(count: int, height: float = 1.75, ratios: Sequence[float] | None = No
         count: Number of panels.
         height: Height of a panel, inches.
         ratios: Relative heights; equal if not given.
+
+    Returns:
+        The figure and its axes from top to bottom.
     """
     figure = Figure(figsize=(WIDTH, 0.5 + height * count), layout="constrained")
     grid = figure.add_gridspec(count, 1, height_ratios=ratios)
@@ -70,6 +73,7 @@ def pair(axis: Axes, run: Run, column: int, name: str, scale: float = 1.0) -> No
     values, desired = scale * run.state[:, column], scale * run.reference[:, column]
     if column == 2:
         values, desired = unwrapped(run.state[:, 2]), unwrapped(run.reference[:, 2])
+        # Ship and reference may differ by full turns after the unwrapping; they are aligned at the end of the run.
         values -= 360.0 * np.round((values[-1] - desired[-1]) / 360.0)
     axis.plot(run.time, values, color=SHIP, label="ship")
     axis.plot(run.time, desired, color=DESIRED, ls="--", label="desired")
@@ -77,9 +81,16 @@ def pair(axis: Axes, run: Run, column: int, name: str, scale: float = 1.0) -> No
 
 
 def settle(axis: Axes, time: Array, values: Array) -> None:
-    """Scale an axis to the values after the first second."""
+    """Scale the ordinate to the values after the first second.
+
+    Args:
+        axis: Axes to scale.
+        time: Times of the samples, (n,) s.
+        values: The signal that is drawn, (n,).
+    """
     rest = values[time > START] if time[-1] > START else values
     low, high = float(np.min(rest)), float(np.max(rest))
+    # A constant signal has no range: one unit instead.
     margin = 0.08 * (high - low) or 1.0
     axis.set_ylim(low - margin, high + margin)
 
@@ -109,6 +120,7 @@ def track(run: Run) -> Figure:
     """Draw Figures 3 and 7: ship and reference in the plane."""
     figure = Figure(figsize=(5.0, 4.6), layout="constrained")
     axis = figure.add_subplot()
+    # A reference at rest is a point, which a line cannot show.
     moves = float(np.ptp(run.reference[:, :2])) > 0.0
     axis.plot(*run.reference[:, :2].T, color=DESIRED, lw=3.0, alpha=0.6, label="desired" if moves else None)
     axis.plot(*run.state[:, :2].T, color=SHIP, label="ship")

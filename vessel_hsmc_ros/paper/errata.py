@@ -43,6 +43,7 @@ class Finding:
         """Whether both values agree within TOLERANCE."""
         if self.at_most:
             return self.measured(results) <= self.prototype * (1.0 + TOLERANCE)
+        # NaN, a number that our run does not have, does not agree.
         return abs(self.measured(results) / self.prototype - 1.0) <= TOLERANCE
 
 

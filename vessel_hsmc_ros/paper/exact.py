@@ -39,7 +39,8 @@ class ExactModelLaw(Law[HierarchicalParameters]):
         """There is no state to reset."""
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """As `HierarchicalController`; each network is one neuron with the true value as its weight."""
+        """The wrench (22), (28) with exact network outputs; see `Law.step`."""
+        # Each network is one neuron, constantly active, with the true value as its weight.
         f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, self._ship)
         weights = Weights(np.array([f_v]), np.array([f_r]), np.array([f_u]))
         return control(motion, desired, acceleration, weights, ONE_NEURON, self._gains)

@@ -92,7 +92,15 @@ def reduced(outcomes: Mapping[str, tuple[CaseResult, CaseResult]]) -> Figure:
 
 
 def surfaces(run: Run, sway_weight: float, heading_weight: float) -> Figure:
-    """Draw equation (46): the two terms of S1 cancel, and neither is zero."""
+    """Draw equation (46): the two terms of S1 cancel, and neither is zero.
+
+    Args:
+        run: A run of the paper's law.
+        sway_weight, heading_weight: Weights a [rad/m] and b of (20) in this run.
+
+    Returns:
+        The figure.
+    """
     figure, (upper, lower) = panels(2)
     control = run.control
     time, first, second = control["time"], sway_weight * control["sway_surface"], -heading_weight * control["heading_surface"]
@@ -116,6 +124,7 @@ def networks(run: Run) -> Figure:
     for i, (axis, (name, symbol, unit)) in enumerate(zip(axes, names, strict=True)):
         axis.plot(run.time, truth[:, i], color=TRUTH, lw=1.0, label="truth, including the disturbance")
         axis.plot(run.control["time"], run.control[f"{name}_estimate"], color=THIRD, ls="--", label="network")
+        # Scaled to the settled signal, including zero, with room for the legend; the transient of the network is cut off.
         settled = truth[run.time > 20.0, i] if run.time[-1] > 20.0 else truth[:, i]
         low, high = min(float(np.min(settled)), 0.0), max(float(np.max(settled)), 0.0)
         axis.set(ylabel=f"${symbol}$ [{unit}]", ylim=(low - 0.4 * (high - low), high + 0.6 * (high - low)))
@@ -157,6 +166,7 @@ def draw_all(outcomes: Outcomes, folder: Path) -> list[Path]:
         "why_4_networks": lambda: networks(run["circle"]),
     }
     paths = []
+    # A context, so that importing this module leaves the caller's Matplotlib settings unchanged.
     with mpl.rc_context(STYLE):
         for name, make in figures.items():
             paths.append(folder / f"{name}.png")

@@ -36,6 +36,9 @@ def measure(run: Run, vessel: Vessel, gains: HierarchicalParameters | None) -> N
         run: A run of at least two samples, evenly spaced.
         vessel: The plant's coefficients.
         gains: Parameters of the paper's law; None for a run with another law.
+
+    Returns:
+        The numbers; those of surfaces and networks are NaN for another law.
     """
     numbers = _motion(run) | _effort(run, vessel)
     if gains is not None:
@@ -44,7 +47,17 @@ def measure(run: Run, vessel: Vessel, gains: HierarchicalParameters | None) -> N
 
 
 def settling_time(time: Array, values: Array, limit: float) -> float:
-    """The time from which |values| stay below a limit; NaN if they end above it."""
+    """Settling time: the time from which |values| stay below a limit.
+
+    Args:
+        time: Times of the samples, (n,) s.
+        values: The signal, (n,).
+        limit: Half the width of the tolerance band, in the unit of the signal.
+
+    Returns:
+        Time of the first sample after the last one outside of the band, s; NaN if the signal ends outside.
+    """
+    # Negated `<` instead of `>=`: NaN then counts as outside of the band.
     above = np.flatnonzero(~(np.abs(values) < limit))
     if len(above) == 0:
         return float(time[0])
@@ -59,6 +72,7 @@ def _quarter(time: Array, number: int) -> NDArray[np.bool_]:
 
 
 def _at(time: Array, values: Array, instant: float) -> float:
+    # Tolerance of 1 ns for rounded times.
     index = int(np.searchsorted(time, instant - 1e-9))
     return float(values[index]) if index < len(time) else NAN
 
@@ -109,7 +123,7 @@ def _surfaces(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
     time, S1, S2 = control["time"], control["yaw_surface"], control["surge_surface"]
     late = _quarter(time, 3)
     steps = (time[1] - time[0]) * np.array([gains.yaw_switching_gain, gains.surge_switching_gain])
-    floor = 5.0 * float(np.dot(steps, steps))  # a sampled sgn overshoots by up to one step
+    floor = 5.0 * float(np.dot(steps, steps))  # a sampled sgn overshoots by up to one step, eta·T
     return {
         "surge_error_late": rms(control["surge_error"][late]),
         "surge_error_settling_time": settling_time(time, control["surge_error"], SETTLED),
@@ -132,11 +146,13 @@ def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
     """Errors of the network outputs relative to the rms of what they approximate: f plus the disturbance."""
     control = run.control
     late = _quarter(run.time, 3)
+    # The networks compensate what the law does not know: unforced dynamics and disturbance together.
     truth = (run.unforced_acceleration[late] + run.disturbance[late]).T
     names = ("surge", "sway", "yaw")
     outputs = [control[f"{name}_estimate"][_quarter(control["time"], 3)] for name in names]
     errors = {f"{n}_estimate_error": rms(o - f) / rms(f) for n, o, f in zip(names, outputs, truth, strict=True)}
     mu, delta = gains.network.centers(), gains.network.width
+    # Every hundredth sample suffices for the range of the activations.
     H = np.array([activations(Z, mu, delta) for Z in run.state[::100, 3:]])
     weights = sum(control[f"{name}_weights"].shape[-1] for name in names)
     return {**errors, "weights": float(weights), "activation_spread": float(np.max(np.ptp(H, axis=0)))}
@@ -145,6 +161,7 @@ def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
 def _switching(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
     """The switching gains and their lower bounds by (34) in this run, for networks without errors."""
     d1, d2, d3 = np.max(np.abs(run.disturbance), axis=0)
+    # z1, z2 of (9) along the run; (34) must hold at the farthest point.
     x, y, psi = run.state[:, :3].T
     z1, z2 = x * np.cos(psi) + y * np.sin(psi), -x * np.sin(psi) + y * np.cos(psi)
     farthest_1, farthest_2 = np.max(np.abs(z1)), np.max(np.abs(z2))
@@ -166,8 +183,12 @@ def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tu
         run: The run to compare with, which provides the initial state, the reference and the disturbance.
         vessel: Coefficients of (6).
         gains: Parameters of the paper's law.
+
+    Returns:
+        Times, (n,) s, and z2e, (n,) m.
     """
     rows = np.flatnonzero(run.time >= ON_SURFACES)[::STRIDE]
+    # An odd number of samples, because one Runge-Kutta step spans two intervals.
     rows = rows[: len(rows) - 1 + len(rows) % 2]
     if len(rows) < 3 or gains.sway_weight_sign != "constant":
         return np.empty(0), np.empty(0)

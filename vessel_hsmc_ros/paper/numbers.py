@@ -10,7 +10,8 @@ class Numbers:
     """The numbers of one run; NaN where a number does not exist.
 
     `late` denotes the root mean square over the last quarter of the run; `step` the root mean square, over that quarter, of the
-    change from one control period to the next.
+    change from one control period to the next; `share` a fraction; `needed` a lower bound by (34). Units are SI unless a suffix
+    such as `deg` or `in_g` names another.
     """
 
     duration: float = NAN

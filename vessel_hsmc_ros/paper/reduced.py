@@ -95,11 +95,13 @@ def lateral_error(time: Array, reference: Array, disturbance: Array, start: Arra
     errors = np.full((len(time) + 1) // 2, np.nan)
     errors[0] = lateral(0)
     for k in range(0, len(time) - 1, 2):
+        # The reference is given at samples only, so its values at k + 1 serve the middle of a step from k to k + 2.
         k1 = rate(state, k)
         k2 = rate(state + 0.5 * T * k1, k + 1)
         k3 = rate(state + 0.5 * T * k2, k + 1)
         k4 = rate(state + T * k3, k + 2)
         state = state + T / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        # Negated so that NaN ends the integration too.
         if not np.max(np.abs(state)) < RUNAWAY:
             break
         errors[k // 2 + 1] = lateral(k + 2)

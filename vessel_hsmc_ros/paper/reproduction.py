@@ -36,6 +36,7 @@ def run_cases(cases: Sequence[Case], nodes: Path | None, progress: Progress) -> 
         SimulationError, ControlError: a case diverged that is not expected to.
     """
     by_nodes = [case for case in cases if nodes is not None and case.by_nodes]
+    # The longest cases first, so that no long one is left to a single worker at the end.
     offline = sorted((case for case in cases if case not in by_nodes), key=duration_of, reverse=True)
     results = worker_pool.run_all(simulate_case, offline, on_progress=progress)
     by_name = {case.name: result for case, result in zip(offline, results, strict=True)}
@@ -52,6 +53,7 @@ def _run_by_nodes(cases: Sequence[Case], parent: Path, progress: Progress, start
         def add_progress(time: float, start: float = start) -> None:
             progress(start + time)
 
+        # Nodes of a concurrent run in the same namespace would mix their topics with these.
         with scenario_run.reserve_namespace(""):
             results[case.name] = run_case_by_nodes(case, make_case_folder(parent, case), add_progress)
         start += duration_of(case)

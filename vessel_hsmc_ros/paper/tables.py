@@ -42,6 +42,7 @@ def claim_row(claim: Claim, results: Results) -> tuple[str, str, str]:
 def finding_row(finding: Finding, results: Results) -> tuple[str, ...]:
     """A number of the prototype and ours: quantity, prototype, here, ratio, remark."""
     value = finding.measured(results)
+    # An unexplained difference is reported too.
     remark = "" if finding.agrees(results) else f"differs{': ' if finding.reason else ''}{finding.reason}"
     prototype = f"{finding.prototype:g}{finding.unit}"
     return finding.quantity, prototype, f"{formatted(value)}{finding.unit}", f"{value / finding.prototype:.2f}", remark

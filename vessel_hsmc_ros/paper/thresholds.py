@@ -6,6 +6,7 @@ its reference.
 
 from vessel_hsmc_ros.paper.checks import Check
 
+# 2·pi/0.05 rad/s, rounded.
 CYCLE = 126.0
 """Period of case 1's reference, s."""
 

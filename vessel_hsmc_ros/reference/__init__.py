@@ -1,1 +1,1 @@
-"""References to track: the virtual ship, a course, goals, paths."""
+"""References to track: virtual ship, course, goals and paths, with the motion filter that makes them feasible."""

@@ -66,6 +66,7 @@ class CourseReference:
         psi = self._heading.value((self._steps + 0.5) * self._period)
         x, y = self._position
         distance = self._speed * self._period
+        # Midpoint rule: psi is the heading in the middle of the period.
         self._position = x + distance * math.cos(psi), y + distance * math.sin(psi)
         self._steps += 1
         self._read()

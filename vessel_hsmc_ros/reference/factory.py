@@ -40,6 +40,7 @@ class Reference(Protocol):
 
 
 def _course(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    # The heading of a course reference is given by its program, so the initial heading is not used.
     x, y = parameters.initial_pose[:2]
     return CourseReference(parameters.course, (x, y), period)
 

@@ -1,6 +1,6 @@
 """Goals: a pose to reach and keep, or a stream of poses that move.
 
-A goal at rest is approached in stages: turn the bow towards it, or the stern if it is near and astern; go there; stop; turn to
+A stationary goal is approached in stages: turn the bow towards it, or the stern if it is near and astern; go there; stop; turn to
 its heading on the spot. A moving goal, which a stream of poses defines, is followed by line-of-sight guidance along its course,
 with its speed and yaw rate as feedforward. Its future motion is unknown, so the reference follows with a small lag.
 """
@@ -56,10 +56,14 @@ def estimate_velocity(last: Target, new: Target, elapsed: float) -> Target:
     Args:
         last: The previous goal.
         new: The new goal, without velocity.
-        elapsed: Time between the two, s; above STREAM_GAP the new goal is at rest.
+        elapsed: Time between the two, s; above STREAM_GAP the new goal is stationary.
+
+    Returns:
+        The new goal, with velocity and yaw rate if the two belong to one stream.
     """
     if not 0.0 < elapsed <= STREAM_GAP:
         return new
+    # First-order low-pass with a time constant of 1 s; the first difference of a stream initialises it.
     share = 1.0 if last.speed == 0.0 else min(1.0, elapsed)
     return new._replace(
         dx=last.dx + share * ((new.x - last.x) / elapsed - last.dx),
@@ -126,7 +130,7 @@ class GoalReference:
         self._set_scheduled()
 
     def go_to(self, x: float, y: float, psi: float) -> None:
-        """Set a goal at rest.
+        """Set a stationary goal.
 
         Args:
             x, y: Position, m.
@@ -144,17 +148,18 @@ class GoalReference:
             stamp: Time of the measurement, s; None if it is unknown, then the present time counts.
         """
         last, now = self._target, self.time
+        # A stationary goal that is published repeatedly is not a stream and must not restart the approach.
         if (x, y, psi) == last[:3] and last.speed == 0.0:
             self._target = last._replace(time=now, stamp=stamp)
             return
         elapsed = now - last.time if stamp is None or last.stamp is None else stamp - last.stamp
         self._target = estimate_velocity(last, Target(x, y, psi, now, stamp), elapsed)
-        if self._target.speed > 2.0 * self._motion.limits.speed:  # not a stream but a new place
+        if self._target.speed > 2.0 * self._motion.limits.speed:  # a jump to a new goal, not a stream
             self._target = Target(x, y, psi, now, stamp)
         self._begin_stage(self._target)
 
     def target(self) -> Target:
-        """The present goal: extrapolated while a stream continues, at rest after its end."""
+        """The present goal: extrapolated while a stream continues, stationary after its end."""
         target, elapsed = self._target, self.time - self._target.time
         if target.speed == 0.0:
             return target
@@ -178,17 +183,19 @@ class GoalReference:
         x, y, psi = self.state[:3].tolist()
         distance = math.hypot(target.x - x, target.y - y)
         bearing = math.atan2(target.y - y, target.x - x)
+        # Abaft the beam: more than 90 degrees off the bow.
         astern = abs(wrap(bearing - psi)) > 0.5 * math.pi
         self._arrived = distance < REACHED and target.speed == 0.0
         self._ahead = -1.0 if astern and distance < self._astern_distance else 1.0
         self._direction = bearing if self._ahead > 0.0 else wrap(bearing + math.pi)
 
     def _approach(self, target: Target) -> tuple[float, float]:
-        """Setpoints of surge speed and yaw rate for a goal at rest."""
+        """Setpoints of surge speed and yaw rate for a stationary goal."""
         x, y, psi, u = self.state[:4].tolist()
         dx, dy = target.x - x, target.y - y
         distance = math.hypot(dx, dy)
         stopped = abs(u) < STOPPED_SPEED
+        # Near the goal the bearing rotates quickly, so it is kept constant, unless the ship has stopped short of the goal.
         if not self._arrived and (distance > HELD_BEARING or (stopped and distance > REACHED)):
             bearing = math.atan2(dy, dx)
             self._direction = bearing if self._ahead > 0.0 else wrap(bearing + math.pi)
@@ -197,6 +204,7 @@ class GoalReference:
         error = wrap(heading - psi)
         factor = 1.0 if self._arrived else speed_factor(error, distance)
         u_c = factor * surge_setpoint(self._motion, along)
+        # The stage has ended with a stop: either the position is reached, or the approach is repeated from here.
         if not self._arrived and stopped and abs(along) < STOPPED_DISTANCE and abs(error) < STOPPED_ANGLE:
             self._begin_stage(target)
         return u_c, yaw_rate_setpoint(self._motion, error)
@@ -205,6 +213,7 @@ class GoalReference:
         """Setpoints of surge speed and yaw rate for a moving goal."""
         course = math.atan2(target.dy, target.dx)
         x, y = float(self.state[0]) - target.x, float(self.state[1]) - target.y
+        # Along-track and cross-track error in the frame of the goal's course.
         along, across = x * math.cos(course) + y * math.sin(course), -x * math.sin(course) + y * math.cos(course)
         u_c = target.speed - surge_setpoint(self._motion, along)
         return follow_line(self._motion, course, across, u_c, target.r)

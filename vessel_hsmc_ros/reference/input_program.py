@@ -82,6 +82,7 @@ class InputProgram:
             previous: The programme that this one replaces.
             time: Time of the change since the start, s.
         """
+        # Equal angles frequency·time + offset at the time of the change.
         self._offset = previous._offset + (previous._sine.frequency - self._sine.frequency) * time
 
     def value(self, time: float) -> float:
@@ -101,6 +102,7 @@ class InputProgram:
         """Value and slope of the ramp; at a point, the slope to its right."""
         t, y = self._ramp.times, self._ramp.values
         after = bisect.bisect_right(t, time + EARLY)
+        # Outside of its points the ramp is constant, so its slope is zero.
         if after == 0:
             return y[0], 0.0
         if after == len(t):
@@ -116,6 +118,9 @@ def program_of(parameters: Any, name: str, owner: str) -> InputProgram:
         parameters: Dataclass with the fields `name`, `name_sine`, `name_steps` and `name_ramp`.
         name: Name of the constant.
         owner: Name of the node or group of the parameters, for error messages.
+
+    Returns:
+        The input as a function of time.
 
     Raises:
         ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.

@@ -78,6 +78,7 @@ class FilteredMotion:
             r_c: Yaw-rate setpoint, rad/s; limited to the largest yaw rate.
         """
         u_c, r_c = clip(u_c, self.limits.speed), clip(r_c, self.limits.yaw_rate)
+        # Velocity and acceleration are integrated with the pose, so that all published derivatives are consistent.
         h, s = self._period, np.array([*self.state, self._a, self._alpha])
         k1 = self._derivative(s, u_c, r_c)
         k2 = self._derivative(s + 0.5 * h * k1, u_c, r_c)
@@ -90,6 +91,7 @@ class FilteredMotion:
         """The time derivative of x, y, psi, u, v, r, a, alpha."""
         psi, u, v, r, a, alpha = s[2:].tolist()
         c, sine = math.cos(psi), math.sin(psi)
+        # The acceleration demand is limited before the second lag, so that the acceleration itself stays within its limit.
         jerk = (clip((u_c - u) / T_F, self.limits.acceleration) - a) / T_A
         yaw_jerk = (clip((r_c - r) / T_F, self.limits.yaw_acceleration) - alpha) / T_A
         dv = unforced_acceleration(u, v, r, self._vessel)[1]

@@ -76,6 +76,7 @@ class PathReference:
         self._parameters = parameters
         self._period = period
         self._known = points_of(parameters)
+        # The final approach shares the motion filter, so that the transition is continuous.
         self._end = GoalReference(motion, GoalParameters(astern_distance=goal.astern_distance), period)
         self.reset()
 
@@ -108,6 +109,7 @@ class PathReference:
             raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")
         x, y, psi = self.state[:3].tolist()
         course, corners = psi, [(x, y)]
+        # Repeated waypoints would give legs without a direction.
         for point in points:
             if math.dist(corners[-1], point) > DISTINCT:
                 course = math.atan2(point[1] - corners[-1][1], point[0] - corners[-1][0])
@@ -139,6 +141,7 @@ class PathReference:
         along, across, length, course = self._track_position()
         speed = self._motion.limits.speed
         if len(self._legs) == 1:
+            # On the last leg the ship brakes along the curve that ends at the waypoint.
             speed = surge_setpoint(self._motion, max(length - along, 0.0))
         self._motion.advance(*follow_line(self._motion, course, across, speed, lookahead=LEG_LOOKAHEAD))
 
@@ -152,6 +155,7 @@ class PathReference:
 
     def _leg_completed(self) -> bool:
         """Whether to switch to the next leg, or to the goal at the end of the last one."""
+        # The last leg ends before its waypoint, where the approach to the goal plans the stop.
         along, across, length, _ = self._track_position()
         if len(self._legs) == 1:
             return along >= length - END

@@ -25,7 +25,11 @@ def approach(distance: float, braking: float, largest: float) -> float:
         distance: Distance to go, m, or angle, rad; its sign is that of the result.
         braking: Deceleration to plan with, m/s² or rad/s².
         largest: Largest speed, m/s or rad/s.
+
+    Returns:
+        Speed, m/s, or yaw rate, rad/s, with the sign of the distance.
     """
+    # The smallest of the three bounds: proportional, braking curve, largest speed.
     magnitude = abs(distance)
     return math.copysign(min(GAIN * magnitude, math.sqrt(2.0 * braking * magnitude), largest), distance)
 
@@ -43,6 +47,9 @@ def yaw_rate_setpoint(motion: FilteredMotion, angle: float, feedforward: float =
         motion: The reference's motion.
         angle: Angle to turn by, rad, wrapped.
         feedforward: Yaw rate of the desired heading, rad/s.
+
+    Returns:
+        Yaw rate, rad/s; the motion filter limits it.
     """
     limits = motion.limits
     return feedforward + approach(angle, 0.5 * limits.yaw_acceleration, limits.yaw_rate)
@@ -73,6 +80,7 @@ def follow_line(
         Surge speed [m/s] and yaw rate [rad/s].
     """
     psi, u, v = motion.state[2:5].tolist()
+    # The sideslip angle: an underactuated hull moves along its course, not along its heading.
     drift = math.atan2(v, max(u, LEAST_SPEED))
     error = wrap(course - math.atan(cross_track / lookahead) - drift - psi)
     return speed * max(0.0, math.cos(error)), yaw_rate_setpoint(motion, error, clip(yaw_rate, motion.limits.yaw_rate))

@@ -85,6 +85,7 @@ class ReferenceShip:
         Raises:
             ParameterError: the times of an input's programme do not fit its values.
         """
+        # Validate the new inputs first: if they are rejected, the old ones stay in effect.
         surge_force, yaw_moment = self._programs(parameters)
         time = self._steps * self._period
         surge_force.continue_phase(self._surge_force, time)

@@ -1,1 +1,1 @@
-"""Scenarios, suites and run folders: what runs, declared and checked."""
+"""Scenarios and suites, declared and validated, and the folders of their runs."""

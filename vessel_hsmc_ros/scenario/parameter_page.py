@@ -23,6 +23,7 @@ def _table(cls: type) -> str:
         shown = f"{default:g}" if isinstance(default, float) else str(default)
         mark = " *" if entry.tunable else ""
         symbol = f"`{entry.symbol}`" if entry.symbol else ""
+        # A bar would end the cell of the table.
         meaning = entry.description.replace("|", "&#124;")
         rows.append(f"| `{name}`{mark} | {shown} | {entry.allowed} | {symbol} | {meaning} |")
     return "\n".join(rows) + "\n"

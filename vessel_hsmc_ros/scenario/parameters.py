@@ -124,6 +124,7 @@ class MarkerParameters(CommonParameters):
     rate_hz: float = parameter(10.0, "Rate of the markers.", unit="Hz", low=0.1, high=100.0)
     path_rate_hz: float = parameter(1.0, "Rate of the paths.", unit="Hz", low=0.1, high=100.0)
     path_poses: int = parameter(4000, "Number of poses of a path; older ones are dropped.", low=2, high=100_000)
+    # The hull is drawn only; the dimensions that cause wave loads are parameters of the plant.
     hull: Hull = group(Hull)
 
 

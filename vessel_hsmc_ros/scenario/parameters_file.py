@@ -66,6 +66,7 @@ def read_parameters(text: str, nodes: Sequence[str], source: str) -> dict[str, d
 
 def dump_parameters(values: Mapping[str, Mapping[str, object]]) -> str:
     """Write the flat parameters of nodes as a ROS parameters file, valid in every namespace."""
+    # The wildcard matches the node in every namespace, so that the file can be used for a second vessel too.
     document = {f"/**/{node}": {"ros__parameters": tree(parameters)} for node, parameters in values.items()}
     return yaml.safe_dump(document, sort_keys=False)
 
@@ -97,6 +98,7 @@ def in_one_line(error: Exception) -> str:
 
 
 def _nodes_of_section(section: str, nodes: Sequence[str], source: str) -> Sequence[str]:
+    # Only the last part of a fully qualified node name matters here: a scenario describes one vessel.
     node = section.rsplit("/", 1)[-1]
     if node in ("*", "**"):
         return nodes

@@ -16,7 +16,11 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Paths inside a run folder."""
+    """Paths inside the folder of one run.
+
+    Attributes:
+        path: The folder itself.
+    """
 
     path: Path
 
@@ -79,6 +83,7 @@ def make_run_folder(parent: Path, name: str) -> RunFolder:
         path = parent / (stem if attempt == 0 else f"{stem}_{attempt + 1}")
         try:
             path.mkdir(parents=True)
+        # mkdir is atomic, so runs that start at the same time get different folders.
         except FileExistsError:
             if not path.exists():
                 raise RunError(f"run folder {path} cannot be made: {parent} is not a folder") from None
@@ -112,6 +117,7 @@ def _git_commit() -> str | None:
             timeout=5.0,
             check=True,
         )
+    # No git, or an installed package: provenance is information and must not fail a run.
     except (OSError, subprocess.SubprocessError):
         return None
     return described.stdout.strip()

@@ -1,4 +1,4 @@
-"""A scenario: the parameters of all nodes from one ROS parameters file, read without ROS and checked as a whole."""
+"""A scenario: the parameters of all nodes from one ROS parameters file, read without ROS and validated together."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -24,7 +24,12 @@ from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_lin
 
 @dataclass(frozen=True)
 class Scenario:
-    """The parameters of a closed loop, resolved and checked."""
+    """The parameters of a closed loop, resolved and validated.
+
+    Attributes:
+        name: Name of the scenario, for run folders and reports.
+        vessel_sim, reference_ship, controller, recorder: Parameters of the nodes.
+    """
 
     name: str
     vessel_sim: SimParameters
@@ -73,6 +78,9 @@ def parse_scenario(
         changes: Values by `node.parameter`.
         source: Where the text comes from, for error messages.
 
+    Returns:
+        The validated scenario.
+
     Raises:
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
@@ -87,6 +95,8 @@ def parse_scenario(
     parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
     scenario = Scenario(name, **parts)
     _check_rates(scenario)
+    # Law and reference are constructed only to validate what single parameters cannot show: stability at the rate, lengths of
+    # lists.
     make_law(scenario.controller)
     make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
     return scenario
@@ -99,6 +109,9 @@ def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str,
         recorded: A recorder takes part.
         real_time: Run in real time whatever the scenario chooses.
         namespace: The nodes' namespace, without slashes at its ends; their frames are prefixed with it.
+
+    Returns:
+        Changes by `node.parameter`, as `load_scenario` takes them.
     """
     changes: dict[str, object] = {f"{node}.recorded": recorded for node in NODES}
     if namespace:
@@ -149,6 +162,7 @@ def _check_rates(scenario: Scenario) -> None:
     """
     if not scenario.controller.lockstep:
         return
+    # In lockstep a control period may only begin at an instant for which both messages exist.
     law = RateGrid(scenario.controller.rate_hz)
     for node in ("vessel_sim", "reference_ship"):
         rate_hz = getattr(scenario, node).rate_hz

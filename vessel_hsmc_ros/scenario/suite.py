@@ -73,9 +73,11 @@ def judge(row: Row, run: Run) -> Verdict:
     distance = position_error(run.state, run.reference)
     begin = run.time[0] + WINDOWS[row.over] * (run.time[-1] - run.time[0])
     late = distance[run.time >= begin]
+    # The lower bound prevents a division by zero for a run that starts on its reference.
     excursion = float(distance.max() / max(distance[0], 1e-9))
     values = rms(late), float(late.max()), excursion
     limits = row.at_most, row.largest, row.excursion
+    # NaN compares as false, so a run that is not finite misses every limit.
     hit = all(limit is None or value <= limit for value, limit in zip(values, limits, strict=True))
     return Verdict(*values, hit)
 
@@ -129,8 +131,10 @@ def _row(entry: Any, shared: Mapping[str, object], path: Path) -> Row:
     limits: dict[str, float] = {}
     for key in _LIMITS:
         if entry.get(key) is not None:
+            # YAML reads `on` and `yes` as flags, and bool is a subclass of int: `at_most: yes` would pass as 1.
             if isinstance(entry[key], bool) or not isinstance(entry[key], int | float) or not entry[key] > 0.0:
                 raise ScenarioError(f"{path}: {key} = {entry[key]} of row {name} is not allowed: it takes a number above 0")
             limits[key] = float(entry[key])
+    # Later entries of a dict display win: the changes of the row override the shared ones.
     changes = {**shared, **(entry.get("set") or {})}
     return Row(name, str(entry.get("scenario", SCENARIO)), changes, over, **limits)
