@@ -1,4 +1,4 @@
-"""A client without ROS watches a run through the Foxglove WebSocket protocol, and the run does not notice."""
+"""A client without ROS observes a run through the Foxglove WebSocket protocol without affecting it."""
 
 import json
 import signal
@@ -23,7 +23,7 @@ pytest.importorskip("foxglove")
 SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"]
 MESSAGE, TIME = 1, 2
 DURATION = 3600.0
-"""Longer than any run here lasts: its watcher ends it, having seen enough, s."""
+"""Duration of the runs, s, longer than any test takes: the test interrupts a run when it has received what it checks."""
 
 DEADLINE = 120.0
 
