@@ -25,7 +25,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.runs.processes import MODULES
 
 WELL_UNDER_WAY = 1_500_000
-"""Bytes of a bag that holds more than the 500 steps that are asked for below; a step takes some 1250."""
+"""Bytes of a bag that holds more than the 500 steps that the tests require; a step takes some 1250."""
 
 
 def started(start: Any, *arguments: Any) -> Any:

@@ -41,7 +41,7 @@ def live_run(folder: Any, port: Any) -> Any:
 def connect(port: Any, command: Any, end: Any) -> Any:
     while True:
         try:
-            # Nobody reads what comes during the farewell, so it would last as long as it may.
+            # A closing handshake would last until its time limit, because the test reads no message meanwhile.
             return client.connect(f"ws://127.0.0.1:{port}", subprotocols=SUBPROTOCOLS, close_timeout=0.1)
         except OSError:
             assert command.popen.poll() is None, f"the run ended before the live view was there:\n{command.text}"
@@ -56,9 +56,9 @@ def watch(connection: Any, wanted: Any, end: Any) -> Any:
         assert time.monotonic() < end, f"nothing came on {wanted - found.keys()}"
         received = connection.recv(timeout=max(0.1, end - time.monotonic()))
         if isinstance(received, str):
-            said = json.loads(received)
-            for channel in said.get("channels", ()):
-                if said["op"] == "advertise" and channel["topic"] in wanted:
+            event = json.loads(received)
+            for channel in event.get("channels", ()):
+                if event["op"] == "advertise" and channel["topic"] in wanted:
                     channels[channel["id"]] = channel
                     pair = {"id": channel["id"], "channelId": channel["id"]}
                     connection.send(json.dumps({"op": "subscribe", "subscriptions": [pair]}))

@@ -82,7 +82,7 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     offset = index.chunk_start_offset
     try:
         stream.seek(offset + RECORD_HEADER.size)
-        # No more than the chunk's own bytes: a damaged length within them could ask for any amount of memory.
+        # No more than the chunk's own bytes: a damaged length within them could request any amount of memory.
         return _uncompressed(Chunk.read(_stream(stream.read(index.chunk_length - RECORD_HEADER.size))))
     except DAMAGE:
         raise BagError(f"{path} is damaged at byte {offset}: `vessel-hsmc recover` makes the rest of it readable") from None
