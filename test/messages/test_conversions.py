@@ -7,6 +7,7 @@ import pytest
 from bag_making import STATUS, STORE, message
 from message_reading import read_acceleration, read_control_state, read_disturbance
 
+from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.laws.terms import diagnosed
 from vessel_hsmc_ros.messages import conversions
@@ -78,8 +79,8 @@ def test_diagnostics_are_those_of_the_nodes_directly_in_a_namespace(namespace: s
 
 
 def test_values_that_are_not_finite_are_named() -> None:
-    assert conversions.not_finite(STATE, ACCELERATION) is None
-    state, acceleration = STATE.copy(), ACCELERATION.copy()
-    state[2], acceleration[1] = math.nan, math.inf
+    state, acceleration = as_motion(STATE), as_acceleration(ACCELERATION)
+    assert conversions.not_finite(state, acceleration) is None
+    state, acceleration = state._replace(psi=math.nan), acceleration._replace(dv=math.inf)
     assert conversions.not_finite(state) == "heading = nan"
     assert conversions.not_finite(state, acceleration) == "heading = nan, sway acceleration = inf"
