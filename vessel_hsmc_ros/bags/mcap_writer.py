@@ -74,12 +74,15 @@ class McapFile:
         return number
 
     def add_channel(self, topic: str, schema: int, metadata: Mapping[str, str]) -> int:
-        """Add a cdr channel; returns its id.
+        """Add a channel of CDR messages.
 
         Args:
             topic: Its name.
             schema: The id of its type's schema.
             metadata: QoS profiles and type hash, as rosbag2 names them.
+
+        Returns:
+            The id of the channel.
         """
         number = len(self.contents.channels) + 1
         channel = Channel(id=number, topic=topic, message_encoding="cdr", schema_id=schema, metadata=dict(metadata))

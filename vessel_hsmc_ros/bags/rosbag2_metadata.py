@@ -63,6 +63,9 @@ def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping
         topics: The bag's topics with their counts.
         files: Its files in order.
         notes: Further texts by name, its `custom_data`.
+
+    Returns:
+        The value of `rosbag2_bagfile_information`.
     """
     starts = [file.start for file in files if file.start is not None]
     start, end = min(starts, default=0), max(file.end for file in files)

@@ -70,6 +70,9 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         vessel: The plant's coefficients, which convert the disturbance from forces to accelerations.
         weights: Whether to include the networks' weights.
 
+    Returns:
+        The arrays of the run; its time is zero at the first common stamp.
+
     Raises:
         BagError: there is no such stamp.
     """

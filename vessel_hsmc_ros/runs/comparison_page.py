@@ -127,7 +127,13 @@ def _record(outcome: LawRun) -> dict[str, Any]:
 
 
 def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
-    """Draw the tracks of all laws with the reference, and their position errors over time."""
+    """Draw the tracks of all laws with the reference, and their position errors over time.
+
+    Args:
+        row: The case, whose limit is drawn.
+        outcomes: Its runs; those without lines are omitted.
+        path: The PNG file.
+    """
     import matplotlib as mpl  # imported here: it takes longer than simulating a minute
     from matplotlib.figure import Figure
 

@@ -103,6 +103,9 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
         parent: Folder in which the run folder is created.
         progress: Called with the simulated time.
 
+    Returns:
+        The result, with its metrics.
+
     Raises:
         ScenarioError: the scenario has no duration.
         SimulationError, ControlError: the closed loop diverges.

@@ -67,6 +67,9 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
         scenario: The bag's own scenario, or a modified one to see the difference.
         namespace: Namespace of the vessel, if the bag holds several.
 
+    Returns:
+        The recorded and the recomputed commands.
+
     Raises:
         BagError: the bag lacks a topic, or was recorded in real time.
         ControlError: the law is not defined for a recorded input.
