@@ -185,7 +185,7 @@ def test_a_changed_disturbance_acts_from_the_next_step_on(bench: Any, helm: Any)
     assert bench.set_parameters("vessel_sim", **changes).successful
     helm.command(0)
     bench.until(lambda: len(helm.disturbance) == 2)
-    loads = [conv.read_disturbance(m) for m in helm.disturbance]
+    loads = [read_disturbance(m) for m in helm.disturbance]
     assert loads[0] == (1100.0, 2600.0, 95000.0)
     assert loads[1] == pytest.approx((5e3 * (1 + 0.5 * 0.01), 2600.0 * (1 + 0.5 * 0.01), 95e3 * (1 + 0.5 * 0.01)), rel=1e-4)
 
