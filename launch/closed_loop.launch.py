@@ -1,8 +1,8 @@
-"""The closed loop: plant, reference ship, controller, and a recorder if wanted.
+"""The closed loop: plant, reference ship, controller, and by default a recorder.
 
 ros2 launch vessel_hsmc_ros closed_loop.launch.py scenario:=case2_tracking record:=true
 
-It ends with the plant. The exit code is 0 when every node ended well, else 1.
+The launch ends with the plant. Its exit code is 0 if every node exited with 0, else 1.
 """
 
 from collections.abc import Callable
@@ -26,14 +26,14 @@ from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario, scenario_names
 
 HELD = ExitStack()
-"""The lock that keeps a second run out of the ROS domain and namespace, held for as long as this process lives."""
+"""Holds the lock of the ROS domain and namespace until this process ends, so that a second run is refused."""
 
 
 def start_nodes(context: LaunchContext) -> list[Any]:
     """The node actions, on a resolved parameters file in a run folder of their own.
 
     Raises:
-        RunError: another run on this machine uses the ROS domain and namespace; it goes on.
+        RunError: another run on this machine uses the ROS domain and namespace.
     """
     arguments = {name: LaunchConfiguration(name).perform(context) for name in ("scenario", "law", "output", "namespace")}
     flags = {name: LaunchConfiguration(name).perform(context) == "true" for name in ("record", "real_time")}
@@ -61,9 +61,9 @@ def start_nodes(context: LaunchContext) -> list[Any]:
 
 
 def end_with(name: str) -> Callable[[ProcessExited, LaunchContext], Any]:
-    """What launch does when a node has ended: it ends all of them, and fails unless the plant has finished the run.
+    """The exit handler of a node: shut down all nodes, with an error unless the plant has completed the run.
 
-    An exception is the way to give `ros2 launch` an exit code: its message is logged, everything is shut down, the code is 1.
+    Only an exception gives `ros2 launch` a nonzero exit code: its message is logged, all nodes are shut down, the code is 1.
     """
 
     def on_exit(event: ProcessExited, context: LaunchContext) -> Any:

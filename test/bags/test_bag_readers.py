@@ -46,7 +46,7 @@ def split_by_duration(directory: Path) -> Made:
 
 
 def killed(directory: Path) -> Made:
-    """The recorder was killed after a flush."""
+    """A bag whose recorder was killed after a flush."""
     writer = BagWriter(directory)
     return write_run(directory, STEPS, close=False, writer=writer), STEPS
 
@@ -58,7 +58,7 @@ def recovered_after_a_kill(directory: Path) -> Made:
 
 
 def cut_off(directory: Path) -> Made:
-    """The machine lost power: the file ends anywhere, within a record."""
+    """A bag of a machine that lost power: the file ends within a record."""
     sent = write_run(directory, STEPS)
     path = directory / f"{directory.name}_0.mcap"
     path.write_bytes(path.read_bytes()[: path.stat().st_size * 3 // 4])
@@ -148,7 +148,7 @@ def damaged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Sent, Repai
 
 
 @pytest.mark.parametrize("name", READERS)
-def test_a_damaged_chunk_costs_that_chunk_and_no_more(damaged: tuple[Path, Sent, Repair], name: str) -> None:
+def test_a_damaged_chunk_loses_only_its_own_messages(damaged: tuple[Path, Sent, Repair], name: str) -> None:
     directory, sent, _ = damaged
     found = READERS[name](directory)
     assert STEPS - 90 < len(found["/odom"]) < STEPS

@@ -60,7 +60,7 @@ def test_metadata_has_every_key_that_rosbag2_requires(tmp_path: Path) -> None:
 
 @pytest.fixture
 def full_disk() -> Iterator[None]:
-    """No file may grow beyond 200 kB."""
+    """Limit the size of files to 200 kB."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, before[1]))
     yield

@@ -17,7 +17,7 @@ def test_without_a_terminal_progress_is_a_title_and_the_given_lines(capsys: pyte
     assert captured.out == ""
 
 
-def test_progress_towards_an_open_end_names_no_total(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_of_unknown_length_shows_no_total(capsys: pytest.CaptureFixture[str]) -> None:
     with progress_bar("running case2_tracking", 0.0) as update:
         update(3.0)
     assert capsys.readouterr().err.splitlines() == ["running case2_tracking"]

@@ -34,7 +34,7 @@ class Bench:
         self.nodes: list[Any] = []
 
     def start(self, node_class: Any, lockstep: bool = True, **parameters: Any) -> Any:
-        """A node under test, in lockstep unless stated otherwise; `__` in the name of a parameter stands for a dot."""
+        """Start a node under test, in lockstep by default; `__` in the name of a parameter stands for a dot."""
         values = {"lockstep": lockstep, **parameters}
         overrides = [Parameter(name.replace("__", "."), value=value) for name, value in values.items()]
         node = node_class(context=self.context, parameter_overrides=overrides)
@@ -43,7 +43,7 @@ class Bench:
         return node
 
     def stop(self, node: Any) -> None:
-        """Take a node away."""
+        """Remove and destroy a node."""
         self.nodes.remove(node)
         self.executor.remove_node(node)
         node.destroy_node()
@@ -52,13 +52,13 @@ class Bench:
         return self.probe.create_publisher(kind, topic, qos.data(lockstep))
 
     def collect(self, kind: Any, topic: str, profile: QoSProfile | None = None) -> list[Any]:
-        """A list that fills with the messages of a topic."""
+        """Subscribe to a topic; returns a list to which its messages are appended."""
         messages: list[Any] = []
         self.probe.create_subscription(kind, topic, messages.append, profile or qos.LOSSLESS)
         return messages
 
     def until(self, condition: Callable[[], T], deadline: float = DEADLINE) -> T:
-        """Spin until the condition holds; its value then."""
+        """Spin until the condition holds; returns its value. The test fails after the deadline, s."""
         end = time.monotonic() + deadline
         while not (result := condition()):
             assert time.monotonic() < end, f"the condition did not hold within {deadline:g} s"
@@ -66,7 +66,7 @@ class Bench:
         return result
 
     def spin(self, seconds: float) -> None:
-        """Spin for a while, to see that something does not happen."""
+        """Spin for a time, s, to show that something does not happen."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.executor.spin_once(timeout_sec=0.02)
@@ -78,7 +78,7 @@ class Bench:
         return self.until(lambda: future.done() and future.result())
 
     def set_parameters(self, node: str, **values: Any) -> Any:
-        """The result of setting parameters of a node, all of them at once; `__` in a name stands for a dot."""
+        """Set parameters of a node atomically and return the result; `__` in a name stands for a dot."""
         client = AsyncParameterClient(self.probe, node)
         self.until(client.services_are_ready)
         changes = [Parameter(name.replace("__", "."), value=value) for name, value in values.items()]
@@ -94,7 +94,7 @@ class Bench:
 
 
 class SimulatedTime:
-    """A /clock of the test's own. Time passes in ticks of 2.5 ms, and every node has seen a tick before the next."""
+    """Publishes /clock in ticks of 2.5 ms; every node has received a tick before the next one is published."""
 
     TICK = 2_500_000
 
@@ -104,16 +104,22 @@ class SimulatedTime:
         self._clock = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
 
     def jump(self, nanoseconds: int) -> None:
-        """Let time pass at once."""
+        """Advance the clock in one step, ns, and serve what becomes ready."""
         self._bench.until(lambda: self._clock.get_subscription_count() >= len(self._bench.nodes))
         self.now += nanoseconds
         self._clock.publish(Clock(clock=conversions.time_message(self.now)))
         self._bench.until(lambda: all(node.now() == self.now for node in self._bench.nodes))
-        for _ in range(4):  # timers that this instant has made ready, and what they have published
+        # Timers that this instant has made ready, and the messages that their callbacks publish.
+        for _ in range(4):
             self._bench.executor.spin_once(timeout_sec=0.0)
 
     def run(self, seconds: float, every_tick: Callable[[], None] = lambda: None) -> None:
-        """Let time pass tick by tick."""
+        """Advance the clock tick by tick, calling `every_tick` after each.
+
+        Args:
+            seconds: Simulated time to pass, s.
+            every_tick: Called after each tick.
+        """
         for _ in range(round(seconds * 1e9) // self.TICK):
             self.jump(self.TICK)
             every_tick()

@@ -1,4 +1,4 @@
-"""The start-up handshake of a node, on a ROS graph of the tests' own."""
+"""The start-up handshake of a node, on a simulated ROS graph."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -32,7 +32,7 @@ def missing(readers: list[Any], connected: int, partner: str = "/cmd_wrench", re
     return connections.missing_reader(publisher, partner)
 
 
-def test_every_reader_of_the_graph_must_be_connected_lest_it_loses_the_first_messages() -> None:
+def test_publishing_starts_only_when_every_discovered_reader_is_connected() -> None:
     readers = [endpoint("controller"), endpoint("recorder")]
     assert missing(readers, connected=1) == "a connection with all 2 readers of /odom"
     assert missing(readers, connected=2) == ""
@@ -43,7 +43,7 @@ def test_a_reader_that_does_not_publish_the_partner_topic_is_not_enough() -> Non
 
 
 def test_a_reader_of_incompatible_quality_of_service_is_not_waited_for() -> None:
-    latched = endpoint("latecomer", qos.CLOCK)  # it wants what a volatile publisher does not offer
+    latched = endpoint("latecomer", qos.CLOCK)  # it requests transient local durability, which the publisher does not offer
     assert missing([endpoint("controller"), latched], connected=1) == ""
 
 

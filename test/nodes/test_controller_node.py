@@ -206,7 +206,7 @@ def test_odometry_without_a_reference_of_its_stamp_is_reported_with_both_stamps(
     bench.until(lambda: statuses[-1].status[0].message == "running")
 
 
-def test_references_that_no_odometry_answers_are_forgotten(bench: Any, plant: Any) -> None:
+def test_references_without_matching_odometry_are_limited_in_number(bench: Any, plant: Any) -> None:
     node = plant.connect(bench.start(ControllerNode))
     for k in range(2500):
         plant.send_reference(k)

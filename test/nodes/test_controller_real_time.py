@@ -40,7 +40,7 @@ def status(bench: Any) -> Any:
 
 
 def test_the_law_runs_at_its_rate_half_a_period_after_the_odometry(sea: RealTimePlant) -> None:
-    """A law that fires together with the odometry takes now the new, now the old one, and may become unstable."""
+    """A law that runs at the instant of the odometry would use the new message in one period and the old one in the next."""
     sea.start(ControllerNode)
     sea.run(0.3)
     stamps = np.array(sea.stamps())
@@ -143,7 +143,7 @@ def test_missed_periods_are_counted_in_the_control_state(sea: RealTimePlant, sim
     assert sea.states[-1].missed_periods in (19, 20)
 
 
-def test_a_controller_without_a_reference_warns_of_the_topic(bench: Any, sea: RealTimePlant, status: Any) -> None:
+def test_a_controller_without_a_reference_warns_and_names_the_topic(bench: Any, sea: RealTimePlant, status: Any) -> None:
     node = sea.start(ControllerNode)
     sea.desired = None
     sea.run(0.05)
@@ -155,7 +155,7 @@ def test_a_controller_without_a_reference_warns_of_the_topic(bench: Any, sea: Re
     bench.until(lambda: status(node).message == "running")
 
 
-def test_disabled_the_wrench_is_zero_and_enabled_it_is_back(bench: Any, sea: RealTimePlant) -> None:
+def test_the_wrench_is_zero_while_the_controller_is_disabled(bench: Any, sea: RealTimePlant) -> None:
     sea.start(ControllerNode)
     sea.run(0.1)
     for enabled in (False, True):

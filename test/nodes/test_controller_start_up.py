@@ -31,7 +31,7 @@ def test_a_node_announces_what_it_does_and_on_which_topics(bench: Any) -> None:
     )
 
 
-def test_in_real_time_the_hierarchical_law_is_warned_of(bench: Any) -> None:
+def test_the_hierarchical_law_in_real_time_causes_a_warning(bench: Any) -> None:
     logs = bench.collect(Log, "/rosout", qos.CLOCK)
     node = bench.start(ControllerNode, lockstep=False)
     bench.until(lambda: node.connected and logs)
@@ -45,7 +45,7 @@ def test_a_second_controller_refuses_to_start_in_lockstep(bench: Any, plant: Any
         bench.until(lambda: second.connected)
 
 
-def test_frames_bear_the_prefix_of_the_vessel(bench: Any, plant: Any) -> None:
+def test_frame_ids_have_the_frame_prefix_of_the_vessel(bench: Any, plant: Any) -> None:
     estimates = bench.collect(Odometry, "controller/estimate")
     plant.connect(bench.start(ControllerNode, frame_prefix="alpha/", observer__enabled=True))
     plant.send_reference(0)

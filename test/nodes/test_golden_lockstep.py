@@ -23,7 +23,7 @@ TAPPED = {
 
 
 def tap(node: Any, found: Any) -> Any:
-    """Note what a node publishes. A reader more would do the same, but the plant would take it for the controller and begin."""
+    """Collect what a node publishes, without a subscription, which would take part in the start-up handshake."""
     send = node.send
 
     def noting(publisher: Any, message: Any) -> Any:

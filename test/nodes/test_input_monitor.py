@@ -1,4 +1,4 @@
-"""The supervision of inputs, with times of the tests' own."""
+"""The supervision of inputs, on simulated times."""
 
 from typing import Any
 

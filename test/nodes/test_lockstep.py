@@ -20,7 +20,7 @@ RATES = {f"{node}.rate_hz": 10.0 for node in NODES}
 
 
 def run_nodes(bench: Any, scenario: Any) -> Any:
-    """Odometry and wrench of a run of the nodes, (n, 6), (n, 2), taken by a recorder for which they wait."""
+    """Odometry (n, 6) and wrench (n, 2) of a run of the nodes, collected by a node that they wait for as their recorder."""
     taken: dict[str, list[Any]] = {}
     recorder = rclpy.create_node("recorder", context=bench.context)
     bench.nodes.append(recorder)

@@ -17,7 +17,7 @@ STEP = 10_000_000
 
 @pytest.fixture
 def sail(bench: Any) -> Any:
-    """Puts the ship to a place at a time, again and again until the markers are there."""
+    """Publishes odometry of a pose and a time repeatedly until the markers show it."""
     odometry, markers = bench.publisher(Odometry, "odom", lockstep=False), bench.collect(MarkerArray, "markers", qos.STREAM)
 
     def at(step: Any, x: Any, heading: float = 0.0) -> Any:

@@ -70,7 +70,7 @@ def test_publishers_of_different_quality_of_service_are_all_recorded_with_a_warn
     assert sorted(entry["reliability"] for entry in offered) == ["best_effort", "reliable"]
 
 
-def test_a_publisher_that_comes_later_and_offers_less_is_warned_of(bench: Any, tmp_path: Path) -> None:
+def test_a_later_publisher_of_weaker_quality_of_service_causes_a_warning(bench: Any, tmp_path: Path) -> None:
     warned = warnings(bench)
     publisher = bench.publisher(WrenchStamped, "cmd_wrench")
     node = record(bench, tmp_path)

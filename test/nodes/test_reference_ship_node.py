@@ -18,7 +18,7 @@ STEP = 10_000_000
 
 @pytest.fixture
 def clock(bench: Any) -> Any:
-    """Ticks of a clock; the probe that sends them steers the ship too, so that it is the one that is waited for."""
+    """Publishes /clock, and advertises the command topic, so that the node starts: it waits for a controller."""
     bench.publisher(WrenchStamped, "cmd_wrench")
     publisher = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
     return lambda stamp: publisher.publish(Clock(clock=conv.time_message(stamp)))
@@ -28,7 +28,7 @@ def stamps(messages: Any) -> Any:
     return [conv.nanoseconds(m.header.stamp) for m in messages]
 
 
-def test_it_is_one_period_ahead_of_the_clock(bench: Any, clock: Any) -> None:
+def test_the_reference_is_published_one_period_ahead_of_the_clock(bench: Any, clock: Any) -> None:
     references, poses = bench.collect(ReferenceState, "reference"), bench.collect(PoseStamped, "reference/pose")
     bench.start(ReferenceShipNode)
     bench.until(lambda: stamps(references) == [0])
@@ -45,7 +45,7 @@ def test_a_late_start_catches_up_with_every_period(bench: Any, clock: Any) -> No
     bench.until(lambda: stamps(references) == [k * STEP for k in range(7)])
 
 
-def test_its_motion_is_the_virtual_ships(bench: Any, clock: Any) -> None:
+def test_the_published_reference_is_the_motion_of_the_virtual_ship(bench: Any, clock: Any) -> None:
     references, poses = bench.collect(ReferenceState, "reference"), bench.collect(PoseStamped, "reference/pose")
     bench.start(ReferenceShipNode)
     clock(300 * STEP)
@@ -59,7 +59,7 @@ def test_its_motion_is_the_virtual_ships(bench: Any, clock: Any) -> None:
         ship.advance()
 
 
-def test_in_real_time_it_keeps_its_own_rate(bench: Any, simulated_time: Any) -> None:
+def test_in_real_time_the_reference_is_published_at_its_own_rate(bench: Any, simulated_time: Any) -> None:
     references = bench.collect(ReferenceState, "reference", qos.STREAM)
     node = bench.start(ReferenceShipNode, lockstep=False, use_sim_time=True, rate_hz=50.0)
     bench.until(lambda: node.connected and bench.probe.count_publishers("/reference"))
@@ -83,14 +83,14 @@ def test_a_changed_input_drives_the_virtual_ship_from_the_next_period_on(bench: 
     assert references[1].twist.linear.x == pytest.approx(0.01 * surge[0], rel=0.01)
 
 
-def test_inputs_cannot_be_changed_where_no_virtual_ship_is_followed(bench: Any, clock: Any) -> None:
+def test_inputs_cannot_be_changed_in_modes_without_a_virtual_ship(bench: Any, clock: Any) -> None:
     bench.start(ReferenceShipNode, mode="goal")
     result = bench.set_parameters("reference_ship", surge_force=2e5)
     assert not result.successful
     assert result.reason == "reference_ship.mode = goal has no inputs: only the virtual ship has"
 
 
-def test_reset_puts_it_back_and_lets_time_go_on(bench: Any, clock: Any) -> None:
+def test_reset_returns_the_virtual_ship_to_its_start_without_resetting_time(bench: Any, clock: Any) -> None:
     references = bench.collect(ReferenceState, "reference")
     bench.start(ReferenceShipNode)
     clock(100 * STEP)

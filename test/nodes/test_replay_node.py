@@ -35,7 +35,7 @@ def replay(bench: Any, bag: Any, **playing: Any) -> Any:
 
 
 def listen(bench: Any, node: Any, *names: Any) -> Any:
-    """The bytes that come on topics, filling while the bench spins, connected already."""
+    """Lists of the serialized messages of some topics, filled while the bench spins; the subscriptions are connected."""
     found: dict[str, list[Any]] = {name: [] for name in names}
     for name, messages in found.items():
         bench.probe.create_subscription(KINDS[name], name, messages.append, qos.LOSSLESS, raw=True)

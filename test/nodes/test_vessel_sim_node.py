@@ -127,7 +127,7 @@ def test_a_second_publisher_of_commands_is_reported_and_the_lockstep_run_goes_on
     bench.until(lambda: helm.stamps() == [0, STEP])
 
 
-def test_pause_holds_the_step_and_the_timeout(bench: Any, helm: Any) -> None:
+def test_pause_suspends_the_step_and_the_command_timeout(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode, command_timeout=0.2)
     bench.until(lambda: helm.odometry)
     assert bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=True)).message == "paused"
@@ -138,7 +138,7 @@ def test_pause_holds_the_step_and_the_timeout(bench: Any, helm: Any) -> None:
     bench.until(lambda: helm.stamps() == [0, STEP])
 
 
-def test_reset_puts_the_ship_back_and_lets_time_go_on(bench: Any, helm: Any) -> None:
+def test_reset_returns_the_ship_to_its_start_without_resetting_time(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode)
     for k in range(20):
         bench.until(lambda k=k: len(helm.odometry) == k + 1)
@@ -165,7 +165,7 @@ def test_the_unforced_acceleration_is_published_every_step(bench: Any, helm: Any
     assert not bench.probe.count_publishers("/odom/truth")
 
 
-def test_noisy_sensors_leave_the_truth_on_a_topic_of_its_own(bench: Any, helm: Any) -> None:
+def test_with_sensor_noise_the_true_state_is_published_on_its_own_topic(bench: Any, helm: Any) -> None:
     truth = bench.collect(Odometry, "odom/truth")
     bench.start(VesselSimNode, sensors__position_noise=1.0, sensors__heading_bias=0.1)
     bench.until(lambda: helm.odometry)
@@ -200,7 +200,7 @@ def test_changes_that_are_not_allowed_change_nothing(bench: Any, helm: Any) -> N
     assert not bench.set_parameters("vessel_sim", disturbance__waves__significant_height=2.0).successful
 
 
-def test_frames_of_the_plant_bear_the_prefix_of_the_vessel(bench: Any, helm: Any) -> None:
+def test_frame_ids_of_the_plant_have_the_frame_prefix_of_the_vessel(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode, frame_prefix="alpha/")
     first = bench.until(lambda: helm.odometry and helm.odometry[0])
     assert (first.header.frame_id, first.child_frame_id) == ("alpha/odom", "alpha/base_link")

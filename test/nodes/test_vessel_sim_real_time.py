@@ -1,4 +1,4 @@
-"""The plant in real time, on a clock of the tests' own."""
+"""The plant in real time, on a clock that the tests control."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ from vessel_sim_node.node import VesselSimNode
 
 @pytest.fixture
 def real_time(bench: Any, simulated_time: Any) -> Any:
-    """A plant in real time on simulated time, and its helm."""
+    """A plant in real-time mode on simulated time, and the publisher of its commands."""
     helm = Helm(bench, lockstep=False)
 
     def start(**parameters: Any) -> Any:

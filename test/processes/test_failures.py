@@ -25,11 +25,11 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.runs.processes import MODULES
 
 WELL_UNDER_WAY = 1_500_000
-"""Bytes of a bag that holds more than the 500 steps that are required below; a step takes some 1250."""
+"""Bytes of a bag that holds more than the 500 steps that the tests require; a step takes some 1250."""
 
 
 def started(start: Any, *arguments: Any) -> Any:
-    """A run that is well under way, and its output folder."""
+    """Start a run and wait until its bag grows; returns the command and its run folder."""
     command = start("vessel-hsmc", "run", "case2_tracking", *arguments)
     runs = command.output.parent / "runs"
     command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > WELL_UNDER_WAY, 30.0)
@@ -47,7 +47,7 @@ def nodes_of(command: Any) -> Any:
 
 
 def check_bag(folder: Any) -> Any:
-    """Two foreign readers find the same odometry, without a gap."""
+    """Assert that two independent readers find the same odometry, without gaps."""
     with AnyReader([folder / "bag"]) as reader:
         stamps = []
         for connection, _, data in reader.messages():
@@ -95,7 +95,7 @@ def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start: Any, number
     assert "0 dropped" in (folder / "logs" / "recorder.log").read_text()
 
 
-def test_a_ctrl_c_that_reaches_all_processes_of_the_group_does_the_same(start: Any) -> None:
+def test_a_ctrl_c_sent_to_the_process_group_ends_the_run_in_order(start: Any) -> None:
     command, folder = started(start)
     os.killpg(command.popen.pid, signal.SIGINT)
     assert command.wait(20.0) == 130
@@ -189,7 +189,7 @@ def test_a_node_that_cannot_start_logs_one_line_with_the_reason(
 
 @pytest.fixture
 def sensor() -> Iterator[Any]:
-    """A node of its own, with an executor, that is no part of the run."""
+    """A node with an executor that does not belong to the run."""
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     node = rclpy.create_node("sensor", context=context)
@@ -228,7 +228,7 @@ def test_the_error_that_ends_a_node_is_logged_as_fatal_and_reaches_rosout_and_di
 
 
 @pytest.mark.parametrize("executable", ["controller_node", "vessel_sim_node", "reference_ship_node", "recorder_node"])
-def test_a_node_that_is_interrupted_again_while_it_ends_still_ends_well(start: Any, executable: str) -> None:
+def test_repeated_sigint_during_shutdown_does_not_change_the_exit_code(start: Any, executable: str) -> None:
     """A terminal and `ros2 launch` each send SIGINT for one Ctrl-C."""
     command = start(executable)
     command.until(lambda: "real time" in command.text, 20.0)

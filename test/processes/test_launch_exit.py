@@ -30,7 +30,7 @@ sys.exit(service.run())
 
 @pytest.fixture
 def launched(start: Any, tmp_path: Path) -> Any:
-    """Launches the closed loop and waits until its plant is there."""
+    """Launch the closed loop, and wait until its plant has started."""
 
     def launch(*arguments: str, wait: bool = True) -> Any:
         command = start(Path(sys.executable), "-c", LAUNCH, "record:=false", f"output:={tmp_path / 'runs'}", *arguments)
@@ -56,7 +56,7 @@ def test_a_killed_node_ends_the_launch_with_1_and_is_named(launched: Any, name: 
     assert f"{name} failed with exit code -9" in command.text
 
 
-def test_a_ctrl_c_that_reaches_the_nodes_twice_is_a_good_end(launched: Any) -> None:
+def test_a_ctrl_c_that_reaches_the_nodes_twice_exits_with_0(launched: Any) -> None:
     command = launched()
     os.killpg(command.popen.pid, signal.SIGINT)
     assert command.wait(30.0) == 0, command.text

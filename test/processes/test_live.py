@@ -1,4 +1,4 @@
-"""A client without ROS watches a run through the Foxglove WebSocket protocol, and the run does not notice."""
+"""A client without ROS observes a run through the Foxglove WebSocket protocol without affecting it."""
 
 import json
 import signal
@@ -23,7 +23,7 @@ pytest.importorskip("foxglove")
 SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"]
 MESSAGE, TIME = 1, 2
 DURATION = 3600.0
-"""Longer than any run here lasts: its watcher ends it, having seen enough, s."""
+"""Duration of the runs, s, longer than any test takes: the test interrupts a run when it has received what it checks."""
 
 DEADLINE = 120.0
 
@@ -41,7 +41,7 @@ def live_run(folder: Any, port: Any) -> Any:
 def connect(port: Any, command: Any, end: Any) -> Any:
     while True:
         try:
-            # No client reads what arrives during the closing handshake, so it would last as long as it may.
+            # A closing handshake would last until its time limit, because the test reads no message meanwhile.
             return client.connect(f"ws://127.0.0.1:{port}", subprotocols=SUBPROTOCOLS, close_timeout=0.1)
         except OSError:
             assert command.popen.poll() is None, f"the run ended before the live view was there:\n{command.text}"
@@ -56,9 +56,9 @@ def watch(connection: Any, wanted: Any, end: Any) -> Any:
         assert time.monotonic() < end, f"nothing came on {wanted - found.keys()}"
         received = connection.recv(timeout=max(0.1, end - time.monotonic()))
         if isinstance(received, str):
-            operation = json.loads(received)
-            for channel in operation.get("channels", ()):
-                if operation["op"] == "advertise" and channel["topic"] in wanted:
+            event = json.loads(received)
+            for channel in event.get("channels", ()):
+                if event["op"] == "advertise" and channel["topic"] in wanted:
                     channels[channel["id"]] = channel
                     pair = {"id": channel["id"], "channelId": channel["id"]}
                     connection.send(json.dumps({"op": "subscribe", "subscriptions": [pair]}))

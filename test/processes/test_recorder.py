@@ -1,4 +1,4 @@
-"""The recorder as a process of its own: interrupted, killed, and its bag read by several readers."""
+"""The recorder as a process: interrupted, killed, and its bag read by several readers."""
 
 import os
 import random
@@ -24,7 +24,7 @@ PERIOD = 10_000_000
 
 @pytest.fixture
 def ship() -> Any:
-    """A node of its own that publishes odometry."""
+    """A node outside the run that publishes odometry."""
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     node = rclpy.create_node("ship", context=context)
@@ -55,7 +55,7 @@ def test_the_recorder_runs_as_batch_work_that_preempts_no_other_process(start: A
 
 
 class Witness:
-    """Hears the odometry of a run from outside, as it comes."""
+    """Subscribes to the odometry of a run from this process."""
 
     def __init__(self) -> None:
         self.context = rclpy.Context()
@@ -69,7 +69,7 @@ class Witness:
         self.heard.append((time.monotonic(), conversions.nanoseconds(message.header.stamp)))
 
     def until(self, command: Any, stamp: int) -> Any:
-        """Listen until a time of the run has come."""
+        """Receive messages until the run has reached a simulated time."""
         end = time.monotonic() + 40.0
         while self.heard[-1][1] < stamp:
             assert command.popen.poll() is None, f"ended with {command.popen.returncode}:\n{command.text}"
@@ -94,7 +94,7 @@ def witness() -> Any:
 
 
 @pytest.mark.parametrize("turn", range(2))
-def test_a_killed_recorder_leaves_all_but_the_last_second_to_any_reader(start: Any, witness: Any, turn: Any) -> None:
+def test_after_sigkill_every_reader_finds_all_but_the_last_second(start: Any, witness: Any, turn: Any) -> None:
     moment = random.Random(turn).uniform(2.0, 15.0)  # noqa: S311
     command = start("vessel-hsmc", "run", "case2_tracking")
     witness.until(command, int(moment * 1e9))

@@ -1,4 +1,4 @@
-"""The package's nodes stand in one list; what must repeat it agrees with it."""
+"""The list of the package's nodes, and the files that must agree with it."""
 
 import importlib
 from importlib.metadata import entry_points

@@ -21,7 +21,7 @@ ACCELERATION = np.array([0.1, 0.0, 0.01])
 
 
 class Plant:
-    """Publishes odometry and reference as plant and reference ship would, and collects what the controller answers."""
+    """Publishes odometry and reference in place of plant and reference ship, and collects the output of the controller."""
 
     def __init__(self, bench: Any, lockstep: bool = True) -> None:
         self.bench = bench
@@ -72,7 +72,7 @@ class RealTimePlant(Plant):
         self.last: dict[str, int] = {}
 
     def start(self, node_class: Any, **parameters: Any) -> Any:
-        """A controller in real time, on simulated time, that has received both inputs and commands a wrench."""
+        """Start a controller in real-time mode on simulated time, and wait until it is connected."""
         node = self.bench.start(node_class, lockstep=False, use_sim_time=True, **parameters)
         self.bench.until(lambda: self.odometry.get_subscription_count() and self.reference.get_subscription_count())
         outputs = [p for p in node.publishers if p.topic_name in ("/cmd_wrench", "/controller/state")]
@@ -98,7 +98,7 @@ class RealTimePlant(Plant):
 
 
 class Helm:
-    """Answers the plant as a controller would."""
+    """Receives the messages of the plant and publishes commands, in place of a controller."""
 
     def __init__(self, bench: Any, lockstep: bool = True) -> None:
         self.bench = bench

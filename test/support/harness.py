@@ -58,7 +58,7 @@ class Command:
 
     @property
     def text(self) -> str:
-        """What it has printed so far."""
+        """The output so far."""
         return self.output.read_text(encoding="utf-8", errors="replace")
 
     def wait(self, deadline: float) -> int:
@@ -79,7 +79,7 @@ class Command:
         return result
 
     def kill(self) -> None:
-        """Kill it and its children."""
+        """Kill the command and its children."""
         for pid in (*children(self.popen.pid), self.popen.pid):
             try:
                 os.kill(pid, signal.SIGKILL)
@@ -108,6 +108,6 @@ def command_line(pid: int) -> list[str]:
 
 
 def run_folder(output: Path) -> Path | None:
-    """The first run folder below an output folder, once it is there."""
+    """The first run folder below an output folder; None if there is none yet."""
     folders = sorted(output.glob("*_*")) if output.exists() else []
     return folders[0] if folders else None

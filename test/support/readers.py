@@ -1,4 +1,4 @@
-"""Readers of other projects, each of which must read our bags: they give the serialised messages of a bag by topic."""
+"""Readers of other projects, each of which must read the recorded bags: serialised messages by topic."""
 
 import shutil
 import struct

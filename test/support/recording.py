@@ -1,4 +1,4 @@
-"""A recorder under test, and what it has written."""
+"""A recorder under test, and the content of its bag."""
 
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ def recorded_topics(node: Any) -> Any:
 
 
 def warnings(bench: Any) -> Any:
-    """What the recorder warns of on /rosout, filling while the bench spins."""
+    """The warnings of the recorder on /rosout; the list grows while the bench spins."""
     logs = bench.collect(Log, "/rosout", qos.CLOCK)
     return lambda: [log.msg for log in logs if log.name == "recorder" and log.level == 30]
 

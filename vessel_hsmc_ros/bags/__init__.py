@@ -1,1 +1,1 @@
-"""MCAP bags: writing, reading by columns, repairing. Needs no ROS."""
+"""MCAP bags: writing, reading by columns, repair. Needs no ROS installation."""

@@ -1,4 +1,4 @@
-"""Serialised messages (CDR) to columns: the byte layout of one message, used to decode all messages of the same layout at once.
+"""Decoding of serialised messages (CDR) into columns: messages with the same byte layout are decoded all at once.
 
 CDR has no table of contents: the location of a field depends on the lengths of the strings and sequences before it. Within a
 topic these lengths hardly ever change, so the first message's layout serves for all messages that have the same lengths.
@@ -65,7 +65,10 @@ class Layout:
         Args:
             data: Bytes that contain the messages, uint8, (m,).
             starts: Offsets of the messages, (n,); each message has `size` bytes.
-            names: The fields.
+            names: Dotted names of fields.
+
+        Returns:
+            Columns by name, each with n rows.
         """
         for location, expected in self.lengths.items():
             if not (_gather(data, starts, location) == expected).all():
@@ -74,6 +77,7 @@ class Layout:
 
 
 def _gather(data: Array, starts: Array, location: Location) -> Array:
+    # A copy of the field's bytes, one row per message, reinterpreted as numbers without a loop over messages.
     chosen = data[starts[:, None] + np.arange(location.offset, location.offset + location.size)]
     column = chosen.view(location.dtype) if location.size else np.empty((len(starts), 0), location.dtype)
     return column.reshape((len(starts), *location.shape))
@@ -84,10 +88,10 @@ class MessageType:
 
     Args:
         name: Such as `nav_msgs/msg/Odometry`.
-        definition: Its text in the form ros2msg with all types that it uses.
+        definition: Its text in the form ros2msg, followed by those of all types that it uses.
 
     Raises:
-        BagError: The text is not such a definition.
+        BagError: the text is not such a definition.
     """
 
     def __init__(self, name: str, definition: str) -> None:
@@ -123,7 +127,7 @@ class MessageType:
         """The layout of one message.
 
         Raises:
-            NoLayout: Other messages cannot share it, or the message does not match the definition.
+            NoLayout: other messages cannot share it, or the message does not match the definition.
         """
         if len(message) < ENCAPSULATION or message[0] or message[1] > 1:  # neither CDR_BE nor CDR_LE
             raise NoLayout
@@ -188,18 +192,19 @@ class _Walk:
         return length
 
     def align(self, size: int) -> None:
+        # CDR aligns a number to its own size, counted from the end of the encapsulation header.
         self.position += -(self.position - ENCAPSULATION) % size
 
 
 def strings(column: Array) -> Array:
-    """A column of UTF-8 byte strings as a column of Python's strings."""
+    """Decode a column of UTF-8 byte strings."""
     if len(column) and (column == column[0]).all():  # frame names: decoded once
         return np.full(len(column), column[0].decode())
     return np.char.decode(column, "utf-8")
 
 
 def joined(parts: Iterable[Array]) -> Array:
-    """Parts of a column as one; of objects where their shapes differ."""
+    """Concatenate the parts of a column; an array of objects if their shapes differ."""
     columns = list(parts)
     if len({column.shape[1:] for column in columns}) <= 1:
         return np.concatenate(columns) if columns else np.empty(0)

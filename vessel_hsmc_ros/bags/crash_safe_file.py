@@ -40,7 +40,7 @@ class CrashSafeFile:
         end: Offset at which the next record will lie.
 
     Raises:
-        OSError: From every method, when the operating system refuses to write.
+        OSError: from every method, when the operating system refuses to write.
     """
 
     def __init__(self, path: Path, start: bytes) -> None:

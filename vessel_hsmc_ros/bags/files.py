@@ -24,7 +24,7 @@ _NUMBERED = re.compile(rf"_(\d+)\.mcap({SUFFIX})?$")
 
 
 class RawMessage(NamedTuple):
-    """A message as it was recorded: topic, times in ns, CDR with its encapsulation header."""
+    """A recorded message: topic, times, ns, and the serialised message, CDR with its encapsulation header."""
 
     topic: str
     log_time: int
@@ -43,7 +43,7 @@ class BagFiles:
         contents: What each file contains, in order.
 
     Raises:
-        BagError: The path is not a bag, or is a bag of a kind that this package does not read.
+        BagError: the path is not a bag, or is a bag of a kind that this package does not read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -59,7 +59,7 @@ class BagFiles:
         """Uncompressed records, many chunks at a time, with the file that each block comes from.
 
         Raises:
-            BagError: A chunk is damaged, or a file cannot be read any more.
+            BagError: a chunk is damaged, or a file cannot be read any more.
         """
         for contents in self.contents:
             block: list[bytes] = []
@@ -76,11 +76,12 @@ class BagFiles:
         """The messages of some topics in the recorded order.
 
         Raises:
-            BagError: A chunk is damaged, or a file cannot be read any more.
+            BagError: a chunk is damaged, or a file cannot be read any more.
         """
         for contents, block in self.blocks():
             offsets = message_offsets(block)
             chosen = [[(start, i) for start in offsets[i]] for i in offsets if contents.channels[i].topic in topics]
+            # Merged by offset: within a block that is the recorded order.
             for start, channel in heapq.merge(*chosen):
                 _, length, _, _, log_time, publish_time = MESSAGE_HEADER.unpack_from(block, start)
                 data = block[start + MESSAGE_HEADER.size : start + RECORD_HEADER.size + length]
@@ -104,7 +105,7 @@ def bag_files(path: Path, strict: bool = True) -> list[Path]:
         strict: Whether its metadata.yaml must be readable.
 
     Raises:
-        BagError: There are no such files, or the bag is of a kind that this package does not read.
+        BagError: there are no such files, or the bag is of a kind that this package does not read.
     """
     if path.is_file():
         return [path]
@@ -128,7 +129,7 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
         strict: Whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
 
     Raises:
-        BagError: It cannot be parsed, is newer than this package, or names another storage than MCAP.
+        BagError: the file cannot be parsed, has a newer version than this package reads, or names a storage other than MCAP.
     """
     path = directory / METADATA
     if not path.is_file():

@@ -1,4 +1,4 @@
-"""What an MCAP file contains: from its summary, or by a scan where the summary is missing or damaged."""
+"""Contents of an MCAP file: from its summary, or by a scan if the summary is missing or damaged."""
 
 import zlib
 from collections import Counter
@@ -17,10 +17,10 @@ ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
 def read_contents(path: Path) -> Contents:
-    """Contents of a file, by the fastest way that it allows.
+    """Read the contents of a file from its summary if it is valid, else by a scan of the complete file.
 
     Raises:
-        BagError: The file cannot be read or is not an MCAP file.
+        BagError: the file cannot be read or is not an MCAP file.
     """
     try:
         with path.open("rb") as stream:
@@ -38,7 +38,7 @@ def read_contents(path: Path) -> Contents:
 
 
 def _summary_is_valid(path: Path, stream: IO[bytes]) -> bool:
-    """Whether the file was closed, and its summary matches the checksum in the footer."""
+    """Whether the file was closed and its summary matches the checksum in the footer."""
     size = path.stat().st_size
     ending = len(DATA_END) + FOOTER.size + len(MAGIC)
     if size < len(MAGIC) + ending:
@@ -76,6 +76,7 @@ def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
         ]
     except DAMAGE:
         return None
+    # A writer may omit channels or the chunk index from the summary; then only a scan finds the messages.
     unknown_channels = contents.counts.keys() - contents.channels.keys()
     return None if unknown_channels or (statistics.message_count and not contents.chunks) else contents
 

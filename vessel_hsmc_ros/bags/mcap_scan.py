@@ -1,4 +1,4 @@
-"""What an MCAP file contains, found by a scan from the front, complete or not."""
+"""Contents of an MCAP file, complete or truncated, found by a scan from its beginning."""
 
 import io
 import struct
@@ -24,12 +24,12 @@ from vessel_hsmc_ros.bags.mcap_layout import (
 from vessel_hsmc_ros.core.exceptions import BagError
 
 DAMAGE = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, EOFError, KeyError, TypeError, MemoryError)
-"""What the libraries raise for damaged bytes: RuntimeError is lz4's, MemoryError comes from a damaged length."""
+"""Exceptions of the libraries for damaged bytes: RuntimeError is lz4's, MemoryError results from a damaged length."""
 
 
 @dataclass
 class Contents:
-    """What a file contains and where.
+    """The contents of a file and their locations.
 
     Attributes:
         path: The file.
@@ -74,25 +74,25 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     Args:
         path: The file, for error messages.
         stream: The file, opened for reading.
-        index: Where the chunk lies.
+        index: The location of the chunk.
 
     Raises:
-        BagError: The chunk is damaged.
+        BagError: the chunk is damaged.
     """
     offset = index.chunk_start_offset
     try:
         stream.seek(offset + RECORD_HEADER.size)
-        # No more than the chunk's own bytes: a damaged length within them could demand any amount of memory.
+        # No more than the chunk's own bytes: a damaged length within them could request any amount of memory.
         return _uncompressed(Chunk.read(_stream(stream.read(index.chunk_length - RECORD_HEADER.size))))
     except DAMAGE:
         raise BagError(f"{path} is damaged at byte {offset}: `vessel-hsmc recover` makes the rest of it readable") from None
 
 
 def scan(path: Path) -> Contents:
-    """Read complete records from the front until the file's data ends or breaks off.
+    """Read complete records from the beginning until the data section ends or breaks off.
 
     Raises:
-        BagError: The file has no complete record.
+        BagError: the file has no complete record.
     """
     contents, doubtful = Contents(path), []
     for opcode, start, content in file_records(path):
@@ -152,7 +152,7 @@ def _add_chunk(contents: Contents, chunk: Chunk, start: int, size: int) -> None:
 
 
 def _add_messages(contents: Contents, data: bytes) -> dict[int, MessageIndex]:
-    """Count a chunk's messages and take its schemas and channels; returns the message indexes by channel."""
+    """Count the messages of a chunk, and add its schemas and channels; returns the message indexes by channel."""
     indexes: dict[int, MessageIndex] = {}
     for opcode, start, end in chunk_records(data):
         content = start + RECORD_HEADER.size

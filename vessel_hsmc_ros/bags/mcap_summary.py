@@ -1,4 +1,4 @@
-"""The end of an MCAP file: DataEnd, summary and footer, of a file being written or of one being repaired."""
+"""The end of an MCAP file: DataEnd, summary and footer, for the writer and for the repair of a file."""
 
 import struct
 import zlib
@@ -27,9 +27,12 @@ def ending(contents: Contents, index: bytes, chunks: int) -> list[bytes]:
     """DataEnd, summary and footer of a file.
 
     Args:
-        contents: What is in the file; its data ends at `contents.end`.
+        contents: The contents of the file; its data ends at `contents.end`.
         index: The ChunkIndex records.
-        chunks: Their number.
+        chunks: Number of ChunkIndex records.
+
+    Returns:
+        The parts, to be written one after the other.
     """
     rest = statistics(contents, chunks) + definitions(contents)
     # The footer's checksum covers the summary and the footer's own bytes before the checksum.
@@ -44,7 +47,7 @@ def ending_of(contents: Contents) -> bytes:
 
 
 def statistics(contents: Contents, chunks: int) -> bytes:
-    """The Statistics record of a file with so many chunks."""
+    """The Statistics record of a file with a number of chunks."""
     record = Statistics(
         attachment_count=len(contents.attachments),
         channel_count=len(contents.channels),

@@ -1,6 +1,6 @@
-"""An MCAP file that can be read while it is written, also after its writer was killed.
+"""An MCAP file that is readable while it is written, and after its writer was killed.
 
-Messages are collected into chunks; a chunk goes to the operating system together with an index of all chunks so far. The file
+Messages are collected in chunks. A chunk is passed to the operating system with an index of all chunks so far. The file
 is valid after every system call (`crash_safe_file`), for readers with and without an index.
 """
 
@@ -44,7 +44,7 @@ class McapFile:
         compression: Of the chunks: none, lz4 or zstd.
 
     Attributes:
-        contents: What has been written, and where.
+        contents: The written records and their locations.
     """
 
     def __init__(self, path: Path, compression: str) -> None:
@@ -74,12 +74,15 @@ class McapFile:
         return number
 
     def add_channel(self, topic: str, schema: int, metadata: Mapping[str, str]) -> int:
-        """Add a cdr channel; returns its id.
+        """Add a channel of CDR messages.
 
         Args:
             topic: Its name.
             schema: The id of its type's schema.
             metadata: QoS profiles and type hash, as rosbag2 names them.
+
+        Returns:
+            The id of the channel.
         """
         number = len(self.contents.channels) + 1
         channel = Channel(id=number, topic=topic, message_encoding="cdr", schema_id=schema, metadata=dict(metadata))
@@ -88,13 +91,13 @@ class McapFile:
         return number
 
     def add_message(self, channel: int, log_time: int, data: bytes, publish_time: int) -> None:
-        """Append a message.
+        """Append a message; the chunk is committed when it is full.
 
         Args:
             channel: The id of its channel.
-            log_time: When it was received, ns.
+            log_time: Time of its receipt, ns.
             data: The serialised message, CDR with its encapsulation header.
-            publish_time: When it was sent, ns.
+            publish_time: Time of its publication, ns.
         """
         entries = self._entries.get(channel)
         if entries is None:
@@ -108,7 +111,13 @@ class McapFile:
             self.commit()
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Append an attachment, a small file that is stored with the messages."""
+        """Append an attachment, a small file that is stored with the messages.
+
+        Args:
+            name: Its file name.
+            media_type: Such as `application/yaml`.
+            data: Its content.
+        """
         record = Attachment(create_time=0, log_time=self.contents.end_time, name=name, media_type=media_type, data=data)
         start, written = self.contents.end, record_bytes(record)
         self._append(written)
@@ -122,10 +131,10 @@ class McapFile:
         self.contents.metadata.append((start, len(written), record))
 
     def commit(self) -> None:
-        """Pass everything to the operating system.
+        """Pass all records to the operating system, and update the summary.
 
         Raises:
-            OSError: It refuses to write.
+            OSError: it refuses to write.
         """
         self._end_chunk()
         if not self._pending:
@@ -141,7 +150,7 @@ class McapFile:
         """Write the rest, summary and footer, and close the file.
 
         Raises:
-            OSError: It cannot be written.
+            OSError: it cannot be written.
         """
         self._end_chunk()
         self._write_pending()

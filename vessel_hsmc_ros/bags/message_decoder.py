@@ -1,4 +1,4 @@
-"""Decodes the messages of one type: all at once into columns where their layout allows it, else one by one."""
+"""Decodes messages of one type into columns: all at once if their layout allows it, else one by one."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 Array = NDArray[Any]
 
 WIDE = 8
-"""Elements of the longest array that counts as narrow."""
+"""Largest number of elements of an array that counts as narrow."""
 
 
 class MessageDecoder:
@@ -40,14 +40,14 @@ class MessageDecoder:
 
     @cached_property
     def wide(self) -> set[str]:
-        """The fields of more than WIDE elements, and lists whose lengths are in the messages only."""
+        """Arrays of more than WIDE elements, and sequences, whose lengths differ from message to message."""
         return self._type.lists(WIDE)
 
     def deserialize(self, data: bytes) -> Any:
         """One message as an object with its fields as attributes.
 
         Raises:
-            BagError: The bytes are not a message of the type.
+            BagError: the bytes are not a message of the type.
         """
         try:
             return self._store.deserialize_cdr(data, self._kind)
@@ -55,16 +55,19 @@ class MessageDecoder:
             raise BagError(f"a message of {self._topic} is not a {self._kind}: {' '.join(str(error).split())}") from None
 
     def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
-        """Columns of some fields.
+        """Decode some fields of many messages into columns.
 
         Args:
             data: Bytes that contain the messages.
             starts: Offset of each message, (n,).
             sizes: Bytes of each message, (n,).
-            names: The fields.
+            names: Dotted names of fields.
+
+        Returns:
+            Columns by name, each with n rows.
 
         Raises:
-            BagError: A message cannot be decoded.
+            BagError: a message cannot be decoded.
         """
         columns = None if self._irregular else self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names)
         return self._one_by_one(data, starts, sizes, names) if columns is None else columns

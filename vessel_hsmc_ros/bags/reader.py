@@ -8,7 +8,7 @@
     odom["pose.pose.position.x"], odom.stamp  # (n,) float64, (n,) ns
     bag.load("odom", "reference")             # several topics in one pass over the bag
     bag.run()                                 # core.run_data.Run: time, state, reference, wrench, ...
-    bag.scenario(), bag.parameters            # what the recording was made with
+    bag.scenario(), bag.parameters            # the scenario and the parameters of the recording
     bag.diagnostics()                         # the last diagnostics of each node
 
 Columns are read when they are first used. A topic's first column brings its other narrow ones along; lists such as the
@@ -39,14 +39,14 @@ from vessel_sim_node.plant import Vessel
 __all__ = ["Bag", "RawMessage", "Series", "open_bag"]
 
 NEIGHBOURS = 4096
-"""Messages that are sorted together by log time."""
+"""Size of the window, in messages, within which messages are sorted by log time."""
 
 
 def open_bag(path: Path | str) -> "Bag":
     """Open a bag: a rosbag2 folder of MCAP files, or one such file.
 
     Raises:
-        BagError: The path is not a bag, or is a bag of a kind that this package does not read.
+        BagError: the path is not a bag, or is a bag of a kind that this package does not read.
     """
     return Bag(Path(path))
 
@@ -56,7 +56,7 @@ class Bag:
 
     Attributes:
         path: The folder or file.
-        files: What each of its files contains.
+        files: The contents of each of its files.
         topics: Its topics by their full names.
     """
 
@@ -73,7 +73,7 @@ class Bag:
         """A topic by its full name, or by the end of its name if only one topic ends so.
 
         Raises:
-            BagError: There is none, or more than one.
+            BagError: there is none, or more than one.
         """
         if name in self.topics:
             return self.topics[name]
@@ -113,7 +113,7 @@ class Bag:
 
     @cached_property
     def recording(self) -> dict[str, str]:
-        """How this package's recorder made the bag; empty for other bags.
+        """Facts on the recording by this package's recorder; empty for other bags.
 
         Among others `mode`, `scenario`, `messages_dropped`, and the versions that computed it: `version` (of this package),
         `numpy` and `python`, as far as the recorder wrote them.
@@ -144,7 +144,7 @@ class Bag:
         """The given namespace if it holds a vessel, or the only one that does, with its slashes.
 
         Raises:
-            BagError: There is no such vessel, or there are several to choose from.
+            BagError: there is no such vessel, or there are several to choose from.
         """
         found = [name for name in self.namespaces if wanted is None or name.strip("/") == wanted.strip("/")]
         if not found:
@@ -161,8 +161,8 @@ class Bag:
             changes: Values by `node.parameter` that replace the recorded ones.
 
         Raises:
-            ScenarioError: There is none, or it cannot be read.
-            ParameterError: A parameter is unknown or out of range.
+            ScenarioError: there is none, or it cannot be read.
+            ParameterError: a parameter is unknown or out of range.
         """
         name = self.recording.get("scenario") or self.path.absolute().parent.name
         text = self.attachments.get(SCENARIO, b"").decode()
@@ -175,7 +175,7 @@ class Bag:
             namespace: The vessel's, where the bag has several.
 
         Raises:
-            BagError: There is no such vessel, or there are several to choose from.
+            BagError: there is no such vessel, or there are several to choose from.
         """
         prefix = self.namespace(namespace)[1:]
         status: dict[str, dict[str, str]] = {}
@@ -196,8 +196,8 @@ class Bag:
             weights: Whether `control` includes the networks' weights, which are most of a bag's bytes.
 
         Raises:
-            BagError: The bag lacks a topic that every run has.
-            ScenarioError: The vessel is not given and the bag has no scenario.
+            BagError: the bag lacks a topic that every run has.
+            ScenarioError: the vessel is not given and the bag has no scenario.
         """
         prefix = self.namespace(namespace)
         vessel = vessel or self.scenario().vessel_sim.vessel.coefficients()
@@ -224,9 +224,10 @@ class Bag:
     def ordered_messages(self, *names: str) -> Iterator[RawMessage]:
         """Serialised messages in the order of their log times; all topics if none is given.
 
-        A message that was recorded more than NEIGHBOURS messages too late stays out of order.
+        A message that was recorded more than NEIGHBOURS messages late stays out of order.
         """
         waiting: list[tuple[int, int, RawMessage]] = []
+        # The number keeps messages of equal time in the recorded order, and messages themselves from being compared.
         for number, message in enumerate(self.raw_messages(*names)):
             heapq.heappush(waiting, (message.log_time, number, message))
             if len(waiting) > NEIGHBOURS:

@@ -40,8 +40,8 @@ def recorded_scenario(
         changes: Values by `node.parameter` that replace the recorded ones.
 
     Raises:
-        ScenarioError: There is none, or it cannot be read.
-        ParameterError: A parameter is unknown or out of range.
+        ScenarioError: there is none, or it cannot be read.
+        ParameterError: a parameter is unknown or out of range.
     """
     if text := text or _from_parameters(parameters, namespaces):
         return parse_scenario(text, name, changes)

@@ -1,4 +1,4 @@
-"""Repairs a bag whose recorder was killed: cuts off what is incomplete, and writes index and metadata anew."""
+"""Repair of a bag whose recorder was killed: removes incomplete records, and restores index and metadata."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Repair:
         files: Number of files that were completed.
         cut: Bytes cut off at the ends of files, which did not make a complete record.
         damaged: Chunks disabled, because their bytes do not match their checksums.
-        described: Whether metadata.yaml was written anew.
+        described: Whether metadata.yaml was rewritten.
     """
 
     messages: int
@@ -40,17 +40,17 @@ def is_complete(directory: Path) -> bool:
     """Whether the bag's files were closed and metadata.yaml lists all their messages.
 
     Raises:
-        BagError: The folder holds no bag.
+        BagError: the folder holds no bag.
     """
     found = [read_contents(file) for file in bag_files(directory, strict=False)]
     return all(c.complete for c in found) and _metadata_matches(directory, found)
 
 
 def repair(directory: Path) -> Repair:
-    """Write the missing index and metadata of a bag, in place; what is complete and undamaged is not changed.
+    """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed.
 
     Raises:
-        BagError: The folder holds no bag, or a file of it has nothing readable.
+        BagError: the folder holds no bag, or a file of it has nothing readable.
     """
     files = bag_files(directory, strict=False)
     found, repaired, cut, damaged = [], 0, 0, 0
@@ -82,7 +82,7 @@ def _complete(contents: Contents) -> None:
         with contents.path.open("r+b") as stream:
             for offset in contents.damaged:
                 stream.seek(offset)
-                stream.write(bytes([FIRST_PRIVATE]))
+                stream.write(bytes([FIRST_PRIVATE]))  # the opcode, which is the first byte of a record
             stream.truncate(contents.end)
             stream.seek(contents.end)
             stream.write(_ending(contents))

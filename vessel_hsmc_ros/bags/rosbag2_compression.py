@@ -1,6 +1,6 @@
 """Bags that rosbag2 compressed itself: file by file (`bag_0.mcap.zstd`), or message by message.
 
-This is independent of the compression of chunks inside of MCAP files, which is not declared in metadata.yaml.
+It is independent of the compression of chunks within MCAP files, which metadata.yaml does not declare.
 """
 
 import shutil
@@ -15,7 +15,7 @@ from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, chu
 from vessel_hsmc_ros.core.exceptions import BagError
 
 SUFFIX = ".zstd"
-"""Of the files of a bag that is compressed file by file."""
+"""Suffix of the files of a bag that is compressed file by file."""
 
 LARGEST_MESSAGE = 1 << 30
 """A compressed message that claims more bytes than this is taken for damage, and its memory is not allocated."""
@@ -33,7 +33,7 @@ def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
         information: Its metadata.yaml.
 
     Raises:
-        BagError: The bag is compressed in a format or mode that this package does not read.
+        BagError: the bag is compressed in a format or mode that this package does not read.
     """
     kind = str(information.get("compression_format") or "")
     mode = str(information.get("compression_mode") or "").upper()
@@ -51,10 +51,10 @@ def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
 def decompress_file(path: Path, folder: Path) -> Path:
     """Decompress one `.mcap.zstd` file block by block into a folder; returns the MCAP file.
 
-    Of a file that was cut off it gives the MCAP file up to where it breaks off.
+    A truncated file is decompressed up to where it breaks off.
 
     Raises:
-        BagError: The file is damaged, or the folder's disk has no room for it.
+        BagError: the file is damaged, or the folder's disk has no room for it.
     """
     target = folder / path.name.removesuffix(SUFFIX)
     try:
@@ -79,7 +79,7 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
         records: The chunk's uncompressed bytes.
 
     Raises:
-        BagError: A message is damaged.
+        BagError: a message is damaged.
     """
     decompressor = zstandard.ZstdDecompressor()
     parts = []
@@ -96,14 +96,14 @@ def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: by
     try:
         if zstandard.frame_content_size(data) > LARGEST_MESSAGE:
             raise BagError(f"{path} is damaged: a compressed message claims more than {LARGEST_MESSAGE >> 20} MiB")
-        # The limit counts where the frame does not state its size.
+        # The limit takes effect if the frame does not declare its size.
         return decompressor.decompress(data, max_output_size=LARGEST_MESSAGE)
     except zstandard.ZstdError as error:
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
 
 
 def _require_room(path: Path, head: bytes, folder: Path) -> None:
-    """Refuse before anything is written, where the file's header gives its decompressed size."""
+    """Raise a BagError before anything is written, if the frame's header declares a size that exceeds the free space."""
     needed, free = zstandard.frame_content_size(head), shutil.disk_usage(folder).free
     if needed > free:
         sizes = f"{path} takes {needed >> 20} MiB decompressed, but {folder} has {free >> 20} MiB free"

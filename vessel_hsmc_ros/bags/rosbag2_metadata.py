@@ -12,6 +12,7 @@ VERSION = 9
 """Version of metadata.yaml in Jazzy."""
 
 _INFINITE = (9223372036, 854775807)
+"""An infinite duration in seconds and nanoseconds: the largest 64-bit number of nanoseconds, as rmw writes it."""
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
@@ -25,7 +26,7 @@ class Topic:
         definition: The type's text in the form ros2msg with all types that it uses.
         type_hash: RIHS01 hash of the type.
         qos: The profiles that its publishers offered, as `qos_entry` gives them.
-        count: Messages so far.
+        count: Number of messages so far.
         channel: Id of its channel in the current file.
     """
 
@@ -48,7 +49,8 @@ class FileEntry(NamedTuple):
 
 
 def write_metadata(directory: Path, information: Mapping[str, Any]) -> None:
-    """Replace a bag's metadata.yaml in one step: who reads it meanwhile finds the complete old or new text."""
+    """Replace a bag's metadata.yaml in one step: a concurrent reader finds the complete old or the complete new text."""
+    # Renaming within a folder is atomic; writing is not.
     new = directory / f".{METADATA}"
     new.write_text(yaml_text({"rosbag2_bagfile_information": dict(information)}), encoding="utf-8")
     new.replace(directory / METADATA)
@@ -61,6 +63,9 @@ def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping
         topics: The bag's topics with their counts.
         files: Its files in order.
         notes: Further texts by name, its `custom_data`.
+
+    Returns:
+        The value of `rosbag2_bagfile_information`.
     """
     starts = [file.start for file in files if file.start is not None]
     start, end = min(starts, default=0), max(file.end for file in files)

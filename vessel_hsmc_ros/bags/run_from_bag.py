@@ -70,9 +70,13 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         vessel: The plant's coefficients, which convert the disturbance from forces to accelerations.
         weights: Whether to include the networks' weights.
 
+    Returns:
+        The arrays of the run; its time is zero at the first common stamp.
+
     Raises:
-        BagError: There is no such stamp.
+        BagError: there is no such stamp.
     """
+    # Joined by stamp and not by position: topics may lack messages, at the end of a truncated bag for instance.
     odometry = topics["odom"]
     order = np.argsort(odometry.stamp, kind="stable")
     stamps = odometry.stamp[order]
@@ -98,7 +102,7 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
 
 
 def _optional(stamps: Stamps, series: Series | None, values: Callable[[Series], Array], otherwise: Array) -> Array:
-    """The values of a topic at some stamps, where the bag has the topic; else others of the same shape."""
+    """The values of a topic at some stamps, or other values of the same shape if the bag lacks the topic."""
     return otherwise if series is None else at_stamps(stamps, series, values(series), otherwise)
 
 
@@ -110,6 +114,9 @@ def at_stamps(stamps: Stamps, series: Series, values: Array, otherwise: Any) -> 
         series: A topic.
         values: A row for each of its messages, (m, k).
         otherwise: The value where no message has the stamp.
+
+    Returns:
+        A row for each stamp, (n, k).
     """
     index, found = matched(stamps, series)
     return np.where(found[:, None], values[index], otherwise)

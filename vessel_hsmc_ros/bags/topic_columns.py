@@ -66,22 +66,22 @@ class Series:
 
     @property
     def wide(self) -> set[str]:
-        """The long arrays and the lists, which are read only when they are used themselves."""
+        """Long arrays and sequences, which are read only when they are accessed."""
         return self._decoder.wide
 
     @property
     def log_time(self) -> Array:
-        """When each message was received, ns, (n,)."""
+        """Time of receipt of each message, ns, (n,)."""
         return self["log_time"]
 
     @property
     def publish_time(self) -> Array:
-        """When each message was sent, ns, (n,)."""
+        """Time of publication of each message, ns, (n,)."""
         return self["publish_time"]
 
     @property
     def stamp(self) -> Array:
-        """The messages' own time, ns, (n,): that of the header or the clock, else the log time."""
+        """Time stamp of each message, ns, (n,): that of its header or of the clock, else the log time."""
         for name in ("header.stamp", "clock", "stamp"):
             if f"{name}.sec" in self.fields:
                 return self[f"{name}.sec"].astype(np.int64) * NANOSECONDS + self[f"{name}.nanosec"]
@@ -95,7 +95,7 @@ class Series:
         """One of the topic's messages as an object with its fields as attributes.
 
         Raises:
-            BagError: The bytes are not a message of the topic's type.
+            BagError: the bytes are not a message of the topic's type.
         """
         return self._decoder.deserialize(data)
 
@@ -138,7 +138,7 @@ def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
         names: Further fields, which all these topics have.
 
     Raises:
-        BagError: A file is damaged, or a message cannot be decoded.
+        BagError: a file is damaged, or a message cannot be decoded.
     """
     wanted = {series.name: (series, missing) for series in topics if (missing := series._missing(names))}
     parts = {name: {field: _ColumnParts() for field in missing} for name, (_, missing) in wanted.items()}

@@ -1,4 +1,4 @@
-"""Writes bags: MCAP files in a folder, in the form of rosbag2. Needs no ROS installation."""
+"""Writes bags in the format of rosbag2: a folder of MCAP files with metadata.yaml. Needs no ROS installation."""
 
 import platform
 from collections.abc import Iterator, Mapping
@@ -20,12 +20,12 @@ SCENARIO, PARAMETERS, RECORDING = "scenario.yaml", "parameters.yaml", "vessel_hs
 """Names in the bag: of the attachments with the resolved scenario and every node's parameters, and of our metadata record."""
 
 VERSIONS = {"version": __version__, "numpy": np.__version__, "python": platform.python_version()}
-"""What the recorded numbers depend on: another NumPy may round differently in the last bit. `version` is this package's."""
+"""Versions on which recorded numbers depend: another NumPy may round differently. `version` is that of this package."""
 
 
 @dataclass(frozen=True)
 class Splitting:
-    """When to begin another file: after so many bytes, or so much log time [s]; 0 means never."""
+    """When to begin another file: after a size, bytes, or after a duration in log time, s; 0 means never."""
 
     size: int = 0
     duration: float = 0.0
@@ -48,7 +48,7 @@ class BagWriter:
         message_count: Messages written so far.
 
     Raises:
-        BagError: The folder exists or cannot be created.
+        BagError: the folder exists or cannot be created.
     """
 
     def __init__(
@@ -96,8 +96,8 @@ class BagWriter:
         Args:
             topic: One that was added.
             data: The serialised message, CDR with its encapsulation header.
-            log_time: When it was received, ns.
-            publish_time: When it was sent, ns.
+            log_time: Time of its receipt, ns.
+            publish_time: Time of its publication, ns.
         """
         try:  # not `_bag_errors`: a context manager costs time for every message
             if self._splitting.size and self._file.size >= self._splitting.size:
@@ -111,7 +111,7 @@ class BagWriter:
         self.message_count += 1
 
     def flush(self) -> None:
-        """Pass everything to the operating system, so that it survives this process."""
+        """Pass all messages to the operating system, so that they survive the end of this process."""
         with self._bag_errors():
             self._file.commit()
 
@@ -133,6 +133,7 @@ class BagWriter:
         self._file = McapFile(self.directory / name, self._compression)
         for topic in self._topics:
             self._open_channel(topic)
+        # In every file, so that a file can be interpreted without its neighbours.
         self._file.add_metadata(RECORDING, self.notes)
         for attached, text in self._attachments.items():
             self._file.add_attachment(attached, "application/yaml", text.encode())

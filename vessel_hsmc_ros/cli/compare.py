@@ -18,7 +18,7 @@ from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 FEW = 3
-"""Up to so many rows are printed in a table each, more of them in one overview."""
+"""Largest number of rows that are printed in a table each; more are printed in one overview."""
 
 
 @click.command()
@@ -55,7 +55,7 @@ def compare(
             update(number, f"{number} of {len(tasks)}: {run.law} on {run.row.name}")
 
         outcomes = compare_laws(tasks, jobs, show)
-    print_outcomes(outcomes)
+    print_outcomes(outcomes)  # before the files: a full disk must not lose the results of a long comparison
     folder = make_run_folder(output, "compare").path
     comparison_page.write(folder, outcomes)
     print_line(f"tables and figures: {folder}")
@@ -65,7 +65,7 @@ def chosen(laws: str | None) -> list[str]:
     """Parse the names of `--laws`.
 
     Raises:
-        ParameterError: a name is not that of a law.
+        ParameterError: a name is not the name of a law.
     """
     if laws is None:
         return default_laws()

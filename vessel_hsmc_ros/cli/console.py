@@ -1,4 +1,4 @@
-"""What the command prints: lines, tables and progress bars, in a terminal and in a log file."""
+"""Output of the command: lines, tables and progress bars, in a terminal or in a log file."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -76,6 +76,7 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
     Yields:
         `update(completed, line="")`: move the bar to the completed amount; without a terminal, print the line if there is one.
     """
+    # On standard error, so that the standard output contains results only.
     console = Console(stderr=True)
     if not console.is_terminal:
         console.print(title + (f", {total:g} {unit}" if total else ""), **PLAIN)

@@ -29,7 +29,7 @@ def demo(output: Path) -> None:
         folders = [RunFolder(parent.path / law) for law in LAWS]
         for law, folder in zip(LAWS, folders, strict=True):
             _run(SCENARIO, DURATION, law, folder)
-    print_status("comparing both runs")
+    print_status("comparing both runs")  # outside of the lock: another run may start meanwhile
     found = compare_bags([folder.bag for folder in folders], parent.report)
     head = ["", *(record.name for record in found.records), "difference"]
     rows = [(row.label, row.text(0), row.text(1), row.difference(1)) for row in metrics_table(found.records)]

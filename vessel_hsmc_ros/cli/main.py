@@ -33,7 +33,7 @@ for verb in (compare, demo, parameters, recover, replay, report, reproduce, run,
 
 def main() -> int:
     """Run the command; every error of this package becomes one line and an exit code."""
-    try:
+    try:  # not in standalone mode, where click itself would exit with its own codes
         cli(standalone_mode=False)
     except click.ClickException as error:
         error.show()

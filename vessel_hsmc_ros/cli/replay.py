@@ -80,13 +80,14 @@ def _verify(bag: Bag, edits: tuple[str, ...], namespace: str | None) -> None:
 
 
 def verdict(result: Verification) -> list[str]:
-    """The lines that report a verification."""
+    """The lines that report a verification: number of commands, largest difference, first difference."""
     count = len(result.time)
     surge, yaw = result.largest
     lines = [f"{count} commands over {result.time[-1]:g} s: max |delta tau| = {surge:g} N, {yaw:g} N·m"]
     if not len(result.differing):
         lines.append("every command is bit-identical")
     else:
+        # With repr, which shows every digit: the values may differ in the last bit only.
         first = int(result.differing[0])
         pairs = zip(AXES, result.recorded[first].tolist(), result.computed[first].tolist(), strict=True)
         values = ", ".join(f"{name} {old!r} {unit} recorded and {new!r} {unit} now" for (name, unit), old, new in pairs)
@@ -114,7 +115,7 @@ def _publish(bag: Bag, rate: float, loop: bool, paused: bool, topics: tuple[str,
         from vessel_hsmc_ros.nodes.replay import Playing, ReplayNode
     except ModuleNotFoundError as error:
         raise RunError(missing_module(error)) from None
-    received: list[int] = []
+    received: list[int] = []  # numbers of signals; the replay ends at the first one
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda signum, _frame: received.append(signum))
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)

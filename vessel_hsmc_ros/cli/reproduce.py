@@ -1,4 +1,4 @@
-"""`vessel-hsmc reproduce`: every case and figure of the paper, and its claims against the results."""
+"""`vessel-hsmc reproduce`: every case and figure of the paper, and its claims compared with the results."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""How the verbs present a run: its metrics, its failure, its files."""
+"""Printed results of a run, common to the verbs: metrics, failure, files."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -29,5 +29,6 @@ def print_metrics(runs: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None
         runs: For each run its name and its metrics, each a label and a value with its unit.
     """
     values = [dict(metrics) for _, metrics in runs]
+    # A dict keeps the order of first occurrence, and runs may lack some metrics.
     labels = dict.fromkeys(label for metrics in values for label in metrics)
     print_table(["", *(name for name, _ in runs)], [(label, *(metrics.get(label, "") for metrics in values)) for label in labels])

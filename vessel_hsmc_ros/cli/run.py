@@ -39,6 +39,7 @@ def run(
     if live:
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")
+    # Before the folder is created: a run that is refused leaves nothing behind.
     with scenario_run.reserve_namespace(namespace):
         folder = make_run_folder(output, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:

@@ -42,6 +42,7 @@ def nanoseconds(stamp: Any) -> int:
 
 def time_message(stamp: int) -> Time:
     """Nanoseconds as a builtin_interfaces/Time."""
+    # Imported here and in `_new`, so that bags can be read without ROS.
     from builtin_interfaces.msg import Time
 
     sec, nanosec = divmod(stamp, NANOSECONDS)
@@ -89,6 +90,7 @@ def new_control_state() -> ControlState:
 
 def write_pose(pose: Any, state: Motion | Array) -> None:
     """Write x, y, psi of a state into a geometry_msgs/Pose."""
+    # A rotation about the vertical axis: x and y of the quaternion keep their default, 0. rclpy accepts Python floats only.
     pose.position.x, pose.position.y = float(state[0]), float(state[1])
     pose.orientation.z, pose.orientation.w = quaternion_from_heading(float(state[2]))
 
@@ -230,6 +232,6 @@ def not_finite(motion: Motion, acceleration: Acceleration | None = None) -> str 
 
 
 def _motion(pose: Any, twist: Any) -> Motion:
-    position, q = pose.position, pose.orientation
+    position, q = pose.position, pose.orientation  # heave, roll and pitch are not part of the 3-DOF model
     psi = heading_from_quaternion(q.x, q.y, q.z, q.w)
     return Motion(position.x, position.y, psi, twist.linear.x, twist.linear.y, twist.angular.z)

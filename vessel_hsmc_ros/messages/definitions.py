@@ -1,4 +1,4 @@
-"""The full definition of a message type, as bags store it: its .msg file and, once each, those of the types it uses."""
+"""The complete definition of a message type, as bags store it: its .msg file and those of all types that it uses."""
 
 import re
 from functools import cache
@@ -12,10 +12,10 @@ _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w
 
 
 def definition(kind: str) -> str:
-    """The definition of a type such as `nav_msgs/msg/Odometry` with all types that it uses, depth first.
+    """The definition of a type such as `nav_msgs/msg/Odometry`, followed by each type that it uses, once and depth first.
 
     Raises:
-        BagError: A type is not installed.
+        BagError: a type is not installed.
     """
     package, _, name = kind.split("/")
     seen = [f"{package}/{name}"]
@@ -36,6 +36,7 @@ def _collect(package: str, text: str, seen: list[str], parts: list[str]) -> None
 
 def _used_types(package: str, text: str) -> list[str]:
     found = []
+    # Constants and comments use no further types: a constant has a primitive type, a comment is cut off.
     for line in text.splitlines():
         match = _FIELD.match(line.split("#", 1)[0])
         if match and not match[1].islower():  # names of primitive types have no capital letter

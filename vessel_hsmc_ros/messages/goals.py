@@ -1,4 +1,4 @@
-"""Goals and paths from messages of other packages; unlike in `conversions`, everything in them is checked."""
+"""Goals and paths from messages of other programs; unlike the package's own messages, they are validated."""
 
 import math
 from typing import Any
@@ -9,22 +9,27 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import WORLD, nanoseconds
 
 SHORTEST_QUATERNION = 1e-6
-"""Squared length below which a quaternion has no direction."""
+"""Squared length below which a quaternion does not define an orientation."""
 
 
 def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, float | None]:
-    """The goal of a geometry_msgs/PoseStamped.
+    """Validate and convert a goal pose.
+
+    Args:
+        message: A geometry_msgs/PoseStamped.
+        frame: The frame in which goals are accepted.
 
     Returns:
         x, y, heading and stamp, s; the stamp is None where the message has none (0).
 
     Raises:
-        GoalError: A number is not finite, the quaternion has length 0, or the frame is not `odom`.
+        GoalError: a number is not finite, the quaternion has length 0, or the message is in another frame.
     """
     _require_frame(message.header.frame_id, frame, "goal")
     position, q = message.pose.position, message.pose.orientation
     numbers = {"x": position.x, "y": position.y, **{f"orientation.{name}": getattr(q, name) for name in "xyzw"}}
     _require_finite(numbers, "goal")
+    # A quaternion need not be normalised, as its heading does not depend on its length; only 0 has no heading.
     if q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < SHORTEST_QUATERNION:
         raise GoalError("goal with an orientation of length 0 is not allowed: it takes a quaternion of length 1")
     stamp = nanoseconds(message.header.stamp)
@@ -32,10 +37,14 @@ def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, fl
 
 
 def read_path(message: Any, frame: str = WORLD) -> list[tuple[float, float]]:
-    """The waypoints x, y of a nav_msgs/Path; orientations are ignored.
+    """Validate a path and return its waypoints x, y; orientations are ignored.
+
+    Args:
+        message: A nav_msgs/Path.
+        frame: The frame in which paths are accepted.
 
     Raises:
-        GoalError: There is no pose, a number is not finite, or a frame is not `odom`.
+        GoalError: there is no pose, a number is not finite, or a pose is in another frame.
     """
     _require_frame(message.header.frame_id, frame, "path")
     if not message.poses:

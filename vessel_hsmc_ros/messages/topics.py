@@ -1,4 +1,4 @@
-"""The topics of a run and their message types; names are relative to the nodes' namespace."""
+"""The topics of a run and their message types; names without a leading slash are relative to the nodes' namespace."""
 
 RECORDED_TOPICS = {
     "odom": "nav_msgs/msg/Odometry",
@@ -20,13 +20,13 @@ RECORDED_TOPICS = {
 }
 
 FOREIGN_TOPICS = ("goal_pose", "path")
-"""Those of them that other programs publish, with time stamps of their own."""
+"""Recorded topics that other programs publish; their stamps need not be in the time of the run."""
 
 OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
-"""Those of them that are not present in every run."""
+"""Recorded topics that are not present in every run."""
 
 TYPES_OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent")
-"""What every ROS node publishes; these time stamps are not in the time of the run."""
+"""Message types that every ROS node publishes; their stamps are not in the time of the run."""
 
 WATCHED_TOPICS = {
     **RECORDED_TOPICS,

@@ -1,4 +1,4 @@
-"""What all nodes share: declared parameters, the start-up handshake, diagnostics, and an orderly start and end."""
+"""Base class of the nodes: declared parameters, the start-up handshake, diagnostics, and an orderly start and shutdown."""
 
 import time
 from collections.abc import Callable
@@ -29,23 +29,23 @@ if TYPE_CHECKING:
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 SEND_LIMIT = 2.0
-"""Longest wait for a reader whose queue is full, s."""
+"""Longest wait for a subscriber whose queue is full, s."""
 
 WARNING_PERIOD = 5.0
-"""Least time between two log lines about the same thing that is waited for, s."""
+"""Least time between two warnings of the same missing connection, s."""
 
 WATCHER_NICENESS = 10
-"""Of nodes that only watch: the run itself goes first where cores are scarce."""
+"""Niceness of the nodes that only observe a run: the control loop has priority where cores are scarce."""
 
 ACKNOWLEDGE_LIMIT = 1.0
-"""Longest wait, at the end, for readers to acknowledge what was published, s."""
+"""Longest wait, on shutdown, for subscribers to acknowledge what was published, s."""
 
 
 class VesselNode(Node):
     """Base of the package's nodes.
 
-    A subclass names its node and its parameters, publishes through `advertise`, subscribes through `listen`, and starts its work
-    in `on_connected`. In lockstep it keeps in `stamp` the time it has come to, ns.
+    A subclass defines NAME and PARAMETERS, publishes through `advertise`, subscribes through `listen`, and starts its work in
+    `on_connected`. In lockstep, `stamp` is the simulated time of its latest step, ns, with which diagnostics are stamped.
 
     Raises:
         ParameterError: a parameter is unknown or out of range.
@@ -67,6 +67,7 @@ class VesselNode(Node):
         self.direct_subscriptions: list[Subscription] = self.connections.subscriptions
         self._topics: dict[str, list[str]] = {"publishes": [], "subscribes to": []}
         self._waiting = "waiting for the other nodes"
+        # Not the node's clock: on simulated time no timer fires before the first /clock, which may wait for this very node.
         self._wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self.create_timer(1.0, self.publish_diagnostics, clock=self._wall)
@@ -75,16 +76,16 @@ class VesselNode(Node):
     # -- for subclasses -----------------------------------------------------------------------------------------------
 
     def advertise(self, kind: Any, topic: str, profile: QoSProfile, partner: str = "") -> Publisher:
-        """Make a publisher whose readers are waited for before work starts.
+        """Create a publisher; the node starts its work only when the subscribers of the topic are connected.
 
-        In lockstep a node that publishes the topic `partner` must be among them. Any other reader is welcome from the start, but
-        is no reason to begin.
+        In lockstep, one of them must belong to a node that publishes the topic `partner`, such as the controller for the plant.
+        Further subscribers receive every message too, but do not start the node.
 
         Args:
             kind: Message class.
             topic: Name relative to the node's namespace.
             profile: Quality of service.
-            partner: A topic that one of the readers must publish; empty where any reader will do.
+            partner: A topic that the node of one of the subscribers must publish; empty if any subscriber is sufficient.
         """
         publisher = self.create_publisher(kind, topic, profile)
         self.connections.add_publisher(publisher, partner if self.parameters.lockstep else "")
@@ -92,15 +93,15 @@ class VesselNode(Node):
         return publisher
 
     def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
-        """Subscribe to a topic that sets this node's pace.
+        """Subscribe to a topic whose messages drive the node.
 
-        In lockstep only once its publisher is known: the reader is then connected before the writer hears of it, so that a writer
-        which waits for its readers loses nothing to one that is half connected.
+        In lockstep the subscription is created only when the topic has a publisher. It is then connected as soon as the publisher
+        discovers it, so that a publisher that waits for its subscribers loses no message to one that is half connected.
 
         Args:
             kind: Message class.
             topic: Name relative to the node's namespace.
-            callback: Takes each message.
+            callback: Called with each message.
             profile: Quality of service.
         """
         if self.parameters.lockstep:
@@ -110,7 +111,7 @@ class VesselNode(Node):
         self._topics["subscribes to"].append(self.resolve_topic_name(topic))
 
     def framed(self, message: Any) -> Any:
-        """The message with the vessel's prefix before the names of its frames."""
+        """Prefix the frame ids of a message with the parameter `frame_prefix`, in place; returns the message."""
         message.header.frame_id = self.parameters.frame_prefix + message.header.frame_id
         if hasattr(message, "child_frame_id"):
             message.child_frame_id = self.parameters.frame_prefix + message.child_frame_id
@@ -121,11 +122,12 @@ class VesselNode(Node):
         return int(self.get_clock().now().nanoseconds)
 
     def send(self, publisher: Publisher, message: Any) -> None:
-        """Publish; where nothing may be lost, wait for a slow reader.
+        """Publish a message; in lockstep, where none may be lost, wait for a slow subscriber.
 
         Raises:
-            BackpressureError: a reader has not kept up for SEND_LIMIT.
+            BackpressureError: the queue of a subscriber was full for longer than SEND_LIMIT.
         """
+        # A reliable publisher that keeps all messages refuses one while a queue is full: DDS blocks for a while, then it fails.
         deadline = time.monotonic() + SEND_LIMIT
         while True:
             try:
@@ -139,31 +141,38 @@ class VesselNode(Node):
                 return
 
     def describe(self) -> str:
-        """What the node does with its parameters, for the line that it logs at its start."""
+        """The node's task and its main parameters, for the line that it logs at its start; empty by default."""
         return ""
 
     def on_own_process(self) -> None:
-        """Called once, where the node has a process of its own."""
+        """Hook, called once if the node runs in a process of its own."""
 
     def on_connected(self) -> None:
-        """Called once, when every awaited reader and writer is connected."""
+        """Hook, called once when all publishers and subscribers that the node waits for are connected."""
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Level, message and values for /diagnostics, once the node is connected."""
         return OK, "running", {}
 
     def retune(self, parameters: Any) -> None:
-        """Take changed tunable parameters; raise ParameterError to refuse them."""
+        """Apply changed tunable parameters.
+
+        Args:
+            parameters: An instance of PARAMETERS with the new values, each within its range.
+
+        Raises:
+            ParameterError: the combination is not allowed; the node then keeps its present parameters.
+        """
 
     def close(self) -> None:
-        """Publish the final status, the context still alive, and wait until every reader has everything."""
+        """Publish the final status while the context is valid, and wait until the subscribers have acknowledged all messages."""
         self.publish_diagnostics()
         deadline = time.monotonic() + ACKNOWLEDGE_LIMIT
         for publisher in self.publishers:
             if publisher.get_subscription_count():
                 publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
-    # -- from start to end --------------------------------------------------------------------------------------------
+    # -- life cycle ---------------------------------------------------------------------------------------------------
 
     def announce(self) -> None:
         """Log what the node does, in which mode and on which topics."""
@@ -175,6 +184,7 @@ class VesselNode(Node):
 
     def spin(self, running: Callable[[], bool]) -> None:
         """Serve callbacks until the node has finished or `running` returns False."""
+        # In real time a node handles few messages, and rclpy's own executor fires timers without a polling delay.
         if self.parameters.lockstep or self.POLL_PERIOD:
             with DirectExecutor(self.direct_subscriptions, self.POLL_PERIOD, self.context) as direct:
                 direct.add_node(self)
@@ -186,7 +196,7 @@ class VesselNode(Node):
                 executor.spin_once(timeout_sec=0.1)
 
     def fail(self, reason: str) -> None:
-        """Log why the node ends, so that /rosout and a bag have it, and keep it for the final status."""
+        """Log the failure that ends the node as FATAL, for /rosout and the bag, and store it for the final status."""
         self.failure = reason
         self.get_logger().fatal(reason)
 
@@ -202,7 +212,7 @@ class VesselNode(Node):
         self._diagnostics.publish(array)
 
     def _overall_status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """What comes before the status of the node's own work: its failure, what it waits for, a second publisher."""
+        """The most important of: failure, missing connection, conflicting publisher, and the status of the node's own work."""
         level, message, values = self.status()
         if self.failure:
             return ERROR, self.failure, values
@@ -214,7 +224,7 @@ class VesselNode(Node):
         return level, message, values
 
     def _check_connected(self) -> None:
-        # A second run must not disturb the first: the later node refuses, and one that is connected already goes on.
+        # A second run must not disturb the first: the later node fails, one that is already connected only warns.
         if conflict := self.connections.conflict():
             raise SimulationError(conflict)
         if missing := self.connections.missing():
@@ -228,10 +238,11 @@ class VesselNode(Node):
 
     def _on_set_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         known = schema.entries(self.PARAMETERS)
+        # rclpy also passes parameters of its own through this callback, such as use_sim_time.
         values = {p.name: p.value for p in changes if p.name in known}
         if not values:
             return SetParametersResult(successful=True)
-        try:
+        try:  # all changes of a request together: a limit may depend on another parameter
             parameters: Any = schema.build(self.PARAMETERS, schema.flatten(self.parameters) | values, self.get_name())
             self.retune(parameters)
         except ParameterError as error:

@@ -1,7 +1,7 @@
-"""The start-up handshake of a node: which publishers and readers it waits for before it begins.
+"""The start-up handshake of a node: which publishers and subscribers it waits for before it starts its work.
 
-The ROS graph shows a reader before the writer is connected with it, and what is published in between may be lost. A node of a
-lockstep run therefore begins only when both agree.
+The ROS graph shows a subscriber before the publisher is connected with it, and messages published in between may be lost. A node
+of a lockstep run therefore starts only when the number of connections equals the number of subscribers in the graph.
 """
 
 from collections.abc import Callable
@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     from rclpy.subscription import Subscription
 
 RECORDER = "recorder"
+"""Name of the recorder node, by which its subscriptions are recognised in the graph."""
 
 
 class Awaited(NamedTuple):
-    """A subscription that is made once its topic has a publisher."""
+    """A subscription that is created once its topic has a publisher; the arguments of `Node.create_subscription`."""
 
     kind: Any
     topic: str
@@ -29,14 +30,14 @@ class Awaited(NamedTuple):
 
 
 class Connections:
-    """The topics of a node and what they still lack.
+    """The connections that a node waits for at its start.
 
     Args:
         node: The node that publishes and subscribes.
         recorded: Whether the recorder must read every topic that the node publishes.
 
     Attributes:
-        subscriptions: Those made so far for topics that were awaited.
+        subscriptions: Those created so far by `add_subscription`.
     """
 
     def __init__(self, node: Node, recorded: bool) -> None:
@@ -48,11 +49,11 @@ class Connections:
         self._exclusive: list[str] = []
 
     def add_publisher(self, publisher: Publisher, partner: str = "") -> None:
-        """Wait for the readers of a topic; `partner` is the topic that one of them must publish, empty for any reader."""
+        """Wait for the subscribers of a topic; the node of one of them must publish `partner`, unless that is empty."""
         self._publishers.append((publisher, self._node.resolve_topic_name(partner) if partner else ""))
 
     def add_subscription(self, awaited: Awaited) -> None:
-        """Subscribe to a topic as soon as it has a publisher."""
+        """Wait for the publisher of a topic, and subscribe as soon as it exists."""
         self._awaited.append(awaited)
 
     def allow_one_publisher(self, topic: str) -> None:
@@ -67,8 +68,8 @@ class Connections:
         return ""
 
     def missing(self) -> list[str]:
-        """What the node still waits for; subscribes to awaited topics that have found their publisher."""
-        for awaited in list(self._awaited):
+        """List what the node still waits for; topics that have a publisher by now are subscribed to."""
+        for awaited in list(self._awaited):  # a copy: found ones are removed
             if self._node.count_publishers(awaited.topic):
                 self._awaited.remove(awaited)
                 self.subscriptions.append(self._node.create_subscription(*awaited))
@@ -77,16 +78,17 @@ class Connections:
         return list(dict.fromkeys(found))
 
     def missing_reader(self, publisher: Publisher, partner: str = "") -> str:
-        """Which reader a publisher still waits for; empty when all that the graph shows are connected.
+        """Describe the subscriber that a publisher still waits for; empty when all subscribers of the graph are connected.
 
         Args:
             publisher: Of this node.
-            partner: Full name of a topic that one of the readers must publish; empty where any reader will do.
+            partner: Full name of a topic that the node of one of the subscribers must publish; empty if any is sufficient.
         """
         if not (partner or self._recorded):
             return ""
         topic = publisher.topic_name
         infos = self._node.get_subscriptions_info_by_topic(topic)
+        # An incompatible subscriber is never connected: waiting for it would block the start for ever.
         readers = [info for info in infos if qos.compatible(publisher.qos_profile, info.qos_profile)]
         writers = self._node.get_publishers_info_by_topic(partner) if partner else []
         if partner and not set(map(_node_of, writers)) & set(map(_node_of, readers)):

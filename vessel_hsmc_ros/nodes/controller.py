@@ -1,4 +1,4 @@
-"""The controller node: the law at its fixed rate on ROS time."""
+"""The controller node: runs a control law at a fixed rate on ROS time."""
 
 import sys
 import time
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rclpy.timer import Timer
 
 REFERENCES_KEPT = 2000
-"""References that may wait, in lockstep, for the odometry of their stamp; more than a reference ship is ever ahead."""
+"""Limit of the references that wait, in lockstep, for the odometry of their stamp; a reference ship is far less ahead."""
 
 NOT_FOR_REAL_TIME = "law hierarchical tolerates no late control steps: in real time use another law, such as guided"
 
@@ -35,11 +35,13 @@ CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 
 
 class ControllerNode(VesselNode):
-    """Answers odometry with a wrench.
+    """Computes the wrench command from odometry and reference.
 
-    Lockstep: every odometry message is answered by a command of the same stamp, new when a period of the law begins and held
-    otherwise. Real time: a timer on the node's clock runs the law on the latest odometry; the reference is extrapolated to the
-    odometry's time; when either is overdue the wrench is zero.
+    Lockstep: every odometry message is answered by a command with the same stamp. The law runs at the start of each control
+    period, and its wrench is held (zero-order hold) for the odometry messages in between.
+
+    Real time: a timer on the node's clock runs the law on the latest odometry, with the reference extrapolated to the stamp of
+    the odometry. When either input is older than `input_timeout`, the wrench is zero.
     """
 
     NAME = "controller"
@@ -80,7 +82,7 @@ class ControllerNode(VesselNode):
         return f"law {self.parameters.law} at {self.parameters.rate_hz:g} Hz"
 
     def on_connected(self) -> None:
-        """Answer what has come already; in real time, warn of a law that is not made for it."""
+        """In lockstep, answer odometry received before the start; in real time, warn of a law that tolerates no delay."""
         if self.parameters.lockstep:
             self._answer()
         elif self.parameters.law == "hierarchical":
@@ -116,7 +118,7 @@ class ControllerNode(VesselNode):
             self._answer()
 
     def _refuse(self, reason: str) -> None:
-        """In lockstep the run can't go on without this message; in real time the next may be better."""
+        """Reject an input message: in lockstep the run cannot continue without it, in real time the next one replaces it."""
         if self.parameters.lockstep:
             raise ControlError(reason)
         self._inputs.refuse(reason)
@@ -128,18 +130,18 @@ class ControllerNode(VesselNode):
     # -- lockstep -----------------------------------------------------------------------------------------------------
 
     def _answer(self) -> None:
-        """Answer the odometry at hand as soon as what the law needs is there."""
+        """Publish the command for the pending odometry as soon as the inputs of the law are complete."""
         if self._odometry is None or not self.connected:
             return
         stamp, state = self._odometry
         terms = None
         if self._loop.due(stamp):
-            if stamp not in self._references:
+            if stamp not in self._references:  # odometry and reference may arrive in either order
                 return
             reference, acceleration = self._references[stamp]
             terms = self._update(stamp, state, reference, acceleration)
             self._references = {t: r for t, r in self._references.items() if t > stamp}
-        self._odometry = None
+        self._odometry = None  # each odometry message is answered once, whatever references follow
         self._publish(stamp, terms)
 
     # -- real time ----------------------------------------------------------------------------------------------------
@@ -147,14 +149,14 @@ class ControllerNode(VesselNode):
     def _lock_phase(self, stamp: int) -> None:
         """Start the timer so that it fires half a period away from the odometry.
 
-        If both fired together, the law would take the new odometry in one period and the old one in the next, and a gain that is
-        stable without delay may be unstable with a delay of a whole period.
+        If both occurred at the same instant, the law would use the new odometry in one period and the previous one in the next,
+        and a gain that is stable without delay may be unstable with a delay of a full period.
         """
         period = self._loop.grid.stamp(1)
         now = self.now()
         wait = (stamp + period // 2 - now) % period
         self._start = now + wait
-        self._phase = self.create_timer(max(wait, 1) * 1e-9, self._start_timer)
+        self._phase = self.create_timer(max(wait, 1) * 1e-9, self._start_timer)  # rclpy rejects a period of 0
 
     def _start_timer(self) -> None:
         self.destroy_timer(self._phase)
@@ -173,7 +175,7 @@ class ControllerNode(VesselNode):
         self._publish(now, terms)
 
     def _update_in_real_time(self, elapsed: int, stamp: int, state: Motion) -> Terms | None:
-        """Run the law on the latest odometry and the reference extrapolated to its time; zero where the law has no value."""
+        """Run the law on the latest odometry and the reference extrapolated to its stamp; where it has no value, command zero."""
         ((reference_stamp, (reference, acceleration)),) = self._references.items()
         reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
         try:
@@ -186,7 +188,7 @@ class ControllerNode(VesselNode):
     def _update(
         self, stamp: int, state: Motion, reference: Motion, acceleration: Acceleration, measured_at: int | None = None
     ) -> Terms:
-        began = time.perf_counter()
+        began = time.perf_counter()  # wall time: the cost of the law, also on simulated time
         terms = self._loop.step(stamp, state, reference, acceleration, measured_at)
         self._compute_time = time.perf_counter() - began
         self._compute_time_max = max(self._compute_time_max, self._compute_time)
@@ -194,7 +196,7 @@ class ControllerNode(VesselNode):
         return terms
 
     def _publish(self, stamp: int, terms: Terms | None) -> None:
-        """Publish the wrench first, the plant waits for it; then, once a period, the terms of the law that gave it."""
+        """Publish the wrench first, because the plant waits for it; then, once per control period, the terms of the law."""
         self.stamp = stamp
         time_stamp = conversions.time_message(stamp)
         conversions.write_wrench(self._command, time_stamp, self._loop.wrench)
@@ -211,7 +213,11 @@ class ControllerNode(VesselNode):
     # -- services, parameters, diagnostics ----------------------------------------------------------------------------
 
     def retune(self, parameters: ControllerParameters) -> None:
-        """Take changed gains; the weights of the networks stay."""
+        """Apply changed gains of the law; the network weights are kept.
+
+        Raises:
+            ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
+        """
         self._loop.law.retune(getattr(parameters, parameters.law))
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -225,7 +231,7 @@ class ControllerNode(VesselNode):
         return response
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How the law keeps its rate, and what keeps it from running."""
+        """Updates, missed periods and computation time of the law; a warning or an error while an input is missing."""
         values = {
             "law": self.parameters.law,
             "updates": self._updates,

@@ -1,4 +1,4 @@
-"""The executables of the nodes: each imports its node and runs it.
+"""Entry points of the node executables: each imports its node's module and runs it.
 
 A node's module imports generated messages and ROS at its top. Importing it here instead of in the entry point itself turns a
 package that is not installed into one line instead of a traceback.
@@ -12,7 +12,11 @@ from vessel_hsmc_ros.core.install_paths import missing_module
 
 
 def entry_point(module: str) -> Callable[[], int]:
-    """A function that imports a node's module and calls its `main`; exit code 2 if a module that it needs is missing."""
+    """Make the entry point of a node; its exit code is 2 if a module that the node needs is not installed.
+
+    Args:
+        module: The node's module, which has a function `main`.
+    """
 
     def main() -> int:
         try:

@@ -1,4 +1,4 @@
-"""An executor for the few subscriptions that set a node's pace.
+"""An executor with a fast path for the few subscriptions that determine a node's rate.
 
 rclpy's SingleThreadedExecutor builds a new wait set of all entities of a node for every single callback, services, timers and
 parameter events included, which costs more than the messages themselves. This one waits for the named subscriptions alone, takes
@@ -15,7 +15,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 
 SERVICE_PERIOD = 0.02
-"""Longest wait of timers, services and other subscriptions until they are served, s."""
+"""Longest delay of timers, services and other subscriptions, s."""
 
 BURST = 64
 """Messages taken from one subscription before the next is served."""
@@ -26,8 +26,8 @@ class DirectExecutor(SingleThreadedExecutor):
 
     Args:
         subscriptions: Those served directly. The list may grow while the executor runs.
-        poll_period: Look at the subscriptions this often, s, instead of waiting for them: many messages then cost one wake-up.
-            0 waits for them.
+        poll_period: Poll the subscriptions with this period, s, so that many messages cost one wake-up; 0 waits for messages
+            instead.
         context: The context of the nodes.
     """
 
@@ -40,6 +40,7 @@ class DirectExecutor(SingleThreadedExecutor):
     def spin_while(self, running: Callable[[], bool]) -> None:
         """Serve callbacks until `running` returns False; an exception of a callback is raised here."""
         with ExitStack() as held:
+            # Within its context a handle cannot be destroyed, which the C structures of the wait set rely on.
             held.enter_context(self._context.handle)
             wait_set = None
             size = 0
@@ -55,15 +56,15 @@ class DirectExecutor(SingleThreadedExecutor):
                     self._serve_rest()
 
     def take_direct(self) -> bool:
-        """Serve the messages that the direct subscriptions hold; whether there were any."""
+        """Serve the messages in the queues of the direct subscriptions; returns whether there were any."""
         found = False
         for subscription in tuple(self._direct):
             take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
             wants_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
             callback = subscription.callback
-            for _ in range(BURST):
+            for _ in range(BURST):  # bounded, so that a flood on one topic does not delay the others
                 taken = take(kind, raw)
-                if taken is None:
+                if taken is None:  # the queue is empty
                     break
                 found = True
                 if wants_info:

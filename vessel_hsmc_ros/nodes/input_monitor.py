@@ -9,13 +9,13 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 
 WARNING_PERIOD = 5.0
-"""Least time between two log lines about an input that has never come, s."""
+"""Least time between two warnings of an input that was never received, s."""
 
 
 class InputMonitor:
-    """Reports what is wrong with the inputs of a node, on its log and for its diagnostics.
+    """Detects missing, overdue and mismatched inputs of a node, and reports them on its log and in its diagnostics.
 
-    Times of receipt are of the node's clock, so that on simulated time an age is simulated too.
+    Times of receipt are on the node's clock: on simulated time, ages are simulated too.
 
     Args:
         node: Whose inputs they are; its logger and its view of the ROS graph are used.
@@ -34,7 +34,7 @@ class InputMonitor:
         self._problem, self._refusal = RecentProblem(), RecentProblem()
 
     def receive(self, name: str, stamp: int, now: int) -> None:
-        """Note a message.
+        """Record the receipt of a message.
 
         Args:
             name: The input.
@@ -44,7 +44,7 @@ class InputMonitor:
         self._stamps[name], self._received[name] = stamp, now
 
     def refuse(self, reason: str) -> None:
-        """Report a message that is ignored; an input that is overdue because of it is not reported as well."""
+        """Report a message that is ignored; `report_overdue` then omits the input that is overdue for the same reason."""
         self._refusal.report(DiagnosticStatus.ERROR, reason)
         self.report(f"{reason}; ignored")
 
@@ -59,7 +59,7 @@ class InputMonitor:
         return next((name for name in self._topics if self._received.get(name, oldest) < oldest), None)
 
     def report_overdue(self, name: str) -> None:
-        """Report an input that is overdue: an error, unless its publisher has left in good order, as at the end of a run."""
+        """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error."""
         topic = self._topics[name]
         if not self._node.count_publishers(topic):
             text = f"no {name}: {topic} no longer has a publisher; the wrench is zero"
@@ -69,15 +69,16 @@ class InputMonitor:
             self.report(f"no {name} for {self._timeout:g} s: the wrench is zero")
 
     def check(self, pending: int | None = None) -> None:
-        """Warn when the law has been kept from running, for the same reason, since the last call.
+        """Warn if the law could not run, for the same reason as at the last call.
 
-        To be called at intervals in which a healthy node receives every input.
+        Call it periodically, with a period in which every input is received in normal operation.
 
         Args:
             pending: Stamp of an odometry message that still waits for the reference of its own stamp, ns.
         """
         missing = [f"{name} on {topic}" for name, topic in self._topics.items() if name not in self._received]
         reason = f"waiting for {' and '.join(missing)}" if missing else ""
+        # Seen twice, since messages in transit explain a single time.
         persists = self._checked == (reason, pending) and bool(reason or pending is not None)
         self._checked = reason, pending
         self._waiting = (reason or self._mismatch()) if persists else ""

@@ -1,7 +1,7 @@
 """The live node: serves topics, as serialized by their publishers, to clients of the Foxglove WebSocket protocol.
 
-It reads a topic only once a client has subscribed, best effort, so it neither holds a writer back nor is waited for by one that
-runs already.
+It subscribes to a topic only when a client has subscribed, and with best effort, so that it neither blocks a publisher nor takes
+part in the start-up handshake of a run.
 """
 
 import os
@@ -22,7 +22,7 @@ from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import LiveParameters
 
 NEW_RUN = 10 * NANOSECONDS
-"""A stamp further back than this belongs to a new run; one that is a little older than the last is only late."""
+"""A stamp further in the past than this belongs to a new run, ns; a slightly older one is a message out of order."""
 
 
 class Subscriptions(ServerListener):  # type: ignore[misc] # the library's protocol is untyped
@@ -43,11 +43,12 @@ class Subscriptions(ServerListener):  # type: ignore[misc] # the library's proto
 class LiveNode(VesselNode):
     """Advertises topics to clients and forwards the messages of those to which a client has subscribed.
 
-    A run's own topics are advertised before there is a client: the server announces a later one to a client before it accepts
-    subscriptions to it, and a quick client's would be lost. Other topics are advertised when their first publisher appears.
+    A run's own topics are advertised before there is a client: the server announces a topic that is added later before it accepts
+    subscriptions to it, so that the subscription of a fast client would be lost. Other topics are advertised when their first
+    publisher appears.
 
     Raises:
-        RunError: the port is taken.
+        RunError: the port is in use.
     """
 
     NAME = "live"
@@ -99,7 +100,7 @@ class LiveNode(VesselNode):
         return topic in WATCHED_TOPICS and self._offer(self.resolve_topic_name(topic), WATCHED_TOPICS[topic])
 
     def _offer(self, name: str, kind: str) -> bool:
-        """Advertise a topic; whether its type is installed."""
+        """Advertise a topic to clients; returns whether its type is installed."""
         try:
             schema = foxglove.Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
             message_type = raw.message_class(kind)
@@ -110,7 +111,7 @@ class LiveNode(VesselNode):
         return True
 
     def _subscribe(self, name: str) -> None:
-        """Read a topic from now on; its messages are discarded here while no client is subscribed."""
+        """Subscribe to a topic; its messages are discarded while no client is subscribed."""
         channel, message_type = self._channels[name]
         of_the_run = channel.schema_name() not in TYPES_OF_EVERY_NODE and name not in self._foreign
         stamped = of_the_run and raw.begins_with_stamp(message_type)
@@ -125,7 +126,7 @@ class LiveNode(VesselNode):
             elif stamped:
                 stamp = raw.stamp(data)
             channel.log(bytes(data), log_time=stamp)
-            # A viewer takes a time that goes back for a jump, and clears its plots.
+            # A viewer interprets a decreasing time as a jump backwards, and clears its plots.
             self.stamp = stamp if stamp < self.stamp - NEW_RUN else max(stamp, self.stamp)
             self._forwarded += 1
 
@@ -137,7 +138,7 @@ class LiveNode(VesselNode):
         super().close()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How many topics are advertised and read, and how many messages were forwarded."""
+        """Number of advertised topics, of subscribed topics and of forwarded messages."""
         values = {"port": self._server.port, "topics": len(self._channels), "read": len(self._read), "messages": self._forwarded}
         return OK, "serving", values
 

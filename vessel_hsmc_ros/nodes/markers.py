@@ -1,6 +1,6 @@
 """The marker node: ship and reference as shapes, paths and a transform, for RViz, Foxglove and the like.
 
-It only reads the latest odometry and reference a few times a second, best effort, so that it costs a run next to nothing.
+It takes only the latest odometry and reference, a few times a second and best effort, so that its load on a run is negligible.
 """
 
 import math
@@ -58,7 +58,7 @@ class MarkerNode(VesselNode):
         return self.create_publisher(TFMessage, "/tf", qos.STREAM)
 
     def _marker(self, number: int, name: str) -> Marker:
-        """The hull as triangles, in the ship's own frame until it has a pose."""
+        """The hull as a triangle list; its frame and pose are those of the latest message."""
         marker = Marker(ns=name, id=number, type=Marker.TRIANGLE_LIST, action=Marker.ADD)
         marker.scale.x = marker.scale.y = marker.scale.z = 1.0
         marker.color = ColorRGBA(**dict(zip("rgba", COLOURS[name], strict=True)))
@@ -72,7 +72,7 @@ class MarkerNode(VesselNode):
         return keep
 
     def _publish(self) -> None:
-        """Bring markers and paths up to the latest messages, and publish the markers and the transform."""
+        """Update markers and paths from the latest messages, and publish the markers and the transform."""
         for marker in self._markers.markers:
             if marker.ns in self._latest:
                 message = self._latest[marker.ns]
@@ -80,6 +80,7 @@ class MarkerNode(VesselNode):
                 marker.header, marker.pose = message.header, pose
                 self.stamp = conversions.nanoseconds(message.header.stamp)
                 self._extend(marker.ns, marker)
+        # Without a message there is no pose: a hull at the origin would be wrong.
         known = [marker for marker in self._markers.markers if marker.ns in self._latest]
         if known:
             self._marker_publisher.publish(MarkerArray(markers=known))
@@ -87,13 +88,13 @@ class MarkerNode(VesselNode):
             self._transforms.publish(self._transform_message(transforms=[self._transform()]))
 
     def _extend(self, name: str, marker: Marker) -> None:
-        """Add a pose to a path where the ship has moved on."""
+        """Append the pose of a marker to a path if it is at least SPACING from the last one."""
         path, position = self._paths[name], marker.pose.position
         path.header = marker.header
         last = path.poses[-1].pose.position if path.poses else None
         if last is None or math.hypot(position.x - last.x, position.y - last.y) >= SPACING:
             path.poses.append(PoseStamped(header=marker.header, pose=marker.pose))
-            del path.poses[: -self.parameters.path_poses]
+            del path.poses[: -self.parameters.path_poses]  # the oldest, so that the message stays bounded
 
     def _publish_paths(self) -> None:
         """Publish paths that have a subscriber: they are the longest messages and cost the most."""
@@ -111,7 +112,7 @@ class MarkerNode(VesselNode):
         return transform
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How long the paths are."""
+        """Number of poses in each path."""
         return OK, "publishing", {f"{name}_path": len(path.poses) for name, path in self._paths.items()}
 
 

@@ -36,13 +36,14 @@ class ParameterCollector:
         self._reported = 0
 
     def request(self) -> None:
-        """Send requests to nodes that are new; to be called periodically."""
+        """Send requests to nodes that were discovered since the last call; call it periodically."""
         there = {f"{ns.rstrip('/')}/{name}": name for name, ns in self._node.get_node_names_and_namespaces()}
+        # Clients of nodes that have answered or left are not needed any more.
         for name in [name for name in self._clients if name in self.parameters or name not in there]:
             for client in self._clients.pop(name):
                 self._node.destroy_client(client)
         for full, name in there.items():
-            if full not in self._requested and not name.startswith("_"):
+            if full not in self._requested and not name.startswith("_"):  # an underscore marks a hidden node
                 self._request(full)
 
     def new_document(self) -> str | None:
@@ -64,6 +65,7 @@ class ParameterCollector:
         self._requested.add(name)
         self._clients[name] = [lister, getter]
 
+        # Chained callbacks: waiting for an answer here would deadlock the executor that delivers it.
         def on_names(future: Future) -> None:
             names = list(future.result().result.names)
             getter.call_async(GetParameters.Request(names=names)).add_done_callback(lambda answer: on_values(names, answer))

@@ -1,4 +1,4 @@
-"""A node as a process: started from the command line, ended by a signal, its failure reported and turned into an exit code."""
+"""A node as a process: command line, signals, reported failures and exit codes."""
 
 import signal
 from collections.abc import Callable
@@ -16,24 +16,25 @@ from vessel_hsmc_ros.nodes.base import VesselNode
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 FAILED, CANNOT_START = 1, 2
-"""Exit codes."""
+"""Exit codes: the node failed at work; it could not start, for instance because a parameter is not allowed."""
 
 
 def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
     """Run a node until it has finished, fails, or receives SIGINT or SIGTERM.
 
-    The signals only request the end: the node completes its work with its context alive, which rclpy's own handlers would not
-    allow. They are ignored from the end of that work on, because Python restores the default handlers while it exits, and a
-    second Ctrl-C (one from the terminal and one from `ros2 launch`) would make a good end a death by signal.
+    The signals only request the shutdown: the node completes its work while its context is valid, whereas rclpy's own handlers
+    would invalidate the context at once. After that work they are ignored, because Python restores the default handlers while it
+    exits: a second Ctrl-C, such as one from the terminal and one from `ros2 launch`, would turn a normal exit into a death by
+    signal.
 
     Args:
-        node_class: The node to make.
+        node_class: The class of the node.
         arguments: Command-line arguments; those of the process if None.
 
     Returns:
         The exit code: 0, or 1 when the node failed, or 2 when it could not start.
     """
-    received: list[int] = []
+    received: list[int] = []  # the numbers of the signals, appended by the handler
 
     def request_stop(number: int, _frame: FrameType | None) -> None:
         received.append(number)
@@ -69,7 +70,7 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
 
 
 def _work(node: VesselNode, running: Callable[[], bool]) -> int:
-    """Spin the node, then close it, whatever became of the spinning; the exit code."""
+    """Spin the node, then close it even if spinning failed; returns the exit code."""
     code = 0
     for work in (partial(node.spin, running), node.close):
         try:
@@ -77,7 +78,7 @@ def _work(node: VesselNode, running: Callable[[], bool]) -> int:
         except VesselHsmcError as error:
             node.fail(str(error))
             code = FAILED
-        except ExternalShutdownException:
+        except ExternalShutdownException:  # the context is invalid: nothing more can be published
             break
         except Exception as error:
             node.fail(f"unexpected {type(error).__name__}: {error}")

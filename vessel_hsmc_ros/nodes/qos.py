@@ -1,7 +1,7 @@
 """Quality of service of every topic.
 
-All data topics are reliable. In lockstep nothing may ever be lost, so histories keep all and a slow reader holds the writer
-back; in real time a slow reader loses the oldest.
+All data topics are reliable. In lockstep no message may be lost: publishers and subscribers keep all messages, and a slow
+subscriber blocks its publisher. In real time a slow subscriber loses the oldest messages.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ CLOCK = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""The clock of a lockstep run is latched: a node that joins late gets the present time, while the plant waits."""
+"""The clock of a lockstep run is transient local (latched): a late node receives the present time while the plant waits."""
 
 WATCHED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
@@ -37,11 +37,11 @@ WATCHED = QoSProfile(
 LATEST = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
 )
-"""Readers that only watch are best effort: they lose what they are too slow for, and never hold a writer back."""
+"""Subscriptions of observers are best effort: a slow one loses messages and never blocks a publisher."""
 
 
 def data(lockstep: bool) -> QoSProfile:
-    """The profile of the data topics."""
+    """The profile of the data topics: lossless in lockstep, the last 100 messages in real time."""
     return LOSSLESS if lockstep else STREAM
 
 
@@ -56,7 +56,8 @@ def compatible(offered: QoSProfile, requested: QoSProfile) -> bool:
 
 
 def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
-    """The profile of a recorder's subscription: as reliable and as durable as all of a topic's publishers offer."""
+    """The profile of a recorder's subscription: as reliable and as durable as all publishers of the topic offer."""
+    # A subscription that requests more than a publisher offers receives nothing from it.
     reliable = all(offered.reliability is ReliabilityPolicy.RELIABLE for offered in publishers)
     latched = all(offered.durability is DurabilityPolicy.TRANSIENT_LOCAL for offered in publishers)
     return QoSProfile(
@@ -67,7 +68,7 @@ def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
 
 
 def replayed(offered: Sequence[Mapping[str, Any]]) -> QoSProfile:
-    """The profile of a publisher in place of recorded ones, from the profiles that the bag holds."""
+    """The profile of a replay's publisher, from the profiles of the recorded publishers in the bag."""
     reliable = all(profile["reliability"] != "best_effort" for profile in offered)
     latched = bool(offered) and all(profile["durability"] == "transient_local" for profile in offered)
     return QoSProfile(

@@ -1,9 +1,9 @@
-"""The problem that a node met last, kept in its diagnostics for a while after it was last met."""
+"""The latest problem of a node, shown in its diagnostics for a limited time."""
 
 import time
 
 SHOWN = 1.5
-"""Time that a problem stays current, s: above the second between two diagnostics messages, so that none is missed there."""
+"""Time for which a problem is current, s: longer than the period of diagnostics, 1 s, so that each problem appears there."""
 
 
 class RecentProblem:
@@ -14,10 +14,10 @@ class RecentProblem:
         self._met_at = -SHOWN
 
     def report(self, level: bytes, text: str) -> None:
-        """Note a problem and that it is met now."""
+        """Record a problem that occurs now."""
         self._level, self._text, self._met_at = level, text, time.monotonic()
 
     @property
     def current(self) -> tuple[bytes, str] | None:
-        """Level and text of the problem; None when it was met too long ago."""
+        """Level and text of the problem; None if it was reported more than SHOWN ago."""
         return (self._level, self._text) if time.monotonic() - self._met_at < SHOWN else None

@@ -1,4 +1,4 @@
-"""The recorder node: every message of its topics as it came over the wire, into an MCAP bag."""
+"""The recorder node: writes the serialized messages of its topics, unchanged, into an MCAP bag."""
 
 import os
 import sys
@@ -26,7 +26,7 @@ FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
 """Time between two flushes of recorded messages to the operating system, and between two updates of metadata.yaml, s."""
 
 DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
-"""At the end, the recorder goes on until it has found nothing new this many times, but no longer than this, s."""
+"""On shutdown, the recorder continues until so many consecutive polls bring no message, but at most for this time, s."""
 
 
 class RecorderNode(VesselNode):
@@ -65,7 +65,7 @@ class RecorderNode(VesselNode):
 
     def _discover(self) -> None:
         if self._sim_time and not self.now():
-            return  # there is no time yet
+            return  # before the first /clock there is no log time
         present = self._choice.missing
         if self._choice.open_ended:
             present = [name for name, _ in self.get_topic_names_and_types()]
@@ -77,11 +77,11 @@ class RecorderNode(VesselNode):
             self.destroy_timer(self._discovery)
 
     def _readers_of_foreign(self, name: str) -> list[Any]:
-        """The readers of a topic from outside: its publisher may appear, send one message and leave before it is discovered."""
+        """Subscribers of a topic that other programs publish: they reveal its type before a short-lived publisher appears."""
         return self.get_subscriptions_info_by_topic(name) if name in self._foreign else []
 
     def _subscribe(self, name: str, publishers: list[Any]) -> None:
-        """Subscribe as reliably as all publishers of the topic allow."""
+        """Subscribe to a topic with the strongest profile that all its publishers offer, and add it to the bag."""
         kinds = sorted({info.topic_type for info in publishers})
         if len(kinds) > 1:
             self.get_logger().warning(f"{name} has publishers of {', '.join(kinds)}: it is not recorded")
@@ -101,15 +101,15 @@ class RecorderNode(VesselNode):
         self.direct_subscriptions.append(self.create_subscription(kind, name, callback, profile, raw=True))
 
     def _recorder_of(self, topic: Topic, kind: Any, alone: bool) -> Any:
-        """The callback of a topic; where the topic has one publisher, a gap in its sequence numbers counts as dropped messages.
+        """The callback of a topic; if the topic has one publisher, a gap in its sequence numbers counts as dropped messages.
 
-        Only publishers that wait for the recorder must be recorded from their first message on; what another published before
-        the recorder subscribed is not lost, it was never to be recorded.
+        With the parameter `recorded` the publishers wait for the recorder, so that their first message counts too. Otherwise
+        messages published before the recorder subscribed are not counted as dropped.
         """
         p, of_a_vessel = self.parameters, topic.kind not in TYPES_OF_EVERY_NODE and topic.name not in self._foreign
         stamped = of_a_vessel and raw.begins_with_stamp(kind)
         numbered = of_a_vessel and alone
-        expected = 1 if p.recorded else 0
+        expected = 1 if p.recorded else 0  # DDS numbers messages from 1; 0 accepts any first number
         lockstep, sim_time, writer = p.lockstep, self._sim_time, self._writer
 
         def record(data: bytes, info: dict[str, int]) -> None:
@@ -120,7 +120,7 @@ class RecorderNode(VesselNode):
                     self._dropped += number - expected
                 expected = number + 1
             if lockstep:
-                if stamped:
+                if stamped:  # messages without a stamp get that of the latest one that has one
                     self.stamp = raw.stamp(data)
                 received = sent = self.stamp
             else:
@@ -133,7 +133,7 @@ class RecorderNode(VesselNode):
     # -- periodic work ------------------------------------------------------------------------------------------------
 
     def on_own_process(self) -> None:
-        """Run as batch work: the recorder gets its share of the cores, but its waking up preempts no other process."""
+        """Use the batch scheduling policy: the recorder gets its share of the cores, but preempts no other process."""
         with suppress(OSError):  # a container may forbid it
             for thread in Path("/proc/self/task").iterdir():
                 os.sched_setscheduler(int(thread.name), os.SCHED_BATCH, os.sched_param(0))
@@ -152,19 +152,19 @@ class RecorderNode(VesselNode):
     def _note(self) -> None:
         self._writer.notes["messages_dropped"] = str(self._dropped)
 
-    # -- the end ------------------------------------------------------------------------------------------------------
+    # -- shutdown -----------------------------------------------------------------------------------------------------
 
     def spin(self, running: Any) -> None:
-        """Record until a signal requests the end, then until nothing more arrives, and finally the recorder's own status."""
+        """Record until a signal requests the shutdown, then until no more messages arrive, then its own final status."""
         super().spin(running)
         self._drain()
         self.publish_diagnostics()
         self._drain()
 
     def _drain(self) -> None:
-        """Record what is still under way.
+        """Record messages that are still in transit.
 
-        Counted in looks and not in time: a process that got no core for a while must look all the same.
+        Polls are counted instead of time: a process that was not scheduled for a while must still poll its queues.
         """
         end = time.monotonic() + DRAIN_LIMIT
         count, looks = -1, 0
@@ -186,7 +186,7 @@ class RecorderNode(VesselNode):
         super().close()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """How many messages were recorded and lost, and which topics have no publisher yet."""
+        """Number of recorded and of dropped messages, and the topics that have no publisher yet."""
         optional = {self.resolve_topic_name(topic) for topic in OPTIONAL_TOPICS}
         missing = [topic for topic in self._choice.missing if topic not in optional]
         values = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
@@ -212,6 +212,7 @@ def _offered(publishers: list[Any]) -> list[dict[str, Any]]:
     entries = []
     for offered in (info.qos_profile for info in publishers):
         times = {name: getattr(offered, name).nanoseconds for name in ("deadline", "lifespan", "liveliness_lease_duration")}
+        # rclpy gives an infinite duration as 0 or as almost 2**63.
         spans = {name: divmod(span, NANOSECONDS) for name, span in times.items() if 0 < span < 2**62}
         manual = offered.liveliness is LivelinessPolicy.MANUAL_BY_TOPIC
         entries.append(qos_entry(*_qualities(offered), liveliness="manual_by_topic" if manual else "automatic", **spans))

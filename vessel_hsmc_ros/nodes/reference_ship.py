@@ -1,4 +1,4 @@
-"""The reference-ship node: the desired motion, as a pose and as a full state with its acceleration."""
+"""The reference-ship node: publishes the reference trajectory as poses, and as states with their accelerations."""
 
 import sys
 from collections.abc import Callable
@@ -22,10 +22,10 @@ from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 
 
 class ReferenceShipNode(VesselNode):
-    """Publishes the reference trajectory: the virtual ship's, or that of a course, of goals or of a path.
+    """Publishes the reference trajectory of a virtual ship, or of a course, of goals or of a path.
 
-    In lockstep it is one period ahead of the plant's clock, so that the controller never waits for it. In real time a timer sets
-    the pace.
+    In lockstep it is one period ahead of the plant's clock, so that the controller does not wait for it. In real time it is
+    driven by a timer.
     """
 
     NAME = "reference_ship"
@@ -65,12 +65,13 @@ class ReferenceShipNode(VesselNode):
 
     def _on_clock(self, message: Clock) -> None:
         if self.connected:
-            self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)
+            self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)  # one period ahead
 
     def _on_timer(self) -> None:
         self._advance_to(self._grid.index(self.now() - self._start))
 
     def _advance_to(self, index: int) -> None:
+        # Every period is computed and published, also after a delay: the controller needs the reference of each stamp.
         while self._index < index:
             self._ship.advance()
             self._index += 1
@@ -91,7 +92,7 @@ class ReferenceShipNode(VesselNode):
         self._take(lambda: self._ship.set_path(read_path(message, self._reference.header.frame_id)))
 
     def _take(self, work: Callable[[], None]) -> None:
-        """Take a goal or a path; one that cannot be followed is refused, and the present one stays."""
+        """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
         try:
             work()
         except GoalError as error:
@@ -101,10 +102,10 @@ class ReferenceShipNode(VesselNode):
             self._refused = ""
 
     def retune(self, parameters: ReferenceParameters) -> None:
-        """Take changed inputs of the virtual ship from the next period on.
+        """Apply changed inputs of the virtual ship from the next period on.
 
         Raises:
-            ParameterError: something else is followed.
+            ParameterError: the parameter `mode` is not virtual_ship.
         """
         if parameters.mode != "virtual_ship":
             raise ParameterError(f"reference_ship.mode = {parameters.mode} has no inputs: only the virtual ship has")
@@ -116,7 +117,7 @@ class ReferenceShipNode(VesselNode):
         return response
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """The time that the reference has come to."""
+        """Number of messages and time of the latest reference; a warning after a goal or path that was ignored."""
         values = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
         return (WARN, self._refused, values) if self._refused else (OK, "running", values)
 

@@ -1,4 +1,4 @@
-"""A bag published again over ROS: the recorded bytes at the recorded pace or another, with the clock of the recording."""
+"""Replay of a bag over ROS: the recorded bytes at the recorded rate or a multiple of it, with the clock of the recording."""
 
 import itertools
 import time
@@ -21,7 +21,7 @@ from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.nodes import qos
 
 CLOCK_PERIOD = NANOSECONDS // 100
-"""Time between two ticks of the clock that is made where the bag has none, ns of recorded time."""
+"""Period of the /clock that is published if the bag contains none, ns of recorded time."""
 
 EARLIEST = 0.001
 """How early a message may be published, s of wall time: a shorter wait costs more than it gains."""
@@ -32,10 +32,10 @@ class Playing:
     """Options of a replay.
 
     Attributes:
-        rate: Recorded seconds played in a second.
+        rate: Playback speed relative to real time.
         loop: Whether to begin again at the end.
         paused: Whether to wait at the start until the service `~/pause` resumes.
-        topics: Those to publish; all if empty.
+        topics: Names of the topics to publish; all if empty.
     """
 
     rate: float = 1.0
@@ -45,10 +45,10 @@ class Playing:
 
 
 class ReplayNode(Node):
-    """Publishes a bag's messages; the service `~/pause` pauses and resumes.
+    """Publishes the messages of a bag; the service `~/pause` pauses and resumes.
 
     Raises:
-        BagError: the bag has nothing to publish.
+        BagError: the bag contains no message of an installed type.
     """
 
     def __init__(self, bag: Bag, playing: Playing, **options: Any) -> None:
@@ -75,7 +75,7 @@ class ReplayNode(Node):
                     return
 
     def _play_once(self, executor: SingleThreadedExecutor, running: Callable[[], bool]) -> None:
-        """Publish each message when its time has come, after the clock of that time."""
+        """Publish each message at its log time, after the tick of /clock that precedes it."""
         tick = None
         for message in self._messages():
             if tick is None:
@@ -96,17 +96,18 @@ class ReplayNode(Node):
         return self._bag.ordered_messages(*self._outputs)
 
     def _start_from(self, log_time: int) -> None:
-        """Let this log time be now."""
+        """Map a log time, ns, to the present wall time."""
         self._began, self._from = time.monotonic(), log_time
 
     def _wait(self, log_time: int, executor: SingleThreadedExecutor, running: Callable[[], bool]) -> None:
-        """Wait until a recorded time has come, serving the pause service; a pause delays all that follows."""
+        """Wait until the wall time of a log time, and serve the pause service; a pause delays all later messages."""
         for turn in itertools.count():
             while self.paused and running():
                 executor.spin_once(timeout_sec=0.05)
                 self._start_from(log_time)
             rest = self._began + seconds(log_time - self._from) / self._playing.rate - time.monotonic()
             if rest < EARLIEST or not running():
+                # Messages that follow each other without a wait must not keep the pause service from being served.
                 if turn == 0 and self.published % 100 == 0:
                     executor.spin_once(timeout_sec=0.0)
                 return

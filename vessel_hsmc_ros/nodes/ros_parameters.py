@@ -1,4 +1,4 @@
-"""Declared dataclasses as parameters of a ROS node."""
+"""Declaration of a parameter dataclass on a ROS node, with descriptors and validation."""
 
 import math
 from typing import Any
@@ -15,6 +15,7 @@ def declare(node: Node, cls: type) -> Any:
     Raises:
         ParameterError: the node was given a parameter that is unknown, or a value that is not allowed.
     """
+    # rclpy silently ignores overrides of parameters that are not declared; here a misspelt name is an error.
     given = {
         name: value.value
         for name, value in node._parameter_overrides.items()
@@ -23,7 +24,7 @@ def declare(node: Node, cls: type) -> Any:
     instance: Any = schema.build(cls, given, node.get_name())
     values = schema.flatten(instance)
     for name, entry in schema.entries(cls).items():
-        value = values[name]
+        value = values[name]  # the override has been applied and validated above, so rclpy must not apply it again
         node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
     return instance
 

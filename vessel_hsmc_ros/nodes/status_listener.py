@@ -1,4 +1,4 @@
-"""The status that the nodes of a run publish on /diagnostics: how far they have come, and that they are alive."""
+"""Subscription to the diagnostics of a run's nodes: their progress, and evidence that they are alive."""
 
 import time
 
@@ -12,7 +12,7 @@ from vessel_hsmc_ros.nodes import qos
 
 
 class StatusListener:
-    """A listener with a ROS context of its own.
+    """Collects the latest diagnostics of each node in a namespace, on a ROS context of its own.
 
     Args:
         namespace: The nodes' namespace, without slashes at its ends.
@@ -26,6 +26,7 @@ class StatusListener:
         self._prefix = f"{namespace}/" if namespace else ""
         self.status: dict[str, dict[str, str]] = {}
         self.heard_at: dict[str, float] = {}
+        # No signal handlers: rclpy's would end this context at Ctrl-C, before the nodes have reported their shutdown.
         self._context = rclpy.Context()
         rclpy.init(context=self._context, args=[], signal_handler_options=SignalHandlerOptions.NO)
         self._node = rclpy.create_node("run_monitor", context=self._context, start_parameter_services=False)
@@ -42,7 +43,7 @@ class StatusListener:
         rclpy.shutdown(context=self._context)
 
     def listen(self, seconds: float) -> None:
-        """Receive messages for a time, s."""
+        """Wait at most a time, s, for a message, and process it."""
         self._executor.spin_once(timeout_sec=seconds)
 
     def _on_status(self, message: DiagnosticArray) -> None:

@@ -1,4 +1,4 @@
-"""Which topics a recorder takes."""
+"""Selection of the topics that a recorder subscribes to."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -9,13 +9,13 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 
 @dataclass
 class TopicChoice:
-    """Topics by name, by regular expression, or all but hidden ones: those with a token that starts with an underscore.
+    """Selects topics by name, by regular expression, or all except hidden ones (with a token that starts with an underscore).
 
     Args:
-        names: Full names.
-        everything: Take every topic.
-        regex: Take topics that it matches from beginning to end; empty for none.
-        exclude: Leave these out of what `everything` and `regex` take; empty for none.
+        names: Full names of topics.
+        everything: Select every topic.
+        regex: Select topics whose full name matches it; empty for none.
+        exclude: Regular expression of topics that `everything` and `regex` do not select; empty for none.
 
     Raises:
         ParameterError: `regex` or `exclude` is not a valid regular expression.
@@ -39,26 +39,26 @@ class TopicChoice:
 
     @property
     def open_ended(self) -> bool:
-        """Whether topics may be wanted whose names are not known."""
+        """Whether topics are selected whose names are not known in advance."""
         return self.everything or bool(self.regex)
 
     @property
     def missing(self) -> list[str]:
-        """The named topics that have not been taken yet."""
+        """The named topics that are not subscribed to yet."""
         return [name for name in self.names if name not in self._taken]
 
     def wants(self, name: str) -> bool:
-        """Whether a topic is wanted, taken or not."""
-        if name in self.names:
+        """Whether a topic is selected, regardless of whether it is subscribed to."""
+        if name in self.names:  # a name takes precedence over `exclude` and over being hidden
             return True
         if "/_" in name or (self.exclude and re.fullmatch(self.exclude, name)):
             return False
         return self.everything or bool(self.regex and re.fullmatch(self.regex, name))
 
     def new(self, present: Iterable[str]) -> list[str]:
-        """Of the topics that are there, those that are wanted and have not been taken yet."""
+        """The selected topics among those present that are not subscribed to yet."""
         return [name for name in present if name not in self._taken and self.wants(name)]
 
     def take(self, name: str) -> None:
-        """From now on this topic is not new."""
+        """Mark a topic as subscribed to: `new` does not return it again."""
         self._taken.add(name)

@@ -1,4 +1,4 @@
-"""A run as tables for other programs: CSV, or Parquet where pyarrow is installed."""
+"""Export of a run as tables for other programs: CSV, or Parquet if pyarrow is installed."""
 
 import csv
 from collections.abc import Callable
@@ -19,17 +19,21 @@ MOTION = ("x", "y", "heading", "surge_velocity", "sway_velocity", "yaw_rate")
 WRENCH = ("surge_force", "yaw_moment")
 ACCELERATION = ("surge_acceleration", "sway_acceleration", "yaw_acceleration")
 ROWS = 10_000
-"""Rows that are converted to Python numbers at a time: a long run does not fit into memory as such."""
+"""Rows that are converted to Python numbers at a time: those of a long run would not fit into memory."""
 
 
 def tables(run: Run) -> dict[str, Table]:
-    """`motion` with a row for each state, and `control` with a row for each update of the law; SI units and radians."""
+    """The tables of a run: `motion` with a row for each state, `control` with a row for each update of the law.
+
+    Columns are in SI units and radians. Quantities that were not recorded have no column.
+    """
     control = _control(run)
     return {"motion": _motion(run), "control": control} if len(control) > 1 else {"motion": _motion(run)}
 
 
 def _motion(run: Run) -> Table:
     command = commanded(run)
+    # Without sensor noise the measurements are the states: a second set of columns would only repeat them.
     noisy = not np.array_equal(run.measured, run.state)
     groups = (
         ("measured_", MOTION, run.measured if noisy else None),
@@ -50,7 +54,7 @@ def _motion(run: Run) -> Table:
 
 
 def _control(run: Run) -> Table:
-    """The law's terms but for the weights of its networks, and the observer's estimate."""
+    """The terms of the law, except for the network weights, and the estimate of the observer."""
     table: Table = {}
     for name, values in run.control.items():
         if name == "estimate":
@@ -72,6 +76,7 @@ def write_csv(run: Run, directory: Path) -> list[Path]:
     """
 
     def write(table: Table, path: Path) -> None:
+        # Flags as 0 and 1: True and False are not numbers to most programs that read CSV.
         columns = [values.astype(int) if values.dtype == bool else values for values in table.values()]
         with path.open("w", encoding="utf-8", newline="") as stream:
             writer = csv.writer(stream, lineterminator="\n")

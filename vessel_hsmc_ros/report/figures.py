@@ -1,4 +1,4 @@
-"""The figures of a report as files, PNG or SVG."""
+"""The figures of a report as PNG or SVG files."""
 
 import textwrap
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ from vessel_hsmc_ros.report.record import Record
 from vessel_hsmc_ros.report.style import LIMIT, PLOT, ROLE_COLOURS, SHIP, series_colour
 from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time
 
-mpl.use("Agg")
+mpl.use("Agg")  # files only: no display is needed
 
 STYLES = {MAIN: "-", DESIRED: "--", OTHER: ":", THIRD: "-.", MEASURED: "-"}
 VALUES = 4000
-"""Most values of a line, more than a figure can resolve."""
+"""Largest number of values of a line, more than a figure can resolve."""
 
 LABEL_WIDTH = 24
 """Longest line of an axis label, characters."""
@@ -65,11 +65,11 @@ def _save(figure: Figure, path: Path) -> Path:
 
 
 def track(records: Sequence[Record]) -> Figure:
-    """Ships and references in the plane, with the heading of the first ship at 11 instants."""
+    """Draw the tracks of ships and references, with the heading of the first ship as arrows at 11 instants."""
     figure = Figure(figsize=(6.5, 6.0))
     figure.subplots_adjust(left=0.12, right=0.97, bottom=0.09, top=0.94)
     axis = figure.add_subplot()
-    for each in tracks(records)[::-1]:
+    for each in tracks(records)[::-1]:  # ships come first in the list and are drawn last, on top of the references
         role = DESIRED if each.role == REFERENCE else MAIN
         colour = _colour(each.run, role, len(records) == 1)
         poses = each.poses[:: max(1, len(each.poses) // VALUES)]
@@ -81,12 +81,18 @@ def track(records: Sequence[Record]) -> Figure:
     axis.quiver(x, y, np.cos(psi), np.sin(psi), color=SHIP, width=0.004, scale=22, zorder=3)
     axis.set(xlabel="x east [m]", ylabel="y north [m]", title="Track from start (dot) to end (square)", aspect="equal")
     handles, labels = axis.get_legend_handles_labels()
-    axis.legend(handles[::-1], labels[::-1], loc="best")  # drawn last, and so on top, is what the legend names first
+    axis.legend(handles[::-1], labels[::-1], loc="best")  # in the order from top to bottom
     return figure
 
 
 def group(name: str, found: Sequence[Overlay], alone: bool) -> Figure:
-    """The panels of a group below each other, with a common time axis."""
+    """Draw the panels of a group below each other, with a common time axis.
+
+    Args:
+        name: Title of the figure.
+        found: Its panels, from top to bottom.
+        alone: Whether there is a single run: lines are then coloured by their role, else by their run.
+    """
     height = 0.8 + 1.8 * len(found)
     figure = Figure(figsize=(8.0, height))
     figure.subplots_adjust(left=0.13, right=0.98, bottom=0.45 / height, top=1.0 - 0.35 / height, hspace=0.12)
@@ -135,7 +141,7 @@ def _colour(run: int | None, role: str, alone: bool) -> str:
 
 
 def _limit(axis: Axes, limits: Sequence[float], values: Array) -> None:
-    """Draw saturation limits, where the values come near enough for them to matter."""
+    """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines."""
     for limit in limits:
         if limit <= 4.0 * np.nanmax(np.abs(values), initial=0.0):
             for bound in (-limit, limit):

@@ -1,4 +1,4 @@
-"""The record of a recorded run: bags of this package completely, bags of other recorders as far as they go."""
+"""Reads the record of a run from a bag: of this package completely, of another recorder as far as its topics allow."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -22,7 +22,7 @@ Topics = Mapping[str, Series]
 """The topics of one vessel that have messages, by their names without its namespace."""
 
 FORCES = [0, 2]
-"""Of surge force, sway force and yaw moment, those that the actuators of an underactuated ship can exert."""
+"""Indices of the actuated components among surge force, sway force and yaw moment: the ship has no sway actuator."""
 
 DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
     "vessel_sim": (
@@ -43,7 +43,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     Args:
         path: The bag's folder or file.
         namespace: ROS namespace of the vessel, where the bag has several.
-        origin: Further knowledge of the run's origin, by its names in run.json.
+        origin: Further provenance of the run, by its keys in run.json.
 
     Raises:
         BagError: the bag cannot be read or has no odometry.
@@ -60,6 +60,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     else:
         run, start = _partial_run(topics), int(topics["odom"].stamp.min())
     run = _with_commands(run, topics, start)
+    # In a run folder the bag is named `bag`, and the folder bears the name of the run.
     folder = path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
     facts = _facts(bag, prefix, run, scenario)
@@ -81,6 +82,7 @@ def _origin(bag: Bag, known: Mapping[str, Any]) -> dict[str, Any]:
 
 def _first_row(topics: Topics) -> int:
     """The stamp at which the time of a complete run is zero: the first one with odometry, applied wrench and disturbance, ns."""
+    # Messages before it belong to the start-up: their columns cannot form a row.
     return int(reduce(np.intersect1d, (topics[name].stamp for name in ("odom", "applied_wrench", "disturbance")))[0])
 
 
@@ -105,7 +107,7 @@ def _partial_run(topics: Topics) -> Run:
         measured=pose,
         reference=latest("reference", run_from_bag.states, 6),
         wrench=latest("applied_wrench", _forces, 2),
-        # Disturbing forces are recorded, accelerations are shown: the masses between them are known from a scenario only.
+        # The bag contains forces, the report shows accelerations: the masses for the conversion are known from a scenario only.
         disturbance=np.full((len(stamps), 3), np.nan),
         unforced_acceleration=np.full((len(stamps), 3), np.nan),
         control={} if control is None else run_from_bag.control(control, start, lists=False, estimates=estimates),
@@ -117,7 +119,13 @@ def _forces(series: Series) -> Array:
 
 
 def _with_commands(run: Run, topics: Topics, start: int) -> Run:
-    """The run with the commanded wrench among the law's terms, held at their times; a start in nanoseconds."""
+    """Add the commanded wrench to the terms of the law, held at their times.
+
+    Args:
+        run: The run without it.
+        topics: The topics of the vessel.
+        start: Stamp at which the time of the run is zero, ns.
+    """
     commands = topics.get("cmd_wrench")
     if commands is None:
         return run
@@ -130,7 +138,7 @@ def _with_commands(run: Run, topics: Topics, start: int) -> Run:
 
 
 def _facts(bag: Bag, prefix: str, run: Run, scenario: Scenario | None) -> dict[str, Any]:
-    """What the nodes reported in their final diagnostics, and how even the control periods were."""
+    """Values of the nodes' final diagnostics, and the largest deviation of the control interval from its nominal value."""
     status = bag.diagnostics(prefix)
     facts: dict[str, Any] = {"messages_recorded": bag.count}
     for node, names in DIAGNOSTICS.items():

@@ -1,4 +1,4 @@
-"""Jitter of the control period: a histogram of the intervals between control steps, for runs in which they vary."""
+"""Jitter of the control period: histograms of the intervals between control steps of real-time runs."""
 
 import base64
 import io
@@ -36,8 +36,9 @@ def histogram(records: Sequence[Record]) -> Any:
     figure = Figure(figsize=(8.0, 2.6 * len(uneven)), layout="constrained")
     for i, (name, found) in enumerate(uneven):
         axis = figure.add_subplot(len(uneven), 1, i + 1)
-        period = round(float(np.median(found)), 4)
+        period = round(float(np.median(found)), 4)  # the median: late steps do not shift it
         deviation = 1e3 * (found - period)
+        # Outliers are counted in the outermost bins; the title shows their values.
         low, high = np.percentile(deviation, [0.1, 99.9])
         pad = 0.1 * (high - low) or 1.0
         axis.hist(np.clip(deviation, low - pad, high + pad), bins=60, color=SHIP)

@@ -1,4 +1,4 @@
-"""From bags to files: the page, and figures and tables on request."""
+"""Makes the files of a report from bags: the page, and on request figures and tables."""
 
 import re
 from collections.abc import Sequence
@@ -41,14 +41,14 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Made:
-    """The records of the runs, and the files and folders that were made of them by their kind."""
+    """The records of the runs, and the written files and folders by kind: page, figures, csv, parquet."""
 
     records: list[Record]
     files: dict[str, Path]
 
 
 def make(bags: Sequence[Path], wanted: Wanted) -> Made:
-    """Read bags and write a page, and figures and tables on request.
+    """Read bags, and write their page and the requested figures and tables.
 
     Raises:
         BagError: a bag cannot be read or has no odometry.
@@ -58,7 +58,7 @@ def make(bags: Sequence[Path], wanted: Wanted) -> Made:
 
 
 def write(records: Sequence[Record], wanted: Wanted) -> Made:
-    """Write the page of some records, and figures and tables on request.
+    """Write the page of some records, and the requested figures and tables.
 
     Raises:
         ReportError: a file cannot be written, or pyarrow is missing.
@@ -82,7 +82,7 @@ def write(records: Sequence[Record], wanted: Wanted) -> Made:
 
 
 def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
-    """Read the records of some bags: named by what differs between them, metrics over the interval that all of them cover.
+    """Read the records of bags, labelled by what distinguishes them, with metrics over the interval that all of them cover.
 
     Raises:
         BagError: a bag cannot be read or has no odometry.
@@ -95,7 +95,7 @@ def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
 
 
 def page_of(bags: Sequence[Path]) -> Path:
-    """Where the page of some bags goes by default.
+    """The default path of the page of some bags.
 
     A run folder has one bag, named `bag`, and its page is report.html beside it. Any other bag may have neighbours, so its
     page carries its name. The page of several bags is report.html in the current folder.

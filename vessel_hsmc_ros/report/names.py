@@ -15,7 +15,14 @@ SHOWN = 2
 
 
 def distinguished(records: Sequence[Record]) -> list[Record]:
-    """Name runs by what differs between them: scenario, else law, else both, else parameters, else a number."""
+    """Label runs by what differs between them: scenario, else law, else both, else parameters, else a number.
+
+    Args:
+        records: The runs, named by their scenarios.
+
+    Returns:
+        The records with unique names; a single one keeps its name.
+    """
     names = [record.name for record in records]
     if len(records) < 2:
         return list(records)
@@ -23,6 +30,7 @@ def distinguished(records: Sequence[Record]) -> list[Record]:
     if all(record.scenario for record in records):
         laws = [record.scenario.controller.law for record in records if record.scenario]
         candidates += [laws, [f"{name}, {law}" for name, law in zip(names, laws, strict=True)], _by_parameters(records)]
+    # The first kind of label that is unique for every run.
     chosen = next((candidate for candidate in candidates if len(set(candidate)) == len(records)), None)
     return [replace(record, name=name) for record, name in zip(records, chosen or _numbered(candidates[-1], names), strict=True)]
 

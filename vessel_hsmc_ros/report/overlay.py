@@ -1,4 +1,4 @@
-"""Several runs in one diagram: panels of the same title merged, every line with its label and its run."""
+"""Overlays of several runs: panels with the same title are merged, each line with its label and its run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +43,11 @@ class Track:
 
 
 def overlays(records: Sequence[Record]) -> list[Overlay]:
-    """The panels of all runs, group by group as the first run has them."""
+    """Merge the panels of all runs.
+
+    Returns:
+        The panels, group by group; groups in the order in which they first occur.
+    """
     merged: dict[tuple[str, str], Overlay] = {}
     for run, record in enumerate(records):
         for panel in panels(record.run, record.limits):
@@ -63,6 +67,7 @@ def tracks(records: Sequence[Record]) -> list[Track]:
         if not recorded(record.run.reference):
             continue
         poses = record.run.reference
+        # Compared by value: runs of one scenario follow the same reference, which is drawn once.
         same = next((i for i, track in enumerate(desired) if np.array_equal(track.poses, poses)), None)
         if same is None:
             label = REFERENCE if alone else f"{record.name}: {REFERENCE}"

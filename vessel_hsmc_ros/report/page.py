@@ -26,10 +26,10 @@ from vessel_hsmc_ros.scenario.run_folder import provenance
 
 SCRIPTS = ("data.js", "clock.js", "chart.js", "track.js", "map.js", "main.js")
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
-"""Most values of one line, and of all lines of a page; 4 bytes each before compression."""
+"""Largest number of values of one line, and of all lines of a page; 4 bytes each before compression."""
 
 NARROW_RUNS = 3
-"""The metrics of so many runs fit beside the map; those of more take the width of the page."""
+"""Largest number of runs whose metrics are shown beside the map; the table of more runs has the width of the page."""
 
 COMMAND = "vessel-hsmc"
 
@@ -41,7 +41,7 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
 
     Args:
         path: The HTML file.
-        records: At least one; the first is the one that others are compared with.
+        records: At least one run; the others are compared with the first.
         title: Headline.
         hull: Dimensions of the ship that is drawn.
         notes: Paragraphs below the headline.
@@ -57,7 +57,7 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
 
 
 def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[str] = ()) -> str:
-    """The HTML text of `write`."""
+    """Render the HTML text of a page; for the arguments see `write`."""
     overlaid = overlays(records)
     content, numbers = _content(records, overlaid, hull)
     return _template().render(
@@ -78,6 +78,7 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         resolution=_resolution(content["panels"], records),
         style=css_variables() + _asset("style.css"),
         script="\n".join(_asset(name) for name in SCRIPTS),
+        # "<" escaped: a name that contains "</script>" would end the script element.
         content=json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
         numbers=numbers,
         library=_library(),
@@ -88,6 +89,7 @@ def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull)
     """Diagrams and tracks for the scripts of the page, and the compressed numbers to which they refer."""
     alone = len(records) == 1
     lines = sum(len(overlay.lines) for overlay in overlaid)
+    # Many runs share the budget of the page, but each line keeps enough values for its shape.
     payload = Payload(max(2000, min(LINE_VALUES, PAGE_VALUES // max(1, lines))))
     content = {
         "begin": min(float(record.run.time[0]) for record in records),
@@ -110,6 +112,7 @@ def _library() -> str:
 
 
 def _template() -> jinja2.Template:
+    # StrictUndefined: a misspelt name in the template is an error instead of an empty text.
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     return environment.from_string(_asset("page.html"))
 
@@ -168,7 +171,7 @@ def _subtitle(records: Sequence[Record]) -> str:
 
 
 def _resolution(panels: Sequence[dict[str, Any]], records: Sequence[Record]) -> str:
-    """Which of the samples the page contains."""
+    """A sentence on the resolution of the diagrams."""
     size = max((line["bucket"] for panel in panels for line in panel["lines"]), default=1)
     if size == 1:
         return "The diagrams contain every sample."

@@ -1,4 +1,4 @@
-"""The diagrams of a report: which lines are drawn over time in which panel, as far as a run has them."""
+"""The diagrams of a report: the panels over time and their lines, for the quantities that a run contains."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class Panel:
     Attributes:
         group, title, unit: Its section, its title and the unit of its values.
         lines: At least one.
-        limits: Magnitudes that saturation does not let the lines exceed.
+        limits: Saturation limits, drawn at plus and minus each value.
         step: Whether a value is held until the next one.
     """
 
@@ -73,7 +73,13 @@ def panels(run: Run, limits: tuple[float, float] = (np.inf, np.inf)) -> list[Pan
 
 
 def _control(run: Run, names: Sequence[tuple[str, str]], scale: float = 1.0) -> tuple[Line, ...]:
-    """Lines of the law's own terms, three at most, of those that it has: keys of `Run.control` with their labels."""
+    """Lines of terms of the law, as far as it computes them.
+
+    Args:
+        run: The run.
+        names: Keys of `Run.control` with their labels, at most three.
+        scale: Factor of the values, for instance 1e3 from s to ms.
+    """
     lines: list[Line] = []
     for key, label in names:
         values = run.control.get(key)
@@ -151,6 +157,7 @@ def _surfaces(run: Run) -> Iterator[Panel]:
 
 
 def _wrench(run: Run, limits: tuple[float, float]) -> Iterator[Panel]:
+    # Drawn as steps: the wrench is held between two commands (zero-order hold).
     command = commanded(run)
     for i, (name, unit) in enumerate((("surge force", "N"), ("yaw moment", "N·m"))):
         lines = []
@@ -166,6 +173,7 @@ def _networks(run: Run) -> Iterator[Panel]:
     group = "Networks"
     for i, axis in enumerate(AXES):
         lines = list(_control(run, ((f"{axis}_estimate", "estimate"),)))
+        # The networks estimate f_u, f_v, f_r of (7): the acceleration without control forces and disturbances.
         if lines and recorded(run.unforced_acceleration):
             lines.append(Line("truth", run.time, run.unforced_acceleration[:, i], DESIRED))
         yield Panel(group, f"{axis} dynamics f_{'uvr'[i]}", ACCELERATION_UNITS[i], tuple(lines))

@@ -1,4 +1,4 @@
-"""The numbers of a page: one block of compressed text, and the place of every array in it."""
+"""The numbers of a page: all arrays in one compressed block of text, with the location of each."""
 
 import base64
 import zlib
@@ -13,7 +13,7 @@ from vessel_hsmc_ros.report.thinning import Buckets, buckets, thin, thin_time
 Array = NDArray[np.float64]
 
 TRACK_POINTS = 20_000
-"""Most poses of a track that a page holds; it interpolates between them."""
+"""Largest number of poses of a track; the page interpolates between them."""
 
 
 def packed(text: bytes) -> str:
@@ -25,7 +25,7 @@ class Payload:
     """Collects the arrays of a page, thinned; a time axis that several lines share is stored once.
 
     Args:
-        limit: Most values of one line.
+        limit: Largest number of values of one line.
     """
 
     def __init__(self, limit: int) -> None:
@@ -48,10 +48,10 @@ class Payload:
         Returns:
             Offset in bytes, count and type, for the page's `unpack`.
         """
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore"):  # a diverged run may exceed the range of 32-bit floats
             raw = np.ascontiguousarray(values).astype("<" + kind)
         where = {"at": self._length, "count": len(raw), "kind": kind}
-        # Bytes of equal significance next to each other: smooth series then compress to half the size.
+        # Byte shuffling: with bytes of equal significance next to each other, smooth series compress to half the size.
         self._parts.append(raw.view(np.uint8).reshape(len(raw), -1).T.tobytes())
         self._length += raw.nbytes
         return where
@@ -63,10 +63,10 @@ class Payload:
         return {"role": line.role, "time": time, "values": values, "bucket": chosen.size}
 
     def poses(self, time: Array, poses: Array) -> dict[str, Any]:
-        """Add a track: positions about their middle, so that 32 bits suffice, and a heading without jumps.
+        """Add a track: positions relative to their centre, so that 32 bits are sufficient, and the unwrapped heading.
 
         Args:
-            time: (n,) s.
+            time: (n,), s.
             poses: x, y, psi and more, (n, 3) or wider.
         """
         picks = np.unique(np.linspace(0, len(time) - 1, min(len(time), TRACK_POINTS)).astype(int))
@@ -82,6 +82,7 @@ class Payload:
 
     def _time(self, time: Array) -> tuple[Buckets, dict[str, Any]]:
         """The buckets of a time axis and its place; most lines share a few."""
+        # By identity: arrays of a run share one time axis. It is kept alive here, so that its id cannot be reused.
         if id(time) not in self._times:
             chosen = buckets(len(time), self._limit)
             self._times[id(time)] = time, chosen, self.add(thin_time(time, chosen), "f8")

@@ -1,4 +1,4 @@
-"""One run as a report shows it: its arrays, its metrics and what is known of its origin.
+"""One run as a report shows it: its arrays, its metrics and its provenance.
 
 A report reads everything from a `Run`, simulated or recorded. NaN marks quantities that a bag does not contain.
 """
@@ -72,7 +72,7 @@ def held(times: Array, values: Array, at: Array) -> Array:
     """
     if np.array_equal(times, at):
         return values
-    order = np.argsort(times, kind="stable")
+    order = np.argsort(times, kind="stable")  # stable: of equal times the last sample counts
     latest = np.searchsorted(times[order], at, side="right") - 1
     found: Array = values[order[np.clip(latest, 0, None)]]
     return found

@@ -1,4 +1,4 @@
-"""The one palette and plot style of pages, figures and the paper's pictures.
+"""The common palette and plot style of pages, figures and the figures of the paper.
 
 The line colours are Okabe and Ito's, which remain distinct in colour blindness, green and purple darkened for contrast on white.
 """
@@ -25,7 +25,7 @@ PLOT: Any = {
     "legend.frameon": False,
     "savefig.dpi": 130,
 }
-"""matplotlib settings that all pictures share."""
+"""matplotlib settings of all figures."""
 
 _LIGHT_PAGE = {
     "page": "#f5f7f9",
@@ -56,7 +56,7 @@ _DARK_PAGE = {
 
 
 def series_colour(run: int | None) -> str:
-    """The colour of a run among several; of what all runs share for None."""
+    """The colour of a run among several, by its index; the neutral colour of shared lines for None."""
     return NEUTRAL if run is None else SERIES[run % len(SERIES)]
 
 

@@ -25,13 +25,13 @@ FACTS = {
     "real_time_factor": ("real-time factor", ".1f", ""),
 }
 COSTS = ("missed_periods", "messages_dropped")
-"""Facts of which less is better, as it is of every metric."""
+"""Facts for which less is better, as for every metric."""
 
 NOTABLE = 0.01
-"""A relative difference below this is called neither better nor worse."""
+"""Relative difference below which a value is shown as neither better nor worse."""
 
 LARGEST_SHARE = 10.0
-"""A difference of more than ten times the first value is not expressed in percent."""
+"""Largest difference, in multiples of the first value, that is expressed in percent."""
 
 MISSING = "–"
 
@@ -69,7 +69,7 @@ class MetricRow(NamedTuple):
         return value.text if value else MISSING
 
     def difference(self, run: int) -> str:
-        """How much a run's value differs from the first run's, with sign and unit; empty where it does not or one is missing."""
+        """The difference of a run's value from the first run's, with sign and unit; empty if equal or if one is missing."""
         first, other = self.values[0], self.values[run]
         if first is None or other is None or first.value == other.value:
             return ""

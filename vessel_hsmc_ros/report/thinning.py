@@ -30,7 +30,7 @@ def buckets(samples: int, limit: int) -> Buckets:
 
     Args:
         samples: Number of samples, at least 1.
-        limit: Most values, at least 2.
+        limit: Largest number of values, at least 2.
     """
     return Buckets(samples, 1 if samples <= limit else -(-samples // (limit // 2)))
 
@@ -56,12 +56,14 @@ def thin(values: Array, chosen: Buckets) -> Array:
     """
     if chosen.size == 1:
         return values
+    # The last bucket is filled up with NaN, which the masked argmin and argmax below ignore.
     padded = np.full(chosen.number * chosen.size, np.nan)
     padded[: chosen.samples] = values
     rows = padded.reshape(chosen.number, chosen.size)
     unknown = np.isnan(rows)
     least = np.argmin(np.where(unknown, np.inf, rows), axis=1)
     greatest = np.argmax(np.where(unknown, -np.inf, rows), axis=1)
+    # In their order in time, so that a line through them does not reverse a slope.
     picks = np.column_stack((np.minimum(least, greatest), np.maximum(least, greatest)))
     extremes: Array = np.take_along_axis(rows, picks, axis=1).ravel()
     return extremes

@@ -1,1 +1,1 @@
-"""One run: offline or by the nodes, verified, run again, compared."""
+"""Runs of scenarios: offline or by the nodes, their verification, repetition and comparison."""

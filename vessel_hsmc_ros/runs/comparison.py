@@ -1,4 +1,4 @@
-"""Compare control laws: every law on every case, offline, on all cores."""
+"""Comparison of control laws: every law on every case, simulated offline on all cores."""
 
 import importlib.util
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ FALLBACK_RATE_HZ = 100.0
 """Rate of a law that is unstable at the requested one; the notes of the comparison mention it."""
 
 POINTS = 3000
-"""Points of a line in a figure, about."""
+"""Approximate number of points of a line in a figure."""
 
 SETTLED = 100.0
 """Reversals of the wrench are counted after this transient, or over the last quarter of a shorter run, s."""
@@ -80,7 +80,7 @@ class LawRun:
 
 
 class Task(NamedTuple):
-    """One run to make: a row, a law, and the law's rate; None for the rate of the row's scenario."""
+    """One run of a comparison: a row, a law, and the law's rate, Hz; None for the rate of the row's scenario."""
 
     row: Row
     law: str
@@ -88,7 +88,7 @@ class Task(NamedTuple):
 
 
 def default_laws() -> list[str]:
-    """The laws that track a position; predictive control only where CasADi is installed."""
+    """The laws that track a position; model predictive control only if CasADi is installed."""
     usable = [law for law in TRACKING_LAWS if law in LAWS]
     return [law for law in usable if law != "nmpc" or importlib.util.find_spec("casadi")]
 
@@ -113,11 +113,11 @@ def prepare(task: Task) -> tuple[Scenario, bool]:
 
 
 def run_task(task: Task, progress: Callable[[float], None] | None = None) -> LawRun:
-    """Simulate and evaluate one law on one row; a simulation that fails is an outcome too.
+    """Simulate and evaluate one law on one row; a simulation that fails is an outcome, not an error.
 
     Args:
-        task: The run to make.
-        progress: Called with the share that is done, from 0 to 1; may raise to cancel the run.
+        task: The row, the law and its rate.
+        progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     scenario, fell_back = prepare(task)
     outcome = LawRun(task.row, task.law, scenario.controller.rate_hz, fell_back)
@@ -134,6 +134,7 @@ def measure(row: Row, run: Run) -> LawMetrics:
     window = run.time >= run.time[0] + WINDOWS[row.over] * span
     distance = position_error(run.state, run.reference)
     angle = np.degrees(heading_error(run.state, run.reference))
+    # Chattering is a property of the steady state: reversals during the transient would hide it.
     settled = run.time[0] + (SETTLED if span > 2.0 * SETTLED else 0.75 * span)
     return LawMetrics(
         rms(distance[window]),
@@ -156,7 +157,7 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
     """Run all tasks in parallel processes.
 
     Args:
-        tasks: The runs to make.
+        tasks: The rows and laws to run.
         jobs: Number of processes; None for one per core.
         progress: Called with each outcome as soon as it is known.
 
@@ -168,6 +169,6 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
         ParameterError: a law or a changed parameter is unknown or out of range. All tasks are checked before the first one runs.
         RunError: a worker process was killed.
     """
-    for task in tasks:
+    for task in tasks:  # a wrong name is reported at once and not after minutes of simulation
         prepare(task)
     return worker_pool.run_all(run_task, tasks, workers=jobs, on_result=progress)

@@ -30,7 +30,7 @@ def by_row(outcomes: Sequence[LawRun]) -> list[tuple[Row, list[LawRun]]]:
 
 
 def limits(row: Row) -> str:
-    """The limits of a row as text; empty for a row without limits."""
+    """The limits of a row as text: rms error, largest error, excursion; empty for a row without limits."""
     given = ((row.at_most, "{:g} m"), (row.largest, "largest {:g} m"), (row.excursion, "excursion {:g}"))
     return ", ".join(form.format(value) for value, form in given if value is not None)
 
@@ -54,7 +54,7 @@ def table(row: Row, outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[st
 
 
 def cells(outcome: LawRun) -> list[str]:
-    """The line of a run in the table of its row, with the columns of COLUMNS."""
+    """The cells of a run in the table of its row, in the order of COLUMNS."""
     head = [outcome.law, f"{outcome.rate_hz:g}"]
     m = outcome.metrics
     if m is None:
@@ -77,7 +77,7 @@ def overview(outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[str]]]:
 
 
 def notes(outcomes: Sequence[LawRun]) -> list[str]:
-    """Remarks to the tables: laws that ran at another rate, and runs that ended early."""
+    """Notes on the tables: laws that ran at another rate, and runs that ended early."""
     other = {o.law: o.rate_hz for o in outcomes if o.fell_back}
     rates = [f"{law} is unstable at the requested rate and ran at {rate:g} Hz" for law, rate in other.items()]
     return rates + [f"{o.law} on {o.row.name}: {o.failure}" for o in outcomes if o.failure]
@@ -127,8 +127,14 @@ def _record(outcome: LawRun) -> dict[str, Any]:
 
 
 def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
-    """Draw the tracks of all laws with the reference, and their position errors over time."""
-    import matplotlib as mpl  # loading it takes longer than simulating a minute
+    """Draw the tracks of all laws with the reference, and their position errors over time.
+
+    Args:
+        row: The case, whose limit is drawn.
+        outcomes: Its runs; those without lines are omitted.
+        path: The PNG file.
+    """
+    import matplotlib as mpl  # imported here: it takes longer than simulating a minute
     from matplotlib.figure import Figure
 
     with mpl.rc_context(PLOT):
@@ -140,7 +146,7 @@ def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
             look: Any = {"color": COLOURS.get(outcome.law, SERIES[len(COLOURS)]), "lw": 1.1, "label": outcome.law}
             tracks.plot(x, y, **look)
             tracks.plot(x[0], y[0], "o", color=NEUTRAL, ms=4)
-            errors.semilogy(time, error.clip(1e-5), **look)
+            errors.semilogy(time, error.clip(1e-5), **look)  # clipped: a logarithmic axis has no zero
         if drawn:
             reference = drawn[0].lines.T
             tracks.plot(reference[3], reference[4], color=INK, lw=1.0, ls="--", label="reference")

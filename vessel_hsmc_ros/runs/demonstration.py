@@ -11,7 +11,7 @@ from vessel_hsmc_ros.report.record import Record
 SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "guided")
 DURATION = 150.0
-"""Simulated time, s: long enough to see which law converges, and short enough to wait for."""
+"""Simulated time, s: long enough to show which law converges, and short enough to wait for."""
 
 CONVERGED = 0.5
 """A law with a smaller rms position error over the last quarter of the run counts as converged, m."""
@@ -24,7 +24,7 @@ CAUSES = {
 
 
 class Comparison(NamedTuple):
-    """The runs of the demonstration, a sentence on each, and the files of their comparison."""
+    """The runs of the demonstration, a sentence on each, and the written files by kind."""
 
     records: list[Record]
     conclusions: tuple[str, ...]

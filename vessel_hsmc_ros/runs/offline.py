@@ -32,14 +32,20 @@ WIDTHS = (1, 6, 6, 6, 2, 3, 3)
 
 @dataclass
 class Desired:
-    """The virtual ship as the controller receives it: its latest published motion."""
+    """The reference as the controller receives it: the latest published motion of the reference ship.
+
+    Attributes:
+        ship: The generator of the reference trajectory.
+        grid: The instants at which it is published.
+        index: Index of the latest published instant; -1 before the first one.
+    """
 
     ship: Reference
     grid: RateGrid
     index: int = -1
 
     def at(self, stamp: int) -> tuple[Motion, Acceleration]:
-        """State and acceleration at the last published instant not after a time, ns."""
+        """State and acceleration at the latest published instant that is not after a stamp, ns."""
         while self.index < self.grid.index(stamp):
             if self.index >= 0:
                 self.ship.advance()
@@ -54,7 +60,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     Args:
         scenario: A scenario from `load_scenario`.
         progress: Called after each sample with the number of samples done and their total number.
-        law: A law to run instead of the scenario's.
+        law: A control law that replaces the scenario's.
 
     Returns:
         The arrays of the run, one row for each odometry message.
@@ -62,7 +68,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     Raises:
         ScenarioError: the scenario has no duration.
         SimulationError: the motion is no longer finite.
-        ControlError: the law has no value at a state of the run.
+        ControlError: the law is not defined at a state of the run.
     """
     sim = scenario.vessel_sim
     if sim.duration <= 0.0:
@@ -79,6 +85,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
     rows = np.empty((samples, sum(WIDTHS)))
     terms: list[tuple[float, Terms]] = []
     estimates: list[Motion] = []
+    # As in the nodes: the plant publishes, the controller answers, and the plant applies the answer in the same step.
     for k in range(samples):
         stamp = grid.stamp(k)
         time = seconds(stamp)
@@ -93,7 +100,7 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
         wrench = plant.applied(loop.wrench)
         unforced = plant.unforced_acceleration()
         rows[k] = (time, *state, *measured, *reference, *wrench, *acceleration(disturbance, vessel), *unforced)
-        if k + 1 < samples:
+        if k + 1 < samples:  # the last sample is the final state
             plant.advance(wrench, disturbance)
         if progress is not None:
             progress(k + 1, samples)

@@ -1,4 +1,4 @@
-"""The nodes as processes of the operating system: start them, observe their exit, stop them all."""
+"""The nodes as processes of the operating system: start them, detect their exit, stop them in order."""
 
 import ctypes
 import os
@@ -22,9 +22,10 @@ WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()
 """Nodes that only observe a run: their failure does not affect it."""
 
 STOP_LIMIT = 8.0
-"""Time limit for a process to end after SIGINT, s; then it is killed. It is generous, for busy machines."""
+"""Time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines."""
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+"""Environment variable of the Fast DDS profiles; those of this package shorten discovery."""
 LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: {message}", "RCUTILS_COLORIZED_OUTPUT": "0"}
 """The log of a node is searched for its errors, whatever format the user prefers on a terminal."""
 
@@ -43,7 +44,7 @@ class NodeProcess:
     def describe_exit(self) -> str:
         """How the process ended, as an error message."""
         code = self.popen.returncode
-        if code < 0:
+        if code < 0:  # Popen gives the negative number of the signal
             return f"{self.name} was killed by {signal.Signals(-code).name}"
         if code == 0:
             return f"{self.name} exited before the end of the run"
@@ -66,6 +67,7 @@ class NodeGroup:
         arguments = ["--ros-args", "--params-file", str(parameters)]
         if namespace:
             arguments += ["-r", f"__ns:=/{namespace}"]
+        # A profile that the user has set takes precedence over that of the package; the log format must not.
         environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         for name in names:
@@ -116,5 +118,5 @@ class NodeGroup:
 
 
 def _die_with_parent() -> None:
-    """Let the kernel send SIGINT to this child when its parent dies, even if the parent is killed."""
+    """Request that the kernel sends SIGINT to this child when its parent dies, even if the parent is killed."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)

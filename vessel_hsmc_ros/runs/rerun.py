@@ -1,4 +1,4 @@
-"""Repeat a recorded scenario with changed parameters, and compare both runs."""
+"""Repetition of a recorded scenario with changed parameters, compared with the recorded run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -38,13 +38,17 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
         namespace: ROS namespace of the vessel, where the bag has several.
         output: Where to create the run folder.
 
+    Returns:
+        The comparison of the recorded run with its repetition.
+
     Raises:
         ScenarioError: the bag has no scenario, or the change contradicts it.
         ParameterError: a parameter is unknown or out of range.
-        BagError: the bag has no run.
+        BagError: the bag lacks a topic that every run has.
     """
     from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 
+    # For as long as the recording: metrics of runs of different duration would not be comparable.
     scenario = _shortened(bag.scenario(dict(changes)), bag, namespace)
     recorded = replace(report.of_bag(bag.path, namespace), name="recorded")
     run = simulate(scenario)

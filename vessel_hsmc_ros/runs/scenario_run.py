@@ -1,4 +1,4 @@
-"""Run a scenario, by the nodes or offline, and write its run folder: metrics, page, figures, summary."""
+"""Runs a scenario by the nodes or offline, and writes its run folder: metrics, page, figures, summary."""
 
 import datetime
 import importlib
@@ -35,7 +35,7 @@ class Result:
         exit_code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
         failure: What failed, in one line; empty if nothing did.
         metrics: Metrics of the run; None if it is too short for them.
-        facts: All other measured values, by name.
+        facts: All other measured values, by their keys in run.json.
     """
 
     folder: RunFolder
@@ -75,6 +75,9 @@ def run_nodes(
         live_port: Port of the live view; None for no live view.
         requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
 
+    Returns:
+        The result; a failed run is a result with a nonzero exit code.
+
     Raises:
         RunError: ROS is not installed.
     """
@@ -100,6 +103,9 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
         parent: Folder in which the run folder is created.
         progress: Called with the simulated time.
 
+    Returns:
+        The result, with its metrics.
+
     Raises:
         ScenarioError: the scenario has no duration.
         SimulationError, ControlError: the closed loop diverges.
@@ -110,7 +116,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
     samples_per_second = scenario.vessel_sim.rate_hz
     run = offline.simulate(scenario, lambda done, _: progress((done - 1) / samples_per_second))
     wall = time.monotonic() - started
-    folder = make_run_folder(parent, f"{scenario.name}_offline")
+    folder = make_run_folder(parent, f"{scenario.name}_offline")  # only now: a run that diverges leaves no empty folder
     folder.write_parameters(scenario)
     result = Result(folder, facts={"real_time_factor": float(run.time[-1]) / wall})
     _evaluate_run(result, scenario, run, origin)
@@ -145,7 +151,7 @@ def _supervisor() -> Any:
 
 
 def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float) -> None:
-    """Evaluate what the nodes recorded."""
+    """Evaluate the bag of the nodes, and write page and figures."""
     from vessel_hsmc_ros import report  # takes longer to import than the nodes take to start
 
     record = report.of_bag(result.folder.bag, origin["namespace"])
@@ -155,7 +161,7 @@ def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float
 
 
 def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any]) -> None:
-    """Evaluate what was computed in this process."""
+    """Evaluate a run that was computed in this process, and write page and figures."""
     from vessel_hsmc_ros import report
 
     metrics = evaluate(run.time, run.state, run.reference, run.wrench)
@@ -205,5 +211,6 @@ def _now() -> datetime.datetime:
 
 def _process_start() -> float:
     """Start of this process on the clock of time.time(), before the interpreter ran its first line, s."""
+    # Field 22 of stat, in clock ticks since boot; the command name before it may contain spaces, but ends with ")".
     after_boot = float(Path("/proc/self/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[19])
     return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + after_boot / os.sysconf("SC_CLK_TCK")

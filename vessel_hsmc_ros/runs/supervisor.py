@@ -1,4 +1,4 @@
-"""Supervise one run of a scenario by the real nodes: start their processes, monitor them, stop them, complete the bag."""
+"""Supervision of a run by the real nodes: starts their processes, monitors and stops them, and completes the bag."""
 
 import fcntl
 import os
@@ -25,10 +25,10 @@ CONNECT_LIMIT = 20.0
 """Time limit for the discovery of the nodes, and for the start of the live view, s."""
 
 SILENCE_LIMIT = 3.5
-"""A node publishes diagnostics once a second; one that has not for this long hangs, s."""
+"""A node publishes diagnostics every second; without any for this time, s, it is considered to hang."""
 
 INTERRUPTED = 128
-"""Added to the number of the signal that ended a run, as shells do."""
+"""Offset of the exit code after a signal, whose number is added to it, as in a shell."""
 
 Progress = Callable[[float], None]
 
@@ -70,8 +70,11 @@ def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: 
     Args:
         folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
         namespace: Namespace of the nodes, without leading and trailing slashes.
-        progress: Called with the simulated time as diagnostics report it.
+        progress: Called with the simulated time in the diagnostics of the plant.
         live_port: Port of the live view; None for no live view.
+
+    Returns:
+        How the run ended; a failure is not raised.
     """
     # The processes come first: they start while this one creates its own node, and before it has threads (they are forked).
     with (
@@ -81,6 +84,7 @@ def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: 
         StatusListener(namespace) as listener,
     ):
         status = _monitor(nodes, listener, interrupts, progress)
+    # A node may fail while it shuts down, after the plant has ended the run.
     if not status.failure and (failed := nodes.failed()):
         status = ExitStatus(1, failed.describe_exit())
     if folder.bag.exists() and not repair.is_complete(folder.bag):
@@ -90,7 +94,7 @@ def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: 
 
 @contextmanager
 def live_view(folder: RunFolder, namespace: str, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
-    """Run the nodes of the live view, ready before the run begins; their later failure does not affect the run.
+    """A context in which the nodes of the live view run; ready when it is entered; their failure does not affect the run.
 
     Args:
         folder: The run folder.
@@ -125,7 +129,7 @@ def _is_listening(port: int) -> bool:
 
 @contextmanager
 def exclusive(namespace: str) -> Iterator[None]:
-    """A context in which no other run on this machine uses the ROS domain and namespace: their nodes would mix.
+    """A context in which no other run on this machine uses the ROS domain and namespace, so that nodes do not mix.
 
     Raises:
         RunError: another run uses them.
@@ -133,7 +137,7 @@ def exclusive(namespace: str) -> Iterator[None]:
     domain = os.environ.get("ROS_DOMAIN_ID", "0")
     name = f"vessel_hsmc_ros_{os.getuid()}_{domain}_{namespace.replace('/', '.')}.lock"
     with (Path(tempfile.gettempdir()) / name).open("w") as lock:
-        try:
+        try:  # the kernel releases the lock when this process ends, even if it is killed
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise RunError(

@@ -1,4 +1,4 @@
-"""Recompute recorded commands: the law on the recorded odometry and reference, compared bit by bit.
+"""Verification of a bag: recomputes the recorded commands from the recorded inputs, and requires bit-identical values.
 
 The inputs pass through `ControlLoop`, as in the node, with the parameters stored in the bag.
 """
@@ -67,9 +67,12 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
         scenario: The bag's own scenario, or a modified one to see the difference.
         namespace: Namespace of the vessel, if the bag holds several.
 
+    Returns:
+        The recorded and the recomputed commands.
+
     Raises:
         BagError: the bag lacks a topic, or was recorded in real time.
-        ControlError: the law has no value for a recorded input.
+        ControlError: the law is not defined for a recorded input.
     """
     if not scenario.controller.lockstep:
         raise BagError(
@@ -87,7 +90,7 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
     answers, answered = run_from_bag.matched(stamps, command)
     if not answered.any():
         raise BagError(f"bag {bag.path} has no command that answers an odometry message")
-    last = int(np.flatnonzero(answered)[-1]) + 1
+    last = int(np.flatnonzero(answered)[-1]) + 1  # a truncated bag may end before the command
     steps = _steps(scenario, stamps[:last], states, run_from_bag.inputs_at(stamps[:last], reference))
     computed = np.array([*steps]).reshape(-1, 2)
     chosen = np.flatnonzero(answered[: len(computed)])
@@ -106,7 +109,7 @@ def _steps(
     loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
     known, references, accelerations = inputs
     for row, stamp in enumerate(stamps.tolist()):
-        if loop.due(stamp):
+        if loop.due(stamp):  # the law has a state: from a missing input on, no later command can be recomputed
             if not known[row]:
                 return
             loop.step(stamp, as_motion(states[row]), as_motion(references[row]), as_acceleration(accelerations[row]))

@@ -1,4 +1,4 @@
-"""Run a function over many tasks in worker processes: progress, cancellation, and errors of the workers."""
+"""Parallel execution of a function over many tasks in worker processes, with progress, cancellation and errors."""
 
 import ctypes
 import multiprocessing
@@ -31,7 +31,7 @@ def run_all(
     on_result: Callable[[Result], None] | None = None,
     on_progress: Progress | None = None,
 ) -> list[Result]:
-    """Call a function with every task, in worker processes, or in this one if a single worker is enough.
+    """Call a function with every task, in worker processes, or in this process if one worker is sufficient.
 
     The first error of a task cancels the others, as does an interrupt (Ctrl-C) of this process. A running task is cancelled at
     its next report of progress.
@@ -40,7 +40,7 @@ def run_all(
         function: A function at the top level of a module, called with a task and a callback for the progress of that task.
         tasks: Its arguments, started in this order: the longest first keeps all workers busy until the end.
         workers: Number of processes; one per available core by default.
-        on_result: Called with each result as soon as it is there.
+        on_result: Called with each result as soon as it is available.
         on_progress: Called several times a second with the sum of the progress of all tasks.
 
     Returns:
@@ -48,19 +48,20 @@ def run_all(
 
     Raises:
         RunError: a worker process was killed.
-        Exception: what the function raised for the first task that failed.
+        Exception: the exception of the function for the first task that failed.
     """
     workers = min(workers or len(os.sched_getaffinity(0)), len(tasks))
     if workers <= 1:
         return _run_here(function, tasks, on_result, on_progress)
     context = multiprocessing.get_context("spawn")  # a forked copy of a process with threads may deadlock
+    # Shared memory without locks: each worker writes its own element, and a stale value is harmless.
     progress: Any = context.RawArray(ctypes.c_double, len(tasks))
     cancelled: Any = context.RawValue(ctypes.c_bool, False)
     with ProcessPoolExecutor(workers, context, _prepare_worker, (progress, cancelled)) as pool:
         futures = [pool.submit(_run_task, function, index, task) for index, task in enumerate(tasks)]
         try:
             _await(futures, on_result, lambda: on_progress and on_progress(sum(progress)))
-        except BaseException:
+        except BaseException:  # KeyboardInterrupt too
             cancelled.value = True
             pool.shutdown(wait=False, cancel_futures=True)
             raise
