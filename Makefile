@@ -64,8 +64,10 @@ format: setup  ## format the code
 terms: setup  ## list words that have a standard term instead (test/project/terms.yaml)
 	@$(BIN)/python test/project/terms.py
 
-benchmark: setup  ## measure a lockstep step against bare rclpy round trips
+benchmark: setup  ## measure a lockstep step against bare rclpy round trips, the start-up, and the pace in real time
 	@$(BIN)/python benchmarks/loop.py
+	@$(BIN)/python benchmarks/start_up.py
+	@$(BIN)/python benchmarks/real_time.py
 
 benchmark-bags: setup  ## measure writing, recording and live viewing, and kill 20 recorders
 	@$(BIN)/python benchmarks/bags.py

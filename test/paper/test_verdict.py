@@ -30,8 +30,12 @@ QUOTES = [
     ("after {:.1f} s, PD after {:.1f} s", ("course", "heading_settling_time"), ("course_pd", "heading_settling_time")),
     ("off by {:.4f}° and {:.1f}° rms", ("course_disturbed", SECOND), ("course_pd_disturbed", SECOND)),
     ("without it the error is {:.4f}°", ("course_disturbed_no_learning", SECOND)),
-    ("left by {:.1f} m after 400 s. Calm, it is {:.0f} m", ("circle", FINAL), ("circle_calm", FINAL)),
-    ("off by {:.2f} m in 50 s and {:.2f} m in 400 s", ("stabilisation", "position_error_early"), ("stabilisation", FINAL)),
+    ("ship is {:.1f} m off the circle. Without disturbance it is {:.0f} m off", ("circle", FINAL), ("circle_calm", FINAL)),
+    (
+        "displaces the ship by {:.2f} m in 50 s and {:.2f} m in 400 s",
+        ("stabilisation", "position_error_early"),
+        ("stabilisation", FINAL),
+    ),
     ("to {:.0e} of {:.1f} rad/s", ("circle_exact_calm", "yaw_surface_late"), ("circle_exact_calm", "yaw_surface_start")),
     ("on this circle at {:.4f} 1/s", ("circle", "growth_rate")),
     ("ship known exactly, calm | {:.0e}", ("circle_exact_calm", "reduced_deviation")),
@@ -47,8 +51,8 @@ QUOTES = [
     ("| ship known exactly, calm | {:.0f} m", ("circle_exact_calm", FINAL)),
     ("(29) as printed | {:.1f} m", ("circle_as_printed", FINAL)),
     ("switching sign | {:.1f} m", ("circle_switched", FINAL)),
-    ("error is −{:.2f} m when the ship settles", ("straight_calm", "sway_error_on_surfaces")),
-    ("calm it stays, {:.2f} m after 400 s", ("straight_calm", FINAL)),
+    ("error is −{:.2f} m when the transient has decayed", ("straight_calm", "sway_error_on_surfaces")),
+    ("without disturbance it remains, {:.2f} m after 400 s", ("straight_calm", FINAL)),
     ("through zero to {:.2f} m. The slalom's {:.3f} m", ("straight", FINAL), ("slalom", FINAL)),
     ("after 800 s it is {:.1f} m", ("slalom_long", FINAL)),
     ("{:.2f} m rms in the second quarter", ("straight_a_0.1", "position_error_second_quarter")),
@@ -70,8 +74,8 @@ QUOTES = [
     ("the run ends after {:.2f} s. The nodes refuse", ("circle_50_hz", "ended_at")),
     ("command is {:.3g} N, an acceleration of {:.1f} g", ("circle", "surge_force_peak"), ("circle", "surge_peak_in_g")),
     ("and {:.2g} N·m. An actuator", ("circle", "yaw_moment_peak")),
-    ("off by {:.0f}° over the last quarter", ("circle_limited", LATE)),
-    ("left by {:.0f} m, with half more by {:.0f} m", ("circle_weak_hull", FINAL), ("circle_stiff_hull", FINAL)),
+    ("rms error is {:.0f}° over the last quarter", ("circle_limited", LATE)),
+    ("{:.0f} m off the circle, with 1.5 times the damping {:.0f} m", ("circle_weak_hull", FINAL), ("circle_stiff_hull", FINAL)),
     ("end of the circle, {:.4f}° here", ("circle", "heading_error_final_deg")),
     ("oscillation whose rms is {:.3f}°", ("circle", LATE)),
 ]
@@ -85,7 +89,7 @@ def test_the_verdict_quotes_the_results(quote: tuple[Any, ...]) -> None:
 
 def test_the_derived_numbers_of_the_verdict_follow_from_the_results() -> None:
     holding = sum(claim.holds(RESULTS) for claim in CLAIMS)
-    assert f"holds {len(CLAIMS)} claims of the paper against thresholds: {holding} hold" in VERDICT
+    assert f"evaluates {len(CLAIMS)} claims of the paper against thresholds: {holding} hold" in VERDICT
     assert f"a doubling in {math.log(2.0) / RESULTS['circle'].growth_rate:.0f} s" in VERDICT
     rising = 100.0 * RESULTS["circle_exact"].lyapunov_rising_share
     assert f"V rises in {rising:.1f} % of the periods" in VERDICT
