@@ -25,11 +25,9 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 	@cp build/reproduce/claims.md build/reproduce/results.json docs/
 	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
 
-# Tests without nodes share the cores, file by file, because fixtures live as long as their file. Tests with nodes run alone:
-# they depend on time.
+# Two processes share the tests file by file, because fixtures live as long as their file. Each has a ROS domain of its own.
 test: setup  ## run all tests
-	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --ignore test/nodes --ignore test/processes
-	@$(BIN)/python -m pytest test/nodes test/processes
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
 
 coverage: setup  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project

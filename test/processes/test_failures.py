@@ -137,7 +137,10 @@ def test_run_without_ros_names_what_is_missing(start: Any) -> None:
     code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
     command = start("python", "-c", code + "from vessel_hsmc_ros.cli.main import main; sys.exit(main())")
     assert command.wait(20.0) == 1
-    assert "error: rclpy is not installed: nodes need ROS 2, only `vessel-hsmc simulate` does without" in command.text
+    assert (
+        "error: rclpy is not installed: nodes need ROS 2, source a Jazzy workspace; `vessel-hsmc simulate` does without"
+        in command.text
+    )
 
 
 BAD_RUNS = [

@@ -6,6 +6,7 @@ from importlib.metadata import entry_points
 import pytest
 
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.nodes import entry_points as node_scripts
 from vessel_hsmc_ros.scenario import parameters
 
 PROGRAMS = LOOP | WATCHERS
@@ -20,10 +21,9 @@ def test_every_node_declares_its_parameters() -> None:
 def test_every_node_has_its_executable_and_module(name: str) -> None:
     program = PROGRAMS[name]
     scripts = {point.name: point.value for point in entry_points(group="console_scripts")}
-    module, _, function = scripts[program.executable].partition(":")
-    assert module in (program.module, f"{program.module}.node")
-    assert function == "main"
-    assert importlib.util.find_spec(module)
+    assert scripts[program.executable] == f"{node_scripts.__name__}:{program.executable}"
+    assert callable(getattr(node_scripts, program.executable))
+    assert importlib.util.find_spec(program.module)
 
 
 @pytest.mark.parametrize("name", parameters.NODES | parameters.WATCHERS)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from importlib import import_module
 
 from vessel_hsmc_ros.core.install_paths import missing_module
+from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 
 
 def entry_point(module: str) -> Callable[[], int]:
@@ -30,9 +31,9 @@ def entry_point(module: str) -> Callable[[], int]:
     return main
 
 
-vessel_sim_node = entry_point("vessel_sim_node.node")
-reference_ship_node = entry_point("vessel_hsmc_ros.nodes.reference_ship")
-controller_node = entry_point("vessel_hsmc_ros.nodes.controller")
-recorder_node = entry_point("vessel_hsmc_ros.nodes.recorder")
-marker_node = entry_point("vessel_hsmc_ros.nodes.markers")
-live_node = entry_point("vessel_hsmc_ros.nodes.live")
+vessel_sim_node = entry_point(f"{LOOP['vessel_sim'].module}.node")  # its module is a package, run by `python -m`
+reference_ship_node = entry_point(LOOP["reference_ship"].module)
+controller_node = entry_point(LOOP["controller"].module)
+recorder_node = entry_point(LOOP["recorder"].module)
+marker_node = entry_point(WATCHERS["markers"].module)
+live_node = entry_point(WATCHERS["live"].module)
