@@ -27,7 +27,7 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 
 # Two processes share the tests file by file, because fixtures live as long as their file. Each has a ROS domain of its own.
 test: setup  ## run all tests
-	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 coverage: setup  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project

@@ -59,8 +59,19 @@ KINDS = {
 """The mark of the tests in each folder; those of all other folders work on files."""
 
 
+LONG = ("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "laws/test_guided.py", "nodes")
+"""Folders and files with the longest tests. They come first, so that at the end of the suite no process waits long for the other."""
+
+
+def urgency(item: pytest.Item) -> int:
+    """The place of a test's file or folder in LONG."""
+    path = item.path.relative_to(ROOT / "test").as_posix()
+    return next((place for place, prefix in enumerate(LONG) if path.startswith(prefix)), len(LONG))
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark each test with its kind."""
+    """Mark each test with its kind, and let the longest come first."""
+    items.sort(key=urgency)
     for item in items:
         folder = item.path.relative_to(ROOT / "test").parts[0]
         item.add_marker(KINDS.get(folder, "files"))

@@ -54,7 +54,7 @@ def test_commands_with_a_scenario_are_valid(page: Path) -> None:
     """Load the scenario of every `vessel-hsmc run` and `simulate`, with its changes."""
     text = page.read_text(encoding="utf-8")
     for scenario, rest in re.findall(r"vessel-hsmc (?:run|simulate) +([a-z]\w*)([^`\n#|]*)", text):
-        load_scenario(scenario, parse_changes(tuple(re.findall(r"--set (\S+=\S+)", rest))))
+        assert load_scenario(scenario, parse_changes(tuple(re.findall(r"--set (\S+=\S+)", rest)))).name == scenario
 
 
 def exists(dotted: str) -> bool:

@@ -51,7 +51,8 @@ def test_invalid_changes_are_rejected(changes: dict[str, object], error: type[Ex
 
 
 def test_in_real_time_the_rates_need_not_be_multiples() -> None:
-    load_scenario("case2_tracking", {"vessel_sim.rate_hz": 150.0, "controller.lockstep": False})
+    scenario = load_scenario("case2_tracking", {"vessel_sim.rate_hz": 150.0, "controller.lockstep": False})
+    assert (scenario.vessel_sim.rate_hz, scenario.controller.rate_hz) == (150.0, 100.0)
 
 
 def test_an_unknown_scenario_is_rejected_with_the_known_names() -> None:

@@ -62,8 +62,9 @@ def run_all(
         try:
             _await(futures, on_result, lambda: on_progress and on_progress(sum(progress)))
         except BaseException:  # KeyboardInterrupt too
+            # Wait for the workers: one that still reports progress would write into memory that a later pool may own by then.
             cancelled.value = True
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(wait=True, cancel_futures=True)
             raise
         return [future.result() for future in futures]
 
