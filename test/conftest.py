@@ -60,7 +60,7 @@ KINDS = {
 
 
 LONG = ("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "laws/test_guided.py", "nodes")
-"""Folders and files with the longest tests. They come first, so that at the end of the suite no process waits long for the other."""
+"""Folders and files with the longest tests: they come first, so that both processes end at about the same time."""
 
 
 def urgency(item: pytest.Item) -> int:
