@@ -15,8 +15,15 @@ if TYPE_CHECKING:
     from rclpy.client import Client
 
 
+RETRY_AFTER = 8
+"""Calls of `request` after which an unanswered request is sent again."""
+
+
 class ParameterCollector:
     """Requests the parameters of every node that has parameter services.
+
+    A request is repeated until it is answered: a server may answer before it has discovered the client's reader, and DDS then
+    loses the response.
 
     Args:
         node: Owner of the service clients; its own parameters are read directly.
@@ -33,6 +40,7 @@ class ParameterCollector:
         }
         self._requested = {name}
         self._clients: dict[str, list[Client]] = {}
+        self._calls: dict[str, int] = {}
         self._reported = 0
 
     def request(self) -> None:
@@ -40,15 +48,22 @@ class ParameterCollector:
         there = {f"{ns.rstrip('/')}/{name}": name for name, ns in self._node.get_node_names_and_namespaces()}
         # Clients of nodes that have answered or left are not needed any more.
         for name in [name for name in self._clients if name in self.parameters or name not in there]:
-            for client in self._clients.pop(name):
-                self._node.destroy_client(client)
+            self._destroy_clients(name)
+        for name in list(self._clients):
+            self._calls[name] += 1
+            if self._calls[name] % RETRY_AFTER == 0:
+                self._destroy_clients(name)
+                self._requested.discard(name)
         for full, name in there.items():
             if full not in self._requested and not name.startswith("_"):  # an underscore marks a hidden node
                 self._request(full)
 
     def new_document(self) -> str | None:
-        """All parameters as a ROS parameters file; None if no node was added since the last call, or an answer is pending."""
-        if len(self.parameters) == self._reported or self._clients:
+        """All parameters as a ROS parameters file; None if no node was added since the last call, or more are on their way.
+
+        A node whose first request was not answered delays the others no longer.
+        """
+        if len(self.parameters) == self._reported or any(self._calls[name] < RETRY_AFTER for name in self._clients):
             return None
         self._reported = len(self.parameters)
         document = {name: {"ros__parameters": tree(self.parameters[name])} for name in sorted(self.parameters)}
@@ -64,6 +79,7 @@ class ParameterCollector:
             return
         self._requested.add(name)
         self._clients[name] = [lister, getter]
+        self._calls.setdefault(name, 0)
 
         # Chained callbacks: waiting for an answer here would deadlock the executor that delivers it.
         def on_names(future: Future) -> None:
@@ -75,6 +91,10 @@ class ParameterCollector:
             self.parameters[name] = {key: value for key, value in zip(names, values, strict=True) if value is not None}
 
         lister.call_async(ListParameters.Request()).add_done_callback(on_names)
+
+    def _destroy_clients(self, name: str) -> None:
+        for client in self._clients.pop(name):
+            self._node.destroy_client(client)
 
 
 def _plain(value: Any) -> Any:

@@ -1,0 +1,33 @@
+"""The collection of the parameters of all nodes: what happens when a node does not answer."""
+
+from typing import Any
+
+import rclpy
+import yaml
+from rcl_interfaces.srv import GetParameters, ListParameters
+
+from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
+
+
+def test_an_unanswered_request_is_repeated_and_delays_other_nodes_only_for_a_while(bench: Any) -> None:
+    silent = rclpy.create_node("silent", context=bench.context)  # not in an executor: its services do not answer yet
+    bench.nodes.append(silent)
+    silent.declare_parameter("gain", 2.5)
+    clients = [
+        bench.probe.create_client(kind, f"/silent/{service}")
+        for kind, service in ((ListParameters, "list_parameters"), (GetParameters, "get_parameters"))
+    ]
+    bench.until(lambda: all(client.service_is_ready() for client in clients))
+    collector = ParameterCollector(bench.probe)
+
+    def poll() -> str | None:
+        collector.request()
+        return collector.new_document()
+
+    assert poll() is None, "the first request is pending"
+    document = bench.until(poll)
+    assert set(yaml.safe_load(document)) == {"/probe"}
+
+    bench.executor.add_node(silent)
+    document = bench.until(poll)
+    assert yaml.safe_load(document)["/silent"]["ros__parameters"]["gain"] == 2.5
