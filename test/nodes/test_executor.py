@@ -42,7 +42,7 @@ def test_direct_subscriptions_timers_and_services_are_all_served(bench: Any, pol
     direct.shutdown()
     assert received == list(range(sent))
     assert calls
-    assert ticks[0] < 2000, "the timer had to wait for the last message"
+    assert len(ticks) > 3, "the timer was not served while messages kept coming"
 
 
 def test_exceptions_of_callbacks_are_raised_by_the_executor(bench: Any) -> None:
