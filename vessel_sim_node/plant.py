@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.hull import Hull
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
 
@@ -71,9 +72,14 @@ def damping(default: float, description: str, unit: str, symbol: str, high: floa
     return parameter(default, description, unit=unit, low=0.0, high=high, symbol=symbol)
 
 
+def propulsion_limit(what: str, unit: str) -> float:
+    """Declare the largest force or moment of the propulsion; there is no limit by default, as in the paper."""
+    return parameter(math.inf, f"Largest {what} of the propulsion, in either direction.", unit=unit, low=1e-3, high=math.inf)
+
+
 @dataclass(frozen=True)
 class VesselParameters:
-    """The coefficients of the ship; the defaults are the ship of the paper's section 6.2."""
+    """The coefficients and limits of the ship; the defaults are the ship of the paper's section 6.2."""
 
     surge_inertia: float = inertia(120e3, "Mass with added mass in surge.", "kg", "m11")
     sway_inertia: float = inertia(177.9e3, "Mass with added mass in sway.", "kg", "m22")
@@ -87,6 +93,8 @@ class VesselParameters:
     sway_damping_cubic: float = damping(0.1 * 147e3, "Cubic damping in sway, on v³.", "kg·s/m²", "d_v3")
     yaw_damping_quadratic: float = damping(0.2 * 802e4, "Quadratic damping in yaw, on |r|r.", "kg·m²", "d_r2", 1e15)
     yaw_damping_cubic: float = damping(0.1 * 802e4, "Cubic damping in yaw, on r³.", "kg·m²·s", "d_r3", 1e15)
+    surge_force_limit: float = propulsion_limit("surge force", "N")
+    yaw_moment_limit: float = propulsion_limit("yaw moment", "N·m")
     as_printed: bool = parameter(False, "Divide the higher-order yaw damping by m11, as printed in (6), instead of by m33.")
 
     def coefficients(self) -> Vessel:
@@ -96,6 +104,13 @@ class VesselParameters:
             return vessel
         factor = vessel.m33 / vessel.m11
         return vessel._replace(d_r2=factor * vessel.d_r2, d_r3=factor * vessel.d_r3)
+
+
+@dataclass(frozen=True)
+class ShipParameters(Hull, VesselParameters):
+    """The coefficients of the ship with its dimensions, which the waves use."""
+
+    draught: float = parameter(1.3, "Draught of the hull, for waves.", unit="m", low=0.01, high=1e2)
 
 
 def initial_pose(default: tuple[float, float, float]) -> tuple[float, ...]:

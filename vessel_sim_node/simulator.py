@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vessel_hsmc_ros.core import hull
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
@@ -20,7 +21,7 @@ from vessel_sim_node.disturbance import (
     total,
 )
 from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import Array, VesselParameters, initial_pose, initial_velocity, unforced_in_current
+from vessel_sim_node.plant import Array, ShipParameters, initial_pose, initial_velocity, unforced_in_current
 from vessel_sim_node.sensors import SensorParameters, Sensors
 from vessel_sim_node.waves import WaveParameters, Waves
 
@@ -43,7 +44,7 @@ class PlantParameters:
     initial_velocity: tuple[float, ...] = initial_velocity()
     substeps: int = parameter(1, "Integration steps between two odometry messages.", low=1, high=1000)
     seed: int = parameter(0, "Seed of all random numbers; runs with the same seed are bit-identical.", low=0, high=2**31 - 1)
-    vessel: VesselParameters = group(VesselParameters)
+    vessel: ShipParameters = group(ShipParameters)
     disturbance: DisturbanceParameters = group(DisturbanceParameters)
     actuators: ActuatorParameters = group(ActuatorParameters)
     sensors: SensorParameters = group(SensorParameters)
@@ -65,6 +66,7 @@ class Simulator:
         self._parameters = parameters
         self._period = period
         self._phase = 0.0
+        self._periods = 0
         self._vessel = parameters.vessel.coefficients()
         self._current = parameters.disturbance.current.east, parameters.disturbance.current.north
         self.odometry_is_true = parameters.sensors.perfect() and not parameters.disturbance.waves.significant_height
@@ -76,11 +78,11 @@ class Simulator:
         # Separate generators: switching one source of randomness on or off leaves the others unchanged.
         gusts, sensors, sea = (np.random.default_rng((p.seed, i)) for i in range(3))
         self.state: Array = np.array(p.initial_pose + p.initial_velocity)
-        self._actuators = Actuators(p.actuators, self._period)
+        self._actuators = Actuators(within(p.actuators, p.vessel), self._period)
         self._sensors = Sensors(p.sensors, sensors)
         self._gusts = gusts
         self._wind = Wind(environment.earth_fixed, self._period, gusts) if environment.earth_fixed.active() else None
-        self._waves = Waves(environment.waves, sea) if environment.waves.significant_height else None
+        self._waves = Waves(environment.waves, sea, p.vessel) if environment.waves.significant_height else None
 
     def retune(self, changed: DisturbanceParameters, time: float) -> None:
         """Take changed periodic and earth-fixed disturbances and a changed current while the ship moves.
@@ -171,12 +173,28 @@ class Simulator:
                 state = np.full(6, np.nan)
         if not np.isfinite(state).all():
             raise SimulationError(
-                f"the ship's motion is no longer finite under {wrench[0]:g} N and {wrench[1]:g} N·m:"
-                " the closed loop is unstable or the step too long"
+                f"the ship's motion is no longer finite at t = {self._periods * self._period:g} s under {wrench[0]:g} N and"
+                f" {wrench[1]:g} N·m: the closed loop is unstable or the step too long{self._inherited()}"
             )
         self.state = state
+        self._periods += 1
         if self._wind:
             self._wind.advance()
+
+    def _inherited(self) -> str:
+        """What the hull has inherited from the paper's ship, for an error message; empty for the paper's ship itself."""
+        vessel = self._parameters.vessel
+        names = hull.kept(vessel) if hull.another_ship(vessel) else {}
+        return f"; the paper's ship's values remain in vessel.{', vessel.'.join(names.values())}" if names else ""
+
+
+def within(actuators: ActuatorParameters, vessel: ShipParameters) -> ActuatorParameters:
+    """The actuators within the limits of the propulsion: of both limits the tighter one holds."""
+    return replace(
+        actuators,
+        surge_force_limit=min(actuators.surge_force_limit, vessel.surge_force_limit),
+        yaw_moment_limit=min(actuators.yaw_moment_limit, vessel.yaw_moment_limit),
+    )
 
 
 def check_command(command: tuple[float, float]) -> None:

@@ -28,19 +28,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.hull import BEAM, LENGTH
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.disturbance import Wrench
+from vessel_sim_node.plant import ShipParameters
 
 Array = NDArray[np.float64]
 
 GRAVITY, WATER_DENSITY = 9.81, 1025.0
 
 
+def dimension(what: str, symbol: str, high: float) -> float:
+    """Declare a dimension of the hull in waves, which is by default that of the ship."""
+    return parameter(
+        0.0, f"{what.capitalize()} of the hull in waves; 0 for vessel.{what}.", unit="m", low=0.0, high=high, symbol=symbol
+    )
+
+
 @dataclass(frozen=True)
 class WaveParameters:
-    """The sea state and the dimensions of the hull; a significant height of 0 switches the waves off."""
+    """The sea state, and dimensions of the hull that differ from the ship's; a significant height of 0 switches the waves off."""
 
     significant_height: float = parameter(
         0.0, "Significant wave height; 0 for no waves.", unit="m", low=0.0, high=30.0, symbol="H_s"
@@ -53,9 +60,9 @@ class WaveParameters:
         0.0, "Direction of wave propagation, counter-clockwise from east.", unit="rad", low=-7.0, high=7.0
     )
     components: int = parameter(30, "Number of regular wave components.", low=1, high=1000)
-    hull_length: float = parameter(LENGTH, "Length of the hull.", unit="m", low=0.1, high=1e3, symbol="L")
-    hull_beam: float = parameter(BEAM, "Beam of the hull.", unit="m", low=0.1, high=1e3, symbol="B")
-    hull_draught: float = parameter(1.3, "Draught of the hull.", unit="m", low=0.01, high=1e2, symbol="D")
+    hull_length: float = dimension("length", "L", 1e3)
+    hull_beam: float = dimension("beam", "B", 1e3)
+    hull_draught: float = dimension("draught", "D", 1e2)
 
 
 def spectrum(omega: Array, significant_height: float, peak: float, gamma: float) -> Array:
@@ -101,12 +108,13 @@ class Waves:
     as one of equally spaced frequencies would.
 
     Args:
-        parameters: The sea state and the hull.
+        parameters: The sea state.
         random: Random-number generator of frequencies and phases.
+        ship: The ship, for its dimensions.
     """
 
-    def __init__(self, parameters: WaveParameters, random: np.random.Generator) -> None:
-        p, n = parameters, parameters.components
+    def __init__(self, parameters: WaveParameters, random: np.random.Generator, ship: ShipParameters | None = None) -> None:
+        p, n, ship = parameters, parameters.components, ship or ShipParameters()
         # From H_s = 4·sqrt(m0) with the spectral moment m0 = n·A²/2.
         self.amplitude = p.significant_height / math.sqrt(8.0 * n)
         self.omega = frequencies((np.arange(n) + random.random(n)) / n, 2.0 * math.pi / p.peak_period, p.peak_enhancement)
@@ -115,10 +123,10 @@ class Waves:
         self._direction = p.direction
         self._d = math.cos(p.direction), math.sin(p.direction)
         # Deep water: the orbital motion decays with exp(-k·depth), and its mean over the draught is (1 - exp(-k·D))/(k·D).
-        depth = self._k * p.hull_draught
+        depth = self._k * (p.hull_draught or ship.draught)
         self._orbit = self.amplitude * -np.expm1(-depth) / depth
         self._drift_amplitude = self.amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
-        self._length, self._beam = p.hull_length, p.hull_beam
+        self._length, self._beam = p.hull_length or ship.length, p.hull_beam or ship.beam
 
     def change_current(self, old: tuple[float, float], new: tuple[float, float], time: float) -> None:
         """Keep every phase continuous where the current that the waves ride on changes.

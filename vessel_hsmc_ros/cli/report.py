@@ -9,7 +9,7 @@ from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import namespace_option
 from vessel_hsmc_ros.cli.results import print_metrics
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.hull import BEAM, LENGTH
+from vessel_hsmc_ros.core.hull import DrawnHull
 
 
 @click.command()
@@ -22,19 +22,21 @@ from vessel_hsmc_ros.core.hull import BEAM, LENGTH
 @click.option("--figures", type=click.Choice(["png", "svg"]), help="Also save the figures, in figures/ beside the page.")
 @click.option("--csv", is_flag=True, help="Also export all signals as CSV, into csv/ beside the page.")
 @click.option("--parquet", is_flag=True, help="Also export all signals as Parquet, if pyarrow is installed.")
-@click.option("--hull-length", type=float, default=LENGTH, show_default=True, help="Length of the drawn hull, m.")
-@click.option("--hull-beam", type=float, default=BEAM, show_default=True, help="Beam of the drawn hull, m.")
-def report(bags: tuple[Path, ...], hull_length: float, hull_beam: float, output: Path | None, **options: Any) -> None:
+@click.option("--hull-length", type=float, help="Length of the drawn hull, m [default: of the recorded ship].")
+@click.option("--hull-beam", type=float, help="Beam of the drawn hull, m [default: of the recorded ship].")
+def report(
+    bags: tuple[Path, ...], hull_length: float | None, hull_beam: float | None, output: Path | None, **options: Any
+) -> None:
     """Write a self-contained page on one or several recorded runs.
 
     It shows the vessel on its track beside its reference, linked diagrams of all signals, metrics, parameters and versions.
     Several bags are overlaid, with a table of the differences from the first. The page of a bag outside a run folder is
     NAME_report.html beside it.
     """
-    from vessel_hsmc_ros.report import Hull, rows  # imports the report's libraries
+    from vessel_hsmc_ros.report import rows  # imports the report's libraries
     from vessel_hsmc_ros.report.making import Wanted, make
 
-    hull = schema.build(Hull, {"length": hull_length, "beam": hull_beam}, "hull")
+    hull = schema.build(DrawnHull, {"length": hull_length or 0.0, "beam": hull_beam or 0.0}, "hull")
     made = make(bags, Wanted(page=output, hull=hull, **options))
     print_metrics([(record.name if len(made.records) > 1 else "", rows(record.metrics, record.facts)) for record in made.records])
     for what, path in made.files.items():

@@ -1,14 +1,19 @@
-"""Outline of the hull, to draw a ship to scale; the equations of motion contain no dimensions.
+"""Dimensions of the hull and its outline, to draw a ship to scale; the equations of motion contain no dimensions.
 
 LENGTH is that of the 118 t ship whose coefficients the paper uses. BEAM is ours: with a draught of 1.3 m, a slender monohull
 of these dimensions has the displacement that the paper's inertia implies. The wave loads use the same dimensions.
+
+Hull data default to the paper's ship, so a ship that is described only in part keeps some of its values: `another_ship` and
+`kept` find them.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
@@ -19,10 +24,49 @@ LENGTH, BEAM = 32.0, 6.4
 
 @dataclass(frozen=True)
 class Hull:
-    """Dimensions of the hull that is drawn."""
+    """Dimensions of the hull."""
 
-    length: float = parameter(LENGTH, "Length of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
-    beam: float = parameter(BEAM, "Beam of the hull that is drawn.", unit="m", low=0.1, high=1000.0)
+    length: float = parameter(LENGTH, "Length of the hull, for waves and drawings.", unit="m", low=0.1, high=1000.0)
+    beam: float = parameter(BEAM, "Beam of the hull, for waves and drawings.", unit="m", low=0.1, high=1000.0)
+
+
+@dataclass(frozen=True)
+class DrawnHull:
+    """Dimensions of a drawn hull that differ from the ship's."""
+
+    length: float = parameter(0.0, "Length of the hull that is drawn; 0 for vessel.length.", unit="m", low=0.0, high=1000.0)
+    beam: float = parameter(0.0, "Beam of the hull that is drawn; 0 for vessel.beam.", unit="m", low=0.0, high=1000.0)
+
+    def of(self, ship: Hull) -> Hull:
+        """The hull to draw for a ship."""
+        return Hull(self.length or ship.length, self.beam or ship.beam)
+
+
+VARIATION = 2.0
+"""Up to this factor from the paper's value, hull data count as a variation of the paper's ship, not as another ship."""
+
+
+def another_ship(vessel: object) -> bool:
+    """Whether hull data are those of another ship: one of them differs from the paper's by more than VARIATION."""
+    return any(not paper / VARIATION <= value <= paper * VARIATION for value, paper in _beside_the_papers(vessel).values())
+
+
+def kept(vessel: object) -> dict[str, str]:
+    """The hull data that equal those of the paper's ship, by name, as texts such as `sway_damping = 147000 kg/s`."""
+    entries = schema.entries(type(vessel))
+    equal = [name for name, (value, paper) in _beside_the_papers(vessel).items() if value == paper]
+    return {name: f"{name} = {entries[name].default:g} {entries[name].unit}" for name in equal}
+
+
+def _beside_the_papers(vessel: object) -> dict[str, tuple[float, float]]:
+    """Hull data with the paper's values, by name; flags describe no hull, and a limit of infinity is none."""
+    values = schema.flatten(vessel)
+    papers = {name: entry.default for name, entry in schema.entries(type(vessel)).items()}
+    return {
+        name: (value, paper)
+        for name, paper in papers.items()
+        if isinstance(paper, float) and math.isfinite(paper) and isinstance(value := values[name], float)
+    }
 
 
 def outline(hull: Hull) -> Array:

@@ -8,7 +8,7 @@ parameters are named `group.field`.
 import dataclasses
 import difflib
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, TypeVar, cast, get_type_hints
@@ -136,12 +136,16 @@ def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
     known = entries(cls)
     for name in values:
         if name not in known:
-            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
-            raise ParameterError(f"{owner}.{name} is not a parameter: {hint}")
+            raise ParameterError(f"{owner}.{name} is not a parameter: {suggestion(name, known)}")
     # All values are checked before an instance is made, so that a rejected change leaves no partial result.
     checked = {name: check(known[name], value, owner) for name, value in values.items()}
     return _assemble(cls, checked, "")
+
+
+def suggestion(name: str, known: Collection[str]) -> str:
+    """The known name that is closest to an unknown one, or else all of them, as the end of an error message."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
 
 
 def _assemble(cls: type[T], values: Mapping[str, Value], prefix: str) -> T:

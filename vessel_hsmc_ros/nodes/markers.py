@@ -59,10 +59,11 @@ class MarkerNode(VesselNode):
 
     def _marker(self, number: int, name: str) -> Marker:
         """The hull as a triangle list; its frame and pose are those of the latest message."""
+        hull = self.parameters.hull.of(self.parameters.vessel)
         marker = Marker(ns=name, id=number, type=Marker.TRIANGLE_LIST, action=Marker.ADD)
         marker.scale.x = marker.scale.y = marker.scale.z = 1.0
         marker.color = ColorRGBA(**dict(zip("rgba", COLOURS[name], strict=True)))
-        marker.points = [Point(x=float(x), y=float(y), z=0.0) for x, y in triangles(self.parameters.hull)]
+        marker.points = [Point(x=float(x), y=float(y), z=0.0) for x, y in triangles(hull)]
         return marker
 
     def _keeper(self, name: str) -> Any:

@@ -7,6 +7,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.scenario.parameters import without_foreign_hull_data
 
 
 def declare(node: Node, cls: type) -> Any:
@@ -21,9 +22,11 @@ def declare(node: Node, cls: type) -> Any:
         for name, value in node._parameter_overrides.items()
         if not node.has_parameter(name) and not name.startswith("qos_overrides.")
     }
-    instance: Any = schema.build(cls, given, node.get_name())
+    entries = schema.entries(cls)
+    # A parameters file may describe the ship once for all nodes, in a section that each of them receives as a whole.
+    instance: Any = schema.build(cls, without_foreign_hull_data(given, entries), node.get_name())
     values = schema.flatten(instance)
-    for name, entry in schema.entries(cls).items():
+    for name, entry in entries.items():
         value = values[name]  # the override has been applied and validated above, so rclpy must not apply it again
         node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
     return instance

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from vessel_hsmc_ros.core.hull import Hull
+from vessel_hsmc_ros.core.hull import DrawnHull
 from vessel_hsmc_ros.report import export, page
 from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.report.names import distinguished
@@ -25,7 +25,7 @@ class Wanted:
         namespace: ROS namespace of the vessel, in bags that hold several.
         figures: png or svg; None for no figures.
         csv, parquet: Whether to write tables.
-        hull: Dimensions of the ship that is drawn.
+        hull: Dimensions of the ship that is drawn, by default those of the first run's ship.
         notes: Paragraphs below the headline.
     """
 
@@ -35,7 +35,7 @@ class Wanted:
     figures: str | None = None
     csv: bool = False
     parquet: bool = False
-    hull: Hull = field(default_factory=Hull)
+    hull: DrawnHull = field(default_factory=DrawnHull)
     notes: tuple[str, ...] = ()
 
 
@@ -67,7 +67,7 @@ def write(records: Sequence[Record], wanted: Wanted) -> Made:
     # Files beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
     prefix = "" if files["page"].name == PAGE else f"{files['page'].stem}_"
     title = wanted.title or " · ".join(record.name for record in records)
-    page.write(files["page"], records, title, wanted.hull, wanted.notes)
+    page.write(files["page"], records, title, wanted.hull.of(page.hull_of(records)), wanted.notes)
     if wanted.figures:
         from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 

@@ -43,17 +43,23 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
         path: The HTML file.
         records: At least one run; the others are compared with the first.
         title: Headline.
-        hull: Dimensions of the ship that is drawn.
+        hull: Dimensions of the ship that is drawn; None for those of the first run's scenario.
         notes: Paragraphs below the headline.
 
     Raises:
         ReportError: the file cannot be written.
     """
-    page = render(records, title, hull or Hull(), notes)
+    page = render(records, title, hull or hull_of(records), notes)
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:
         raise ReportError(f"report {path} cannot be written: {error.strerror}") from None
+
+
+def hull_of(records: Sequence[Record]) -> Hull:
+    """The hull of the first run's ship; that of the paper where its scenario is not known."""
+    scenario = records[0].scenario
+    return scenario.vessel_sim.vessel if scenario else Hull()
 
 
 def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[str] = ()) -> str:

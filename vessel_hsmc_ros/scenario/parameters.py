@@ -1,9 +1,12 @@
 """The parameters of every node, each declared once for ROS, YAML files, the command line and the docs."""
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
-from vessel_hsmc_ros.core.hull import Hull
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws import (
     LAWS,
@@ -124,8 +127,8 @@ class MarkerParameters(CommonParameters):
     rate_hz: float = parameter(10.0, "Rate of the markers.", unit="Hz", low=0.1, high=100.0)
     path_rate_hz: float = parameter(1.0, "Rate of the paths.", unit="Hz", low=0.1, high=100.0)
     path_poses: int = parameter(4000, "Number of poses of a path; older ones are dropped.", low=2, high=100_000)
-    # The hull is drawn only; the dimensions that cause wave loads are parameters of the plant.
-    hull: Hull = group(Hull)
+    vessel: Hull = group(Hull)
+    hull: DrawnHull = group(DrawnHull)
 
 
 WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters}
@@ -137,3 +140,31 @@ NODES: dict[str, type] = {
     "controller": ControllerParameters,
     "recorder": RecorderParameters,
 }
+
+VESSEL = "vessel."
+"""Prefix of the hull data, which the nodes share."""
+
+
+def vessel_names() -> list[str]:
+    """The hull data that any node declares, by their dotted names."""
+    every = (name for cls in (NODES | WATCHERS).values() for name in schema.entries(cls))
+    return list(dict.fromkeys(name for name in every if name.startswith(VESSEL)))
+
+
+def without_foreign_hull_data(values: Mapping[str, object], declared: Collection[str]) -> dict[str, object]:
+    """The values without hull data that only other nodes declare, so that one section `vessel` serves all nodes.
+
+    Args:
+        values: Values by their dotted names.
+        declared: The names that the node declares.
+
+    Raises:
+        ParameterError: no node declares hull data of such a name.
+    """
+    foreign = [name for name in values if name.startswith(VESSEL) and name not in declared]
+    if foreign:
+        names = vessel_names()
+        for name in foreign:
+            if name not in names:
+                raise ParameterError(f"{name} is not a parameter of any node: {schema.suggestion(name, names)}")
+    return {name: value for name, value in values.items() if name not in foreign}

@@ -1,12 +1,13 @@
 """ROS parameters files: YAML text to flat parameters by node, and back."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.scenario.parameters import without_foreign_hull_data
 
 USE_SIM_TIME = "use_sim_time"
 """A parameter that every ROS node has; it is not one of a scenario."""
@@ -30,14 +31,15 @@ def read_yaml(text: str) -> Any:
     return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe loader
 
 
-def read_parameters(text: str, nodes: Sequence[str], source: str) -> dict[str, dict[str, object]]:
+def read_parameters(text: str, nodes: Mapping[str, Collection[str]], source: str) -> dict[str, dict[str, object]]:
     """Read the parameters of nodes from a ROS parameters file.
 
-    As in ROS, sections further down override those above, and `/**` stands for all nodes.
+    As in ROS, sections further down override those above, and `/**` stands for all nodes. There the hull data below `vessel.`
+    may be given once for all: each node takes those that it declares.
 
     Args:
         text: The content of the file.
-        nodes: The names of the nodes, in whatever namespace.
+        nodes: The names of the nodes, in whatever namespace, with the names of their parameters.
         source: Where the text comes from, for error messages.
 
     Returns:
@@ -45,6 +47,7 @@ def read_parameters(text: str, nodes: Sequence[str], source: str) -> dict[str, d
 
     Raises:
         ScenarioError: the text is not a ROS parameters file, or has a section for another node.
+        ParameterError: no node has hull data of such a name.
     """
     try:
         document = read_yaml(text)
@@ -59,8 +62,10 @@ def read_parameters(text: str, nodes: Sequence[str], source: str) -> dict[str, d
             raise ScenarioError(f"{source}: section {section} has no ros__parameters")
         parameters = dict(flat(nested))
         parameters.pop(USE_SIM_TIME, None)
-        for node in _nodes_of_section(str(section), nodes, source):
-            values[node].update(parameters)
+        addressed = _nodes_of_section(str(section), list(nodes), source)
+        for node in addressed:
+            shared = len(addressed) > 1
+            values[node].update(without_foreign_hull_data(parameters, nodes[node]) if shared else parameters)
     return values
 
 
@@ -97,7 +102,7 @@ def in_one_line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _nodes_of_section(section: str, nodes: Sequence[str], source: str) -> Sequence[str]:
+def _nodes_of_section(section: str, nodes: list[str], source: str) -> list[str]:
     # Only the last part of a fully qualified node name matters here: a scenario describes one vessel.
     node = section.rsplit("/", 1)[-1]
     if node in ("*", "**"):

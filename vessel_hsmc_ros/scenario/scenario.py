@@ -1,13 +1,14 @@
 """A scenario: the parameters of all nodes from one ROS parameters file, read without ROS and validated together."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import LAWS, Law
@@ -18,6 +19,7 @@ from vessel_hsmc_ros.scenario.parameters import (
     RecorderParameters,
     ReferenceParameters,
     SimParameters,
+    without_foreign_hull_data,
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
 
@@ -29,6 +31,7 @@ class Scenario:
     Attributes:
         name: Name of the scenario, for run folders and reports.
         vessel_sim, reference_ship, controller, recorder: Parameters of the nodes.
+        given: The parameters that its file and its changes set, by `node.parameter`; the others have their defaults.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Scenario:
     reference_ship: ReferenceParameters
     controller: ControllerParameters
     recorder: RecorderParameters
+    given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
 
     def with_bag(self, directory: Path, parameters: Path) -> "Scenario":
         """The same scenario, recorded into a directory, with a parameters file to store inside the bag."""
@@ -53,7 +57,8 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
 
     Args:
         name: A scenario of the package, such as `case2_tracking`, or the path of a ROS parameters file.
-        changes: Values by `node.parameter`, such as {"controller.rate_hz": 50.0}.
+        changes: Values by `node.parameter`, such as {"controller.rate_hz": 50.0}; those of `vessel.parameter` hold for every
+            node that declares it.
 
     Raises:
         ScenarioError: the scenario is unknown or unreadable, or its rates do not fit each other.
@@ -75,7 +80,7 @@ def parse_scenario(
     Args:
         text: The content of the file.
         name: Name of the scenario.
-        changes: Values by `node.parameter`.
+        changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
         source: Where the text comes from, for error messages.
 
     Returns:
@@ -85,19 +90,29 @@ def parse_scenario(
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    values = read_parameters(text, tuple(NODES), source)
+    declared = {node: schema.entries(cls) for node, cls in NODES.items()}
+    values = read_parameters(text, declared, source)
     for key, value in (changes or {}).items():
         node, _, parameter = key.partition(".")
-        if node not in NODES or not parameter:
-            raise ParameterError(f"{key} is not a parameter: it takes node.parameter with a node of {', '.join(NODES)}")
-        values[node][parameter] = value
+        if parameter and node == "vessel":
+            for each in NODES:
+                values[each] |= without_foreign_hull_data({key: value}, declared[each])
+        elif parameter and node in NODES:
+            values[node][parameter] = value
+        else:
+            nodes = f"{', '.join(NODES)}, or vessel.parameter for all nodes"
+            raise ParameterError(f"{key} is not a parameter: it takes node.parameter with a node of {nodes}")
     # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
     parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
-    scenario = Scenario(name, **parts)
+    given = frozenset(f"{node}.{parameter}" for node in NODES for parameter in values[node])
+    scenario = Scenario(name, **parts, given=given)
     _check_rates(scenario)
     # Law and reference are constructed only to validate what single parameters cannot show: stability at the rate, lengths of
     # lists.
-    make_law(scenario.controller)
+    try:
+        make_law(scenario.controller)
+    except InstabilityError as error:
+        raise InstabilityError(f"{error}{_defaults_named_in(str(error), given)}") from None
     make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
     return scenario
 
@@ -152,6 +167,13 @@ def _find(name: str | Path) -> Path:
     if str(name) not in known:
         raise ScenarioError(f"scenario {name} is unknown: it takes one of {', '.join(known)} or the path of a YAML file")
     return share_directory() / "config" / f"{name}.yaml"
+
+
+def _defaults_named_in(message: str, given: Collection[str]) -> str:
+    """The parameters in an error message of a law that the scenario does not set, as a further part of the message."""
+    names = ["controller.law", *re.findall(r"controller[.\w]*\w", message)]
+    defaults = [name for name in names if name not in given]
+    return f"; {' and '.join(defaults)} {'is a default' if len(defaults) == 1 else 'are defaults'}" if defaults else ""
 
 
 def _check_rates(scenario: Scenario) -> None:
