@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vessel_hsmc_ros.core import hull
 from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters, Actuators
@@ -172,20 +172,15 @@ class Simulator:
             except ValueError:  # the cosine of an infinite heading
                 state = np.full(6, np.nan)
         if not np.isfinite(state).all():
+            remaining = inherited(self._parameters.vessel)
             raise SimulationError(
                 f"the ship's motion is no longer finite at t = {self._periods * self._period:g} s under {wrench[0]:g} N and"
-                f" {wrench[1]:g} N·m: the closed loop is unstable or the step too long{self._inherited()}"
+                f" {wrench[1]:g} N·m: the closed loop is unstable or the step too long" + (f"; {remaining}" if remaining else "")
             )
         self.state = state
         self._periods += 1
         if self._wind:
             self._wind.advance()
-
-    def _inherited(self) -> str:
-        """What the hull has inherited from the paper's ship, for an error message; empty for the paper's ship itself."""
-        vessel = self._parameters.vessel
-        names = hull.kept(vessel) if hull.another_ship(vessel) else {}
-        return f"; the paper's ship's values remain in vessel.{', vessel.'.join(names.values())}" if names else ""
 
 
 def within(actuators: ActuatorParameters, vessel: ShipParameters) -> ActuatorParameters:

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
-from vessel_hsmc_ros.cli.options import output_option, parse_changes, set_option
+from vessel_hsmc_ros.cli.options import load_checked, output_option, parse_changes, set_option
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page
@@ -42,6 +42,8 @@ def compare(
 
     Writes compare.md, compare.json and a figure for each case into a run folder.
     """
+    for name in scenarios:  # the law is that of each run
+        load_checked(name, {"controller.law": "guided", **parse_changes(changes)})
     rows = [*(Row(Path(name).stem, name) for name in scenarios), *(load_suite(suite) if suite else ())]
     if not rows:
         raise click.UsageError("give a SCENARIO or --suite")

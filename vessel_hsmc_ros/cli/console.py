@@ -23,6 +23,11 @@ def print_status(text: str) -> None:
     Console(stderr=True).print(text, **PLAIN)
 
 
+def print_warning(text: str) -> None:
+    """Print a warning to standard error, in yellow where the terminal has colours."""
+    Console(stderr=True).print(f"warning: {text}", style="yellow", **PLAIN)
+
+
 def print_error(text: str) -> None:
     """Print an error message to standard error, in red where the terminal has colours."""
     Console(stderr=True).print(f"error: {text}", style="red", **PLAIN)

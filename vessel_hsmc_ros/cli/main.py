@@ -7,6 +7,7 @@ import click
 from vessel_hsmc_ros.cli.compare import compare
 from vessel_hsmc_ros.cli.console import print_error
 from vessel_hsmc_ros.cli.demo import demo
+from vessel_hsmc_ros.cli.init import init
 from vessel_hsmc_ros.cli.parameters import parameters
 from vessel_hsmc_ros.cli.recover import recover
 from vessel_hsmc_ros.cli.replay import replay
@@ -27,7 +28,7 @@ def cli() -> None:
     """Hierarchical sliding-mode control of underactuated ships: run, record and analyse."""
 
 
-for verb in (compare, demo, parameters, recover, replay, report, reproduce, run, simulate):
+for verb in (compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate):
     cli.add_command(verb)
 
 

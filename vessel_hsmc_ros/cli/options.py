@@ -1,20 +1,27 @@
 """Arguments and options that several verbs take."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import click
 import yaml
 
+from vessel_hsmc_ros.cli.console import print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.scenario.warnings import check_scenario
 
 scenario_argument = click.argument("scenario")
 
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 
 set_option = click.option(
-    "--set", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Set a parameter; may be given several times."
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="NODE.PARAM=VALUE",
+    help="Set a parameter, or by vessel.PARAM one of the ship for all nodes; may be given several times.",
 )
 
 output_option = click.option(
@@ -26,6 +33,18 @@ output_option = click.option(
 )
 
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
+
+
+def load_checked(name: str, changes: Mapping[str, object]) -> Scenario:
+    """Load a scenario, and print a warning for each thing in it that is probably not what was meant.
+
+    Raises:
+        ScenarioError, ParameterError: as `load_scenario`.
+    """
+    scenario = load_scenario(name, changes)
+    for line in check_scenario(scenario):
+        print_warning(line)
+    return scenario
 
 
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:

@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import print_status, progress_bar
-from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import load_checked, output_option, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
-from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
+from vessel_hsmc_ros.scenario.scenario import for_nodes
 
 NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 
@@ -35,7 +35,7 @@ def run(
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
-    loaded = load_scenario(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
+    loaded = load_checked(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
     if live:
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")

@@ -5,10 +5,9 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import progress_bar
-from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import load_checked, output_option, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 
 @click.command()
@@ -17,7 +16,7 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 @output_option
 def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
     """Run SCENARIO in this process, without ROS; the results are bit-identical to those of `run`."""
-    loaded = load_scenario(scenario, parse_changes(changes))
+    loaded = load_checked(scenario, parse_changes(changes))
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
         result = scenario_run.run_offline(loaded, output, update)
     print_result(result)

@@ -58,6 +58,12 @@ def kept(vessel: object) -> dict[str, str]:
     return {name: f"{name} = {entries[name].default:g} {entries[name].unit}" for name in equal}
 
 
+def inherited(vessel: object) -> str:
+    """A sentence on the hull data that another ship has in common with the paper's ship; empty where there are none."""
+    names = kept(vessel).values() if another_ship(vessel) else ()
+    return f"the paper's ship's values remain in {', '.join(f'vessel.{name}' for name in names)}" if names else ""
+
+
 def _beside_the_papers(vessel: object) -> dict[str, tuple[float, float]]:
     """Hull data with the paper's values, by name; flags describe no hull, and a limit of infinity is none."""
     values = schema.flatten(vessel)

@@ -7,6 +7,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.scenario.parameters import without_foreign_hull_data
 
 
@@ -29,6 +30,8 @@ def declare(node: Node, cls: type) -> Any:
     for name, entry in entries.items():
         value = values[name]  # the override has been applied and validated above, so rclpy must not apply it again
         node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
+    if hasattr(instance, "vessel") and (remaining := inherited(instance.vessel)):
+        node.get_logger().warning(f"only a part of the hull is given: {remaining}")
     return instance
 
 

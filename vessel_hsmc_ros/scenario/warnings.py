@@ -1,0 +1,50 @@
+"""Warnings on a scenario that is valid, but probably not what was meant."""
+
+from vessel_hsmc_ros.core.hull import another_ship, kept
+from vessel_hsmc_ros.scenario.scenario import Scenario
+
+SHIPS = ("vessel_sim", "reference_ship", "controller")
+"""The nodes that have hull data."""
+
+FORCES = ("surge_force", "sway_force", "yaw_moment")
+
+
+def check_scenario(scenario: Scenario) -> list[str]:
+    """Find what a scenario leaves at the paper's values although it describes another ship, and a law that was not chosen.
+
+    Returns:
+        One line for each finding; none for the scenarios of the package.
+    """
+    found = []
+    if any(another_ship(getattr(scenario, node).vessel) for node in SHIPS):
+        found = [*_partial_hull(scenario), *_papers_disturbance(scenario)]
+    if "controller.law" not in scenario.given:
+        found.append(
+            f"controller.law is not given: it is {scenario.controller.law}, the law of the paper; guided suits every ship"
+        )
+    return found
+
+
+def _partial_hull(scenario: Scenario) -> list[str]:
+    """The hull data that another ship has in common with the paper's ship."""
+    remaining = {node: kept(getattr(scenario, node).vessel) for node in SHIPS}
+    texts: list[str] = []
+    for name, text in {key: value for of_node in remaining.values() for key, value in of_node.items()}.items():
+        nodes = [node for node in SHIPS if hasattr(getattr(scenario, node).vessel, name)]
+        keeping = [node for node in nodes if name in remaining[node]]
+        texts += [f"vessel.{text}"] if keeping == nodes else [f"{node}.vessel.{text}" for node in keeping]
+    advice = "give them in a section `vessel` for all nodes (vessel-hsmc init writes one)"
+    return (
+        [f"only a part of the hull is given, the paper's ship's values remain in {', '.join(texts)}: {advice}"] if texts else []
+    )
+
+
+def _papers_disturbance(scenario: Scenario) -> list[str]:
+    """The disturbance of the paper's ship, where it acts on another one."""
+    remaining = [text for name, text in kept(scenario.vessel_sim.disturbance.periodic).items() if name in FORCES]
+    if not remaining or not another_ship(scenario.vessel_sim.vessel):
+        return []
+    return [
+        f"the paper's disturbance acts on another ship: vessel_sim.disturbance.periodic has {', '.join(remaining)};"
+        " set them to 0 for calm water"
+    ]
