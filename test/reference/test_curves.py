@@ -32,9 +32,7 @@ def test_course_curvature_and_its_slope_are_the_derivatives_of_the_position(curv
     np.testing.assert_allclose(tangent, np.exp(1j * course), atol=1e-8)
     turned = np.array([curve.course(one + H) - curve.course(one - H) for one in s])
     np.testing.assert_allclose(curve.curvature(s), turned / (2.0 * H), atol=1e-8)
-    np.testing.assert_allclose(
-        curve.curvature_slope(s), (curve.curvature(s + H) - curve.curvature(s - H)) / (2.0 * H), atol=1e-8
-    )
+    np.testing.assert_allclose(curve.curvature_slope(s), (curve.curvature(s + H) - curve.curvature(s - H)) / (2.0 * H), atol=1e-8)
 
 
 @curves
