@@ -165,3 +165,21 @@ def test_with_a_frame_prefix_a_goal_is_taken_in_the_frame_of_the_vessel(bench: A
     bench.until(lambda: word in follower.problems())
     follower.goals.publish(pose(1.0, 1.0, 0.0, frame="alpha/odom"))
     bench.until(lambda: follower.statuses[-1].status[0].message == "running")
+
+
+@pytest.mark.parametrize(
+    ("mode", "message", "reason"),
+    [
+        ("circle", pose(1.0, 1.0, 0.0), "goal_pose ignored in mode circle: it takes --set reference_ship.mode=goal at the start"),
+        ("virtual_ship", path((1.0, 1.0)), "path ignored in mode virtual_ship: it takes --set reference_ship.mode=path"),
+        ("goal", path((1.0, 1.0)), "path ignored in mode goal: it takes --set reference_ship.mode=path"),
+    ],
+)
+def test_a_mode_without_goals_or_paths_rejects_them_with_the_mode_that_takes_them(
+    bench: Any, follower: Any, mode: str, message: Any, reason: str
+) -> None:
+    node = bench.start(ReferenceShipNode, mode=mode, rate_hz=RATE_HZ)
+    publisher = follower.goals if isinstance(message, PoseStamped) else follower.paths
+    bench.until(lambda: publisher.get_subscription_count() and follower.references)
+    follower.send(message)
+    follower.until_refused(node, reason)

@@ -58,3 +58,13 @@ def test_a_run_with_goals_or_waypoints_of_a_file_is_bit_identical_with_the_offli
     assert np.abs(offline.reference[-1] - offline.reference[0]).max() > 0.1
     np.testing.assert_array_equal(state, offline.state)
     np.testing.assert_array_equal(wrench, offline.wrench)
+
+
+@pytest.mark.parametrize("mode", ["straight", "circle", "figure_eight", "square"])
+def test_a_run_along_a_curve_is_bit_identical_with_the_offline_run(bench: Any, mode: str) -> None:
+    changes = {"reference_ship.mode": mode, "vessel_sim.duration": 5.0, "controller.law": "guided", **RATES}
+    scenario = load_scenario("waypoints", changes)
+    state, wrench = run_nodes(bench, scenario)
+    offline = simulate(scenario)
+    np.testing.assert_array_equal(state, offline.state)
+    np.testing.assert_array_equal(wrench, offline.wrench)

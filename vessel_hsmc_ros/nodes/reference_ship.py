@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -20,9 +21,12 @@ from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 
+UNUSED_INPUT_SEARCH = 0.5
+"""Time between two searches for publishers of goals and paths that the mode does not use, s."""
+
 
 class ReferenceShipNode(VesselNode):
-    """Publishes the reference trajectory of a virtual ship, or of a course, of goals or of a path.
+    """Publishes the reference trajectory: of a virtual ship, a course, goals, a path or a curve at constant speed.
 
     In lockstep it is one period ahead of the plant's clock, so that the controller does not wait for it. In real time it is
     driven by a timer.
@@ -61,6 +65,9 @@ class ReferenceShipNode(VesselNode):
         if not self.parameters.lockstep:
             self._start = self.now()
             self.create_timer(self._grid.period, self._on_timer)
+        self._unused = {"goal": (PoseStamped, "goal_pose"), "path": (Path, "path")}
+        self._unused.pop(self.parameters.mode, None)
+        self.create_timer(UNUSED_INPUT_SEARCH, self._find_unused_inputs, clock=self._wall)
         self._publish()
 
     def _on_clock(self, message: Clock) -> None:
@@ -100,6 +107,19 @@ class ReferenceShipNode(VesselNode):
             self.get_logger().error(self._refused)
         else:
             self._refused = ""
+
+    def _find_unused_inputs(self) -> None:
+        """Subscribe to goals or paths that the mode does not use once they have a publisher, to reject them with a reason."""
+        # A subscription from the start would add empty topics to the graph and to every bag.
+        for mode, (kind, topic) in list(self._unused.items()):
+            if self.count_publishers(topic):
+                del self._unused[mode]
+                self.create_subscription(kind, topic, partial(self._reject, mode, topic), qos.STREAM)
+
+    def _reject(self, mode: str, topic: str, _message: Any) -> None:
+        takes = f"it takes --set reference_ship.mode={mode} at the start"
+        self._refused = f"message on {topic} ignored in mode {self.parameters.mode}: {takes}"
+        self.get_logger().error(self._refused, throttle_duration_sec=5.0)
 
     def retune(self, parameters: ReferenceParameters) -> None:
         """Apply changed inputs of the virtual ship from the next period on.

@@ -1,5 +1,6 @@
 """The common interface of all references, and their factory."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,10 +10,14 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.reference.course import CourseReference, CourseReferenceParameters
+from vessel_hsmc_ros.reference.curve_motion import Demand
+from vessel_hsmc_ros.reference.curve_reference import CurveReference
+from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.goal import GoalReference
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.motion_filter import FilteredMotion, MotionLimits
 from vessel_hsmc_ros.reference.path import PathParameters, PathReference
+from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 
 Array = NDArray[np.float64]
@@ -57,27 +62,44 @@ def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
     return PathReference(_motion(parameters, period), parameters.path, parameters.goal, period)
 
 
+def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    chosen = getattr(parameters, parameters.mode)
+    shape, vessel = chosen.shape(), parameters.vessel.coefficients()
+    force, moment = (getattr(parameters.vessel, f"{name}_limit", math.inf) for name in ("surge_force", "yaw_moment"))
+    check_feasible(f"reference_ship.{parameters.mode}", shape, chosen.speed, vessel, Demand(LARGEST_DRIFT, force, moment))
+    return CurveReference(shape, chosen.speed, vessel, parameters.initial_pose, period)
+
+
 REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {
     "virtual_ship": ReferenceShip,
     "course": _course,
     "goal": _goal,
     "path": _path,
+    "straight": _curve,
+    "circle": _curve,
+    "figure_eight": _curve,
+    "square": _curve,
 }
 
 
 @dataclass(frozen=True)
 class ReferenceShipParameters(VirtualShipParameters):
-    """Parameters of all references: virtual ship, course, goals, path."""
+    """Parameters of all references: virtual ship, course, goals, path, and curves at constant speed."""
 
     mode: str = parameter(
         "virtual_ship",
-        "Reference to track: virtual_ship, the virtual ship (8); course, a heading over time; goal; or path, waypoints.",
+        "Reference to track: virtual_ship, the virtual ship (8); course, a heading over time; goal; path, waypoints; or a"
+        " curve at constant speed: straight, circle, figure_eight, square, begun at `initial_pose` with its heading as course.",
         choices=tuple(REFERENCES),
     )
     course: CourseReferenceParameters = group(CourseReferenceParameters)
     motion: MotionLimits = group(MotionLimits)
     goal: GoalParameters = group(GoalParameters)
     path: PathParameters = group(PathParameters)
+    straight: StraightParameters = group(StraightParameters)
+    circle: CircleParameters = group(CircleParameters)
+    figure_eight: FigureEightParameters = group(FigureEightParameters)
+    square: SquareParameters = group(SquareParameters)
 
 
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
@@ -88,6 +110,7 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
         period: Time between two published states, s.
 
     Raises:
-        ParameterError: times and values of an input, goal or waypoint list differ in number, or times do not increase.
+        ParameterError: times and values of an input, goal or waypoint list differ in number, times do not increase, or the
+            ship cannot travel the curve within its limits.
     """
     return REFERENCES[parameters.mode](parameters, period)

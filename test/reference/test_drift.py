@@ -1,0 +1,57 @@
+"""The drift angle satisfies the sway equation of (6) for hulls of every kind."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.reference.curve_motion import velocities
+from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square
+from vessel_hsmc_ros.reference.drift import Drift, PeriodicDrift, samples
+from vessel_sim_node.plant import Vessel, VesselParameters, unforced_acceleration
+
+PAPER = VesselParameters().coefficients()
+BOAT = Vessel(525.0, 700.0, 700.0, 50.0, 200.0, 300.0, 30.0, 0.0, 100.0, 0.0, 100.0, 0.0)
+HULLS = {
+    "the paper's ship": PAPER,
+    "a 4 m boat": BOAT,
+    "equal inertias": BOAT._replace(m22=525.0),
+    "a smaller sway inertia": BOAT._replace(m22=300.0),
+    "a large sway inertia": BOAT._replace(m22=2000.0, d_v=50.0),
+    "quadratic damping only": BOAT._replace(d_v=0.0, d_v2=300.0),
+}
+
+hulls = pytest.mark.parametrize("vessel", HULLS.values(), ids=HULLS)
+
+
+def sway_residual(curve: Any, speed: float, vessel: Vessel) -> float:
+    """Largest deviation from dv = f_v(u, v, r) between the samples of the solution, m/s²."""
+    s = np.random.default_rng(1).uniform(0.0, curve.period, 1000)
+    solution = PeriodicDrift(curve, speed, vessel)
+    drift = Drift(*np.array([solution.at(one) for one in s]).T)
+    u, v, r, _, dv, _ = velocities(curve, speed, drift, s)
+    return float(np.abs(dv - unforced_acceleration(u, v, r, vessel)[1]).max())
+
+
+@hulls
+def test_a_circle_is_a_steady_turn(vessel: Vessel) -> None:
+    assert sway_residual(Arc(0.05), 1.0, vessel) < 1e-12
+    drift = PeriodicDrift(Arc(0.05), 1.0, vessel).at(123.0)
+    assert drift.beta < 0.0  # towards the outside of the turn
+    assert drift[1:] == (0.0, 0.0)
+
+
+@hulls
+def test_figure_eight_and_square_satisfy_the_sway_equation(vessel: Vessel) -> None:
+    assert sway_residual(FigureEight(60.0), 1.0, vessel) < 2e-5
+    assert sway_residual(Square(40.0, 6.0), 1.0, vessel) < 2e-5
+
+
+def test_on_a_line_there_is_no_drift_even_without_damping() -> None:
+    assert PeriodicDrift(Arc(0.0), 1.0, BOAT._replace(d_v=0.0, d_v2=0.0)).at(7.0) == (0.0, 0.0, 0.0)
+
+
+def test_the_samples_of_a_period_are_values_of_the_series() -> None:
+    curve = Square(40.0, 6.0)
+    solution = PeriodicDrift(curve, 1.0, BOAT)
+    np.testing.assert_allclose(np.array([solution.at(s) for s in samples(curve)]).T, solution.sampled(), atol=1e-12)

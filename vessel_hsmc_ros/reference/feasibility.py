@@ -1,0 +1,75 @@
+"""Whether a ship can travel a curve: drift angle, surge force and yaw moment over a period against their limits.
+
+Calm water is assumed; what is left below the limits is available against disturbances.
+"""
+
+import math
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.reference.curve_motion import Demand, demand
+from vessel_hsmc_ros.reference.shapes import Shape
+from vessel_sim_node.plant import Vessel
+
+LARGEST_DRIFT = math.radians(60.0)
+"""Largest drift angle, rad: beyond it the hull would skid sideways, where the model of (6) is not valid."""
+
+BISECTIONS = 20
+
+
+def check_feasible(owner: str, shape: Shape, speed: float, vessel: Vessel, limits: Demand) -> None:
+    """Check that a ship can travel a curve within its limits.
+
+    Args:
+        owner: Name of the mode, for the error message.
+        shape: The curve.
+        speed: Speed along it, m/s.
+        vessel: Coefficients of (6).
+        limits: Largest drift angle, surge force and yaw moment; infinite where unknown.
+
+    Raises:
+        ParameterError: a limit is exceeded; the message contains the demand, the limit and the largest feasible speed.
+    """
+    needed = demand(shape.curve, speed, vessel, limits.drift)
+    excesses = _excesses(needed, limits)
+    if excesses:
+        largest = _largest_speed(shape, speed, vessel, limits)
+        remedy = f"the largest feasible speed is {largest:g} m/s" if largest else "no speed is feasible, it takes a larger curve"
+        raise ParameterError(f"{owner}: {shape.size} at {speed:g} m/s needs {' and '.join(excesses)}; {remedy}")
+
+
+def _excesses(needed: Demand, limits: Demand) -> list[str]:
+    """The exceeded limits in words; a drift angle that is too large leaves force and moment unknown."""
+    if needed.drift > limits.drift:
+        return [f"a drift angle of {math.degrees(needed.drift):.0f}° (the largest is {math.degrees(limits.drift):.0f}°)"]
+    rows = (
+        ("a surge force", "surge_force_limit", "N", needed.surge_force, limits.surge_force),
+        ("a yaw moment", "yaw_moment_limit", "N·m", needed.yaw_moment, limits.yaw_moment),
+    )
+    return [
+        f"{what} of {_amount(value, unit)} (vessel.{name} is {_amount(limit, unit)})"
+        for what, name, unit, value, limit in rows
+        if value > limit
+    ]
+
+
+def _amount(value: float, unit: str) -> str:
+    for factor, prefix in ((1e6, "M"), (1e3, "k")):
+        if value >= factor:
+            return f"{value / factor:.3g} {prefix}{unit}"
+    return f"{value:.3g} {unit}"
+
+
+def _largest_speed(shape: Shape, infeasible: float, vessel: Vessel, limits: Demand) -> float:
+    """The largest feasible speed below an infeasible one by bisection, rounded down to three digits; 0 if there is none."""
+
+    def feasible(speed: float) -> bool:
+        return not _excesses(demand(shape.curve, speed, vessel, limits.drift), limits)
+
+    low, high = 1e-3 * infeasible, infeasible
+    if not feasible(low):
+        return 0.0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if feasible(middle) else (low, middle)
+    digits = 2 - math.floor(math.log10(low))
+    return math.floor(low * 10.0**digits) / 10.0**digits
