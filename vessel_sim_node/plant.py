@@ -36,7 +36,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.hull import Hull
+from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.hull import Hull, inherited
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
 
@@ -185,6 +186,20 @@ def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, curr
             f_r + wrench[1] / vessel.m33 + disturbance[2],
         ]
     )
+
+
+def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> SimulationError:
+    """The error for a motion that is no longer finite, with what its ship has in common with the paper's ship.
+
+    Args:
+        what: The ship.
+        time: Simulated time, s.
+        cause: What may have caused it, with the inputs at that time.
+        vessel: The hull data.
+    """
+    remaining = inherited(vessel)
+    message = f"the motion of the {what} is no longer finite at t = {time:g} s {cause}"
+    return SimulationError(f"{message}; {remaining}" if remaining else message)
 
 
 def _unforced(motion: Motion, c: float, s: float, vessel: Vessel, current: tuple[float, float]) -> tuple[float, float, float]:

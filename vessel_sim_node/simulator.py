@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters, Actuators
@@ -21,7 +20,7 @@ from vessel_sim_node.disturbance import (
     total,
 )
 from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import Array, ShipParameters, initial_pose, initial_velocity, unforced_in_current
+from vessel_sim_node.plant import Array, ShipParameters, divergence, initial_pose, initial_velocity, unforced_in_current
 from vessel_sim_node.sensors import SensorParameters, Sensors
 from vessel_sim_node.waves import WaveParameters, Waves
 
@@ -172,11 +171,8 @@ class Simulator:
             except ValueError:  # the cosine of an infinite heading
                 state = np.full(6, np.nan)
         if not np.isfinite(state).all():
-            remaining = inherited(self._parameters.vessel)
-            raise SimulationError(
-                f"the ship's motion is no longer finite at t = {self._periods * self._period:g} s under {wrench[0]:g} N and"
-                f" {wrench[1]:g} N·m: the closed loop is unstable or the step too long" + (f"; {remaining}" if remaining else "")
-            )
+            cause = f"under {wrench[0]:g} N and {wrench[1]:g} N·m: the closed loop is unstable or the step too long"
+            raise divergence("ship", self._periods * self._period, cause, self._parameters.vessel)
         self.state = state
         self._periods += 1
         if self._wind:

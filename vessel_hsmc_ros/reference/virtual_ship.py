@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.reference.input_program import InputProgram, RampParameters, SineParameters, StepsParameters, program_of
 from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters, derivative, initial_pose, initial_velocity
+from vessel_sim_node.plant import VesselParameters, derivative, divergence, initial_pose, initial_velocity
 
 Array = NDArray[np.float64]
 
@@ -97,8 +97,19 @@ class ReferenceShip:
         return derivative(self.state, self._wrench, UNDISTURBED, self._vessel)[3:]
 
     def advance(self) -> None:
-        """Advance by one period under the inputs at its beginning."""
-        self.state = rk4(self.state, self._wrench, UNDISTURBED, self._vessel, self._period)
+        """Advance by one period under the inputs at its beginning.
+
+        Raises:
+            SimulationError: the motion is no longer finite.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            try:
+                self.state = rk4(self.state, self._wrench, UNDISTURBED, self._vessel, self._period)
+            except ValueError:  # the cosine of an infinite heading
+                self.state = np.full(6, np.nan)
+        if not np.isfinite(self.state).all():
+            cause = f"under {self._wrench[0]:g} N and {self._wrench[1]:g} N·m: they do not fit its hull, or the step is too long"
+            raise divergence("virtual ship", self._steps * self._period, cause, self._parameters.vessel)
         self._steps += 1
         self._read_inputs()
 

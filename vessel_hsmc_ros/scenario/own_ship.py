@@ -79,19 +79,21 @@ def scenario_text(name: str, data: MainData) -> str:
 def _hull(d: MainData) -> dict[str, float]:
     """Draught, inertia and damping."""
     draught = d.mass / (WATER_DENSITY * 0.5 * d.length * d.beam)
-    m22, r_N = 1.5 * d.mass, 0.5 * d.speed / d.length
+    m22, m33, decay = 1.5 * d.mass, 1.5 * d.mass * (0.25 * d.length) ** 2, d.speed / d.length
+    d_r, d_r2 = m33 * decay, WATER_DENSITY * draught * d.length**4 / 64.0
     return {
         "draught": draught,
         "surge_inertia": 1.05 * d.mass,
         "sway_inertia": m22,
-        "yaw_inertia": 1.5 * d.mass * (0.25 * d.length) ** 2,
+        "yaw_inertia": m33,
         "surge_damping": 0.2 * d.surge_force_limit / d.speed,
         "surge_damping_quadratic": 0.8 * d.surge_force_limit / d.speed**2,
-        "sway_damping": m22 * d.speed / d.length,
+        "sway_damping": m22 * decay,
         "sway_damping_quadratic": 0.5 * WATER_DENSITY * d.length * draught,
-        "yaw_damping": 0.5 * d.yaw_moment_limit / r_N,
-        "yaw_damping_quadratic": 0.5 * d.yaw_moment_limit / r_N**2,
-        "turn_rate": r_N,
+        "yaw_damping": d_r,
+        "yaw_damping_quadratic": d_r2,
+        # The positive root of d_r2·r² + d_r·r = N.
+        "turn_rate": 2.0 * d.yaw_moment_limit / (d_r + math.sqrt(d_r**2 + 4.0 * d_r2 * d.yaw_moment_limit)),
     }
 
 
