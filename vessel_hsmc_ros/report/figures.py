@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report.jitter import histogram
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Owned, overlays, tracks
-from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD
+from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Limit
 from vessel_hsmc_ros.report.record import Record
 from vessel_hsmc_ros.report.style import LIMIT, PLOT, ROLE_COLOURS, SHIP, series_colour
 from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time
@@ -140,9 +140,9 @@ def _colour(run: int | None, role: str, alone: bool) -> str:
     return ROLE_COLOURS[role] if alone else series_colour(run)
 
 
-def _limit(axis: Axes, limits: Sequence[float], values: Array) -> None:
+def _limit(axis: Axes, limits: Sequence[Limit], values: Array) -> None:
     """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines."""
-    for limit in limits:
+    for limit, _ in limits:
         if limit <= 4.0 * np.nanmax(np.abs(values), initial=0.0):
             for bound in (-limit, limit):
                 axis.axhline(bound, color=LIMIT, lw=0.8, ls="--")

@@ -134,7 +134,14 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
         {**payload.line(owned.line), "label": owned.label, "colour": _colour(owned.run, owned.line.role, alone)}
         for owned in overlay.lines
     ]
-    return {"title": panel.title, "unit": panel.unit, "limits": list(panel.limits), "step": panel.step, "lines": lines}
+    return {
+        "title": panel.title,
+        "unit": panel.unit,
+        "limits": [limit._asdict() for limit in panel.limits],
+        "step": panel.step,
+        "help": panel.help,
+        "lines": lines,
+    }
 
 
 def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:

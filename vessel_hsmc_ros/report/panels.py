@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,13 @@ class Line:
     role: str = MAIN
 
 
+class Limit(NamedTuple):
+    """A bound drawn at plus and minus its value, with whose bound it is."""
+
+    value: float
+    name: str
+
+
 @dataclass(frozen=True)
 class Panel:
     """One diagram over time.
@@ -42,14 +50,16 @@ class Panel:
         lines: At least one.
         limits: Saturation limits, drawn at plus and minus each value.
         step: Whether a value is held until the next one.
+        help: One or two plain sentences: what it shows, what is good.
     """
 
     group: str
     title: str
     unit: str
     lines: tuple[Line, ...]
-    limits: tuple[float, ...] = ()
+    limits: tuple[Limit, ...] = ()
     step: bool = False
+    help: str = ""
 
 
 def panels(run: Run, limits: tuple[float, float] = (np.inf, np.inf)) -> list[Panel]:
@@ -165,7 +175,7 @@ def _wrench(run: Run, limits: tuple[float, float]) -> Iterator[Panel]:
             lines.append(Line("applied", run.time, run.wrench[:, i]))
         if command is not None:
             lines.append(Line("commanded", command[0], command[1][:, i], OTHER if lines else MAIN))
-        bounds = (limits[i],) if np.isfinite(limits[i]) else ()
+        bounds = (Limit(limits[i], "actuator"),) if np.isfinite(limits[i]) else ()
         yield Panel("Wrench", name, unit, tuple(lines), bounds, step=True)
 
 

@@ -5,7 +5,7 @@ A report reads everything from a `Run`, simulated or recorded. NaN marks quantit
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,14 @@ ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_co
 """Keys of run.json that describe the origin of a run."""
 
 
+class Mark(NamedTuple):
+    """An event of a run: what happened at a time, s."""
+
+    time: float
+    kind: str
+    text: str
+
+
 @dataclass(frozen=True)
 class Record:
     """One run in a report.
@@ -31,6 +39,8 @@ class Record:
         facts: Further measured values by their names in run.json.
         scenario: None where the parameters are not known.
         provenance: Code version, machine and time of the run, by label.
+        marks: Events of the run in the order of their times.
+        verdict: One to three plain sentences on the result.
     """
 
     name: str
@@ -39,6 +49,8 @@ class Record:
     facts: Mapping[str, Any] = field(default_factory=dict)
     scenario: Scenario | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    marks: tuple[Mark, ...] = ()
+    verdict: str = ""
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -111,7 +111,7 @@ class Chart {
   }
 
   limits(range) {
-    return this.panel.limits.flatMap((limit) => [-limit, limit]).filter((limit) => limit >= range[0] && limit <= range[1]);
+    return this.panel.limits.flatMap(({ value }) => [-value, value]).filter((limit) => limit >= range[0] && limit <= range[1]);
   }
 
   // Range of the visible values; a short peak far beyond the others is excluded, and a note gives its value.
@@ -130,7 +130,7 @@ class Chart {
       if (!this.whole) [low, high] = [calmLow - 0.5 * room, calmHigh + 0.5 * room];
     }
     const reach = Math.max(Math.abs(low), Math.abs(high));
-    for (const limit of this.panel.limits) if (limit <= 4 * reach) [low, high] = [Math.min(low, -limit), Math.max(high, limit)];
+    for (const { value: limit } of this.panel.limits) if (limit <= 4 * reach) [low, high] = [Math.min(low, -limit), Math.max(high, limit)];
     if (values[0] >= 0) low = Math.max(low, 0);
     const pad = 0.06 * (high - low) || 0.05 * Math.abs(high) || 1;
     return [low - pad, high + pad];
