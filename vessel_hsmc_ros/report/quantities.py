@@ -1,6 +1,7 @@
 """Numbers as people write them: three significant digits and the unit with an SI prefix, such as 200 kN or 0.75 mm.
 
-A prefix is taken so that the number is between 0.1 and 1000; above the unit itself, from 1 on. Angles, shares and counts have none.
+The prefix is the one with which the number is below 1000 and at least 1; at least 0.1 for the unit itself and its parts. Angles,
+shares and counts have none.
 """
 
 GREATER = ((1e9, "G"), (1e6, "M"), (1e3, "k"))
