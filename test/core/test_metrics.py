@@ -78,9 +78,11 @@ def test_an_error_settles_after_it_last_exceeds_its_bound() -> None:
     assert settling_time(time[:2], np.array([0.1, math.nan]), 1.0) is None
 
 
-def test_the_settled_error_is_relative_to_the_initial_error_and_at_least_to_the_hull() -> None:
-    assert settling_bound(100.0, 4.0) == 5.0
+def test_the_settled_error_is_relative_to_the_initial_error_within_shares_of_the_hull() -> None:
+    assert settling_bound(4.0, 4.0) == 0.2
     assert settling_bound(0.0, 4.0) == 0.04
+    assert settling_bound(100.0, 4.0) == 0.4
+    assert settling_bound(100.0, 0.0) == 5.0
 
 
 def test_the_share_of_time_at_a_limit() -> None:

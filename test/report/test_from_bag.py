@@ -1,13 +1,12 @@
 """Pages from bags: which signals they contain, and where their files go."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 import bag_making
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.bags.reader import Bag, open_bag
+from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.metrics import evaluate
@@ -15,15 +14,6 @@ from vessel_hsmc_ros.report.making import Wanted, make, page_of, read
 from vessel_hsmc_ros.report.panels import panels
 from vessel_hsmc_ros.report.record import Mark
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
-
-
-class Event(NamedTuple):
-    """An event as a bag returns it."""
-
-    time: float
-    node: str
-    kind: str
-    text: str
 
 
 @pytest.fixture
@@ -72,7 +62,7 @@ def test_panels_of_a_bag_show_commands_measurements_and_truth(recorded: Path) ->
 def test_events_of_a_bag_are_the_marks_of_its_record(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     change = "controller.guided.position_gain: 0.3 -> 0.5"
     events = [Event(1.0, "vessel_sim", "pause", ""), Event(2.0, "controller", "parameter", change)]
-    monkeypatch.setattr(Bag, "events", lambda _: events)
+    monkeypatch.setattr(Bag, "events", lambda *_: events)
     assert read([recorded])[0].marks == (Mark(1.0, "pause", "vessel_sim: pause"), Mark(2.0, "parameter", change))
 
 

@@ -16,6 +16,9 @@ from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 
+GUIDED: dict[str, Any] = {"controller.law": "guided"}
+
+
 def simulated(scenario: str = "case2_tracking", duration: float = 5.0, **changes: Any) -> Record:
     found = load_scenario(scenario, {"vessel_sim.duration": duration, **changes})
     return Record("run", simulate(found), scenario=found)
@@ -30,7 +33,7 @@ def test_the_error_in_the_body_frame_is_as_large_as_the_position_error_far_from_
         "vessel_sim.initial_pose": (5000.0, -7000.0, 0.0),
         "reference_ship.initial_pose": (5003.0, -7000.0, 1.0),
     }
-    made = simulated(**{"controller.law": "guided", **far})
+    made = simulated(**{**GUIDED, **far})
     forward, port = by_title(made)["position error in the body frame"].lines
     assert np.hypot(forward.values, port.values) == pytest.approx(position_error(made.run.state, made.run.reference))
     assert forward.values[0] == pytest.approx(-3.0)
@@ -41,14 +44,14 @@ def test_the_error_variables_of_the_paper_are_shown_for_the_law_that_uses_them()
     paper = by_title(simulated())["z_e of (11)"]
     assert paper.group == "Error variables of the paper's law"
     assert [line.name for line in paper.lines] == ["z₁ₑ", "z₂ₑ"]
-    assert "z_e of (11)" not in by_title(simulated(**{"controller.law": "guided"}))
+    assert "z_e of (11)" not in by_title(simulated(**GUIDED))
 
 
 def test_network_estimate_and_truth_are_the_same_quantity_in_a_large_disturbance() -> None:
     load: dict[str, Any] = {
         f"vessel_sim.disturbance.periodic.{name}": value for name, value in (("surge_force", 3e4), ("sway_force", 2e4))
     }
-    made = simulated(duration=25.0, **{"controller.law": "guided", **load})
+    made = simulated(duration=25.0, **GUIDED, **load)
     for axis in ("surge dynamics f_u", "sway dynamics f_v"):
         estimate, truth = by_title(made)[f"{axis} and disturbance"].lines
         assert (estimate.name, truth.name) == ("estimate", "truth")
@@ -59,17 +62,16 @@ def test_limits_are_those_of_actuators_and_law_by_name() -> None:
     def surge(**changes: object) -> tuple[Limit, ...]:
         return limits(load_scenario("case2_tracking", changes))[0]
 
-    guided: dict[str, object] = {"controller.law": "guided"}
     actuator = "vessel_sim.actuators.surge_force_limit"
     assert surge() == ()
-    assert surge(**guided) == (Limit(2e5, "law"),)
-    assert surge(**guided, **{actuator: 3e5}) == (Limit(3e5, "actuator"), Limit(2e5, "law"))
-    assert surge(**guided, **{actuator: 2e5}) == (Limit(2e5, "actuator and law"),)
+    assert surge(**GUIDED) == (Limit(2e5, "law"),)
+    assert surge(**GUIDED, **{actuator: 3e5}) == (Limit(3e5, "actuator"), Limit(2e5, "law"))
+    assert surge(**GUIDED, **{actuator: 2e5}) == (Limit(2e5, "actuator and law"),)
     assert limits(None) == ((), ())
 
 
 def test_the_panels_of_the_wrench_have_the_limits() -> None:
-    made = simulated(**{"controller.law": "guided"})
+    made = simulated(**GUIDED)
     shown = by_title(made)
     assert (shown["surge force"].limits, shown["yaw moment"].limits) == made.limits
 

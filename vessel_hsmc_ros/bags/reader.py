@@ -184,10 +184,6 @@ class Bag:
                 status.update(conversions.read_status(message, prefix))
         return status
 
-    def events(self) -> list[Any]:
-        """No events."""
-        return []
-
     # -- messages -----------------------------------------------------------------------------------------------------
 
     def run(self, vessel: Vessel | None = None, namespace: str | None = None, weights: bool = True) -> Run:

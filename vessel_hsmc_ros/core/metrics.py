@@ -14,8 +14,8 @@ from vessel_hsmc_ros.core.hull import LENGTH
 Array = NDArray[np.float64]
 
 
-SETTLED_SHARE, SETTLED_LENGTHS = 0.05, 0.01
-"""The position error has settled below 5 % of its initial value, or below 1 % of the hull's length if that is more."""
+SETTLED_SHARE, SETTLED_LENGTHS = 0.05, (0.01, 0.1)
+"""The position error has settled below 5 % of its initial value, at least 1 % and at most 10 % of the hull's length."""
 
 AT_LIMIT = 1.0 - 1e-6
 """A wrench is at its limit from this share of it on: the recorded number may be rounded."""
@@ -70,8 +70,17 @@ def body_error(state: Array, reference: Array) -> Array:
 
 
 def settling_bound(initial_error: float, hull_length: float) -> float:
-    """The position error below which a ship has settled: 5 % of the initial error, at least 1 % of the hull's length; m."""
-    return max(SETTLED_SHARE * initial_error, SETTLED_LENGTHS * hull_length)
+    """The position error below which a ship has settled, m.
+
+    5 % of the initial error, as is usual for a step response; within 1 % and 10 % of the hull's length, because a ship may start on
+    its reference or far away from it.
+
+    Args:
+        initial_error: Position error at the start, m.
+        hull_length: m; 0 where it is not known.
+    """
+    bound = SETTLED_SHARE * initial_error
+    return min(max(bound, SETTLED_LENGTHS[0] * hull_length), SETTLED_LENGTHS[1] * hull_length) if hull_length else bound
 
 
 def settling_time(time: Array, error: Array, bound: float) -> float | None:

@@ -64,7 +64,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     # In a run folder the bag is named `bag`, and the folder bears the name of the run.
     folder = path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
-    marks = tuple(Mark(event.time, event.kind, event.text or f"{event.node}: {event.kind}") for event in bag.events())
+    marks = tuple(Mark(event.time, event.kind, event.text or f"{event.node}: {event.kind}") for event in bag.events(prefix))
     record = Record(name, run, measured(run, scenario), {}, scenario, _origin(bag, origin or {}), marks)
     return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
 
