@@ -15,7 +15,6 @@ from vessel_hsmc_ros.report.record import Limit, Mark, limits
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
-
 GUIDED: dict[str, Any] = {"controller.law": "guided"}
 
 

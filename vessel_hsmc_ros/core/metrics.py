@@ -72,8 +72,8 @@ def body_error(state: Array, reference: Array) -> Array:
 def settling_bound(initial_error: float, hull_length: float) -> float:
     """The position error below which a ship has settled, m.
 
-    5 % of the initial error, as is usual for a step response; within 1 % and 10 % of the hull's length, because a ship may start on
-    its reference or far away from it.
+    5 % of the initial error, as is usual for a step response; within 1 % and 10 % of the hull's length, because a ship may start
+    on its reference or far away from it.
 
     Args:
         initial_error: Position error at the start, m.
