@@ -61,9 +61,22 @@ def test_panels_of_a_bag_show_commands_measurements_and_truth(recorded: Path) ->
 
 def test_events_of_a_bag_are_the_marks_of_its_record(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     change = "controller.guided.position_gain: 0.3 -> 0.5"
-    events = [Event(1.0, "vessel_sim", "pause", ""), Event(2.0, "controller", "parameter", change)]
+    events = [
+        Event(1.0, "vessel_sim", "pause", "paused"),
+        Event(1.1, "reference_ship", "pause", "paused"),
+        Event(2.0, "controller", "parameter", change),
+        Event(2.0, "controller", "parameter", change),
+        Event(3.0, "vessel_sim", "resume", "running"),
+        Event(9.0, "vessel_sim", "pause", "paused"),
+    ]
     monkeypatch.setattr(Bag, "events", lambda *_: events)
-    assert read([recorded])[0].marks == (Mark(1.0, "pause", "vessel_sim: pause"), Mark(2.0, "parameter", change))
+    assert read([recorded])[0].marks == (
+        Mark(1.0, "pause", "vessel_sim, reference_ship"),
+        Mark(2.0, "parameter", change),
+        Mark(2.0, "parameter", change),
+        Mark(3.0, "resume", "vessel_sim"),
+        Mark(9.0, "pause", "vessel_sim"),
+    )
 
 
 def test_a_failure_in_the_summary_of_a_run_is_in_the_verdict(recorded: Path) -> None:

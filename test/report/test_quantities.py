@@ -25,7 +25,7 @@ from vessel_hsmc_ros.report.quantities import quantity, scaled
         (0.0, "N", "0 N"),
         (3.2e-16, "m", "3.2e-16 m"),
         (1e30, "m", "1e+30 m"),
-        (float("inf"), "N", "inf N"),
+        (float("inf"), "N", "–"),
     ],
 )
 def test_a_quantity_has_three_significant_digits_and_a_prefix(value: float, unit: str, text: str) -> None:

@@ -1,6 +1,6 @@
 """Reads the record of a run from a bag: of this package completely, of another recorder as far as its topics allow."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.reader import Bag, open_bag
+from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
@@ -24,6 +24,12 @@ Topics = Mapping[str, Series]
 
 FORCES = [0, 2]
 """Indices of the actuated components among surge force, sway force and yaw moment: the ship has no sway actuator."""
+
+WITH_VALUES = ("parameter", "goal", "path")
+"""Kinds of events whose text has values; that of the others repeats their kind."""
+
+TOGETHER = 1.0
+"""Events of one kind within this time are one call of several nodes, s."""
 
 DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
     "vessel_sim": (
@@ -64,8 +70,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     # In a run folder the bag is named `bag`, and the folder bears the name of the run.
     folder = path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
-    marks = tuple(Mark(event.time, event.kind, event.text or f"{event.node}: {event.kind}") for event in bag.events(prefix))
-    record = Record(name, run, measured(run, scenario), {}, scenario, _origin(bag, origin or {}), marks)
+    record = Record(name, run, measured(run, scenario), {}, scenario, _origin(bag, origin or {}), _marks(bag.events(prefix)))
     return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
 
 
@@ -137,6 +142,20 @@ def _with_commands(run: Run, topics: Topics, start: int) -> Run:
     order = np.argsort(commands.stamp, kind="stable")
     times = run_from_bag.seconds_of(commands.stamp[order] - start)
     return replace(run, control={"time": times, "commanded": _forces(commands)[order]})
+
+
+def _marks(events: Sequence[Event]) -> tuple[Mark, ...]:
+    """Events as marks: parameters, goals and paths with their values, others with their nodes; one for all nodes of a call."""
+    marks: list[Mark] = []
+    for time, node, kind, text in events:
+        last = marks[-1] if marks else None
+        if kind in WITH_VALUES:
+            marks.append(Mark(time, kind, text))
+        elif last is not None and last.kind == kind and time - last.time < TOGETHER:
+            marks[-1] = last._replace(text=f"{last.text}, {node}")
+        else:
+            marks.append(Mark(time, kind, node))
+    return tuple(marks)
 
 
 def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:

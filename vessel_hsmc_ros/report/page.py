@@ -150,7 +150,13 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
 def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
     """A ship or a reference as map.js expects it."""
     colour = _colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
-    return {**payload.poses(track.time, track.poses), "role": track.role, "run": track.run, "label": track.label, "colour": colour}
+    return {
+        **payload.poses(track.time, track.poses),
+        "role": track.role,
+        "run": track.run,
+        "label": track.label,
+        "colour": colour,
+    }
 
 
 def _colour(run: int | None, role: str, alone: bool) -> str:

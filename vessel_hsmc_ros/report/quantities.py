@@ -4,6 +4,8 @@ The prefix is the one with which the number is below 1000 and at least 1; at lea
 shares and counts have none.
 """
 
+import math
+
 GREATER = ((1e9, "G"), (1e6, "M"), (1e3, "k"))
 SMALLER = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
@@ -44,7 +46,12 @@ def quantity(value: float, unit: str = "", sign: bool = False) -> str:
         value: In SI units; angles in the given unit.
         unit: The unit without a prefix; empty for none.
         sign: Whether a positive value has its sign too.
+
+    Returns:
+        The text; a dash for a value that is not finite.
     """
+    if not math.isfinite(value):
+        return "–"
     factor, shown = scaled(value, unit)
     text = number(value * factor)
     text = f"+{text}" if sign and value > 0.0 else text
