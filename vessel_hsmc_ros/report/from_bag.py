@@ -70,7 +70,8 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     # In a run folder the bag is named `bag`, and the folder bears the name of the run.
     folder = path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
-    record = Record(name, run, measured(run, scenario), {}, scenario, _origin(bag, origin or {}), _marks(bag.events(prefix)))
+    marks = _marks(bag.events(prefix))
+    record = Record(name, run, measured(run, scenario, marks), {}, scenario, _origin(bag, origin or {}), marks)
     return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
 
 

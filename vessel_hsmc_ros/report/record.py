@@ -127,12 +127,13 @@ def hull_length(scenario: Scenario | None) -> float:
     return 0.0 if scenario is None else getattr(scenario.vessel_sim.vessel, "length", LENGTH)
 
 
-def measured(run: Run, scenario: Scenario | None = None, until: float = np.inf) -> Metrics | None:
+def measured(run: Run, scenario: Scenario | None = None, marks: Sequence[Mark] = (), until: float = np.inf) -> Metrics | None:
     """Evaluate the metrics of a run with the applied wrench, or with the commanded one where no other was recorded.
 
     Args:
         run: The run.
         scenario: Its limits and hull; None where they are not known.
+        marks: Its events; the time of pauses does not count.
         until: End of the evaluated interval, s.
 
     Returns:
@@ -146,7 +147,7 @@ def measured(run: Run, scenario: Scenario | None = None, until: float = np.inf) 
     part = run.time <= until
     surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
     return evaluate(
-        run.time[part],
+        _running(run.time[part], marks),
         run.state[part],
         run.reference[part],
         wrench[part],
@@ -154,6 +155,14 @@ def measured(run: Run, scenario: Scenario | None = None, until: float = np.inf) 
         limits=(surge, yaw),
         hull_length=hull_length(scenario),
     )
+
+
+def _running(time: Array, marks: Sequence[Mark]) -> Array:
+    """Times (n,) without the pauses before them, s."""
+    running = time
+    for begin, end in _pauses(marks):
+        running = running - np.clip(time - begin, 0.0, end - begin)
+    return running
 
 
 def control_intervals(record: Record) -> tuple[Array, Array]:
@@ -195,7 +204,7 @@ def over_shared_interval(records: Sequence[Record]) -> list[Record]:
     return [
         replace(
             record,
-            metrics=measured(record.run, record.scenario, shared) if record.metrics else None,
+            metrics=measured(record.run, record.scenario, record.marks, shared) if record.metrics else None,
             facts={**record.facts, "run_duration": record.duration, "metrics_interval": shared},
         )
         for record in records
