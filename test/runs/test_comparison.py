@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from vessel_hsmc_ros.cli.main import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page
-from vessel_hsmc_ros.runs.comparison import LawRun, Task, compare, default_laws, prepare, run_task
+from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun, Task, compare, default_laws, prepare, run_task
 from vessel_hsmc_ros.scenario.suite import Row
 
 SHORT = {"vessel_sim.duration": 2.0}
@@ -54,7 +55,21 @@ def test_a_simulation_that_diverges_is_an_outcome() -> None:
     outcome = run_task(Task(wild, "hierarchical", None))
     assert "no longer finite" in outcome.failure
     assert comparison_page.overview_cell(outcome) == "stopped miss"
-    assert len(comparison_page.cells(outcome)) == len(comparison_page.COLUMNS)
+    head, lines = comparison_page.table(outcome.row, [outcome])
+    assert [len(line) for line in lines] == [len(head)]
+
+
+def test_a_column_has_the_unit_that_suits_its_largest_value() -> None:
+    small = LawRun(Row("boat"), "guided", 50.0, metrics=LawMetrics(0.002, 0.004, 0.001, 1.5, 90.0, 56.0, 0.2))
+    large = replace(small, law="hierarchical", metrics=LawMetrics(3.0, 4.0, 2.5, 1.5, 2e5, 3.2e6, 0.2))
+    assert comparison_page.table(small.row, [small]) == (
+        ["law", "Hz", "rms mm", "largest mm", "final mm", "heading °", "force N", "moment N·m", "rev/s"],
+        [["guided", "50", "2", "4", "1", "1.5", "90", "56", "0.2"]],
+    )
+    head, lines = comparison_page.table(small.row, [small, large])
+    assert head[6:8] == ["force kN", "moment MN·m"]
+    assert lines[1][6:8] == ["200", "3.2"]
+    assert [comparison_page.overview_cell(run) for run in (small, large)] == ["2 mm", "3 m"]
 
 
 def test_parallel_runs_give_identical_metrics_in_the_order_of_the_tasks() -> None:

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from vessel_hsmc_ros.report.quantities import number, quantity, scaled
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, PLOT, SERIES
 from vessel_hsmc_ros.runs.comparison import LawRun
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.scenario.suite import Row
 
-COLUMNS = ("law", "Hz", "rms m", "largest m", "final m", "heading °", "force kN", "moment MN·m", "rev/s", "verdict")
-"""Columns of a row's table: position errors, rms heading error, and the other fields of LawMetrics."""
+NUMBERS = (("rms", "m"), ("largest", "m"), ("final", "m"), ("heading", "°"), ("force", "N"), ("moment", "N·m"), ("rev/s", ""))
+"""Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals."""
 
 COLOURS = dict(zip(("guided", "hierarchical", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next one."""
@@ -44,24 +45,27 @@ def overview_cell(outcome: LawRun) -> str:
     """The rms position error of a run with its verdict, for the overview."""
     if outcome.metrics is None:
         return f"stopped {verdict(outcome)}".strip()
-    return f"{outcome.metrics.position_rms:.2g} m {verdict(outcome)}".strip()
+    return f"{quantity(outcome.metrics.position_rms, 'm')} {verdict(outcome)}".strip()
 
 
 def table(row: Row, outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[str]]]:
     """Header and lines of the table of one row; a row without limits has no column of verdicts."""
-    width = len(COLUMNS) if limits(row) else len(COLUMNS) - 1
-    return list(COLUMNS[:width]), [cells(outcome)[:width] for outcome in outcomes]
+    # One unit for a column, by its largest value: kN for a ship, N for a small boat.
+    columns = zip(*(outcome.metrics for outcome in outcomes if outcome.metrics), strict=True)
+    largest = [max((abs(value) for value in column if math.isfinite(value)), default=0.0) for column in columns]
+    scales = [scaled(size, unit) for size, (_, unit) in zip(largest or [0.0] * len(NUMBERS), NUMBERS, strict=True)]
+    head = ["law", "Hz", *(f"{name} {unit}".strip() for (name, _), (_, unit) in zip(NUMBERS, scales, strict=True)), "verdict"]
+    lines = [cells(outcome, [factor for factor, _ in scales]) for outcome in outcomes]
+    width = len(head) if limits(row) else len(head) - 1
+    return head[:width], [line[:width] for line in lines]
 
 
-def cells(outcome: LawRun) -> list[str]:
-    """The cells of a run in the table of its row, in the order of COLUMNS."""
+def cells(outcome: LawRun, factors: Sequence[float]) -> list[str]:
+    """The cells of a run in the table of its row, its metrics multiplied by the factors of their columns."""
     head = [outcome.law, f"{outcome.rate_hz:g}"]
-    m = outcome.metrics
-    if m is None:
-        return [*head, "stopped", *[""] * (len(COLUMNS) - 4), verdict(outcome)]
-    effort = m.surge_force_rms / 1e3, m.yaw_moment_rms / 1e6
-    numbers = (m.position_rms, m.position_largest, m.position_final, m.heading_rms_deg, *effort, m.reversals)
-    return [*head, *(f"{number:.3g}" for number in numbers), verdict(outcome)]
+    if outcome.metrics is None:
+        return [*head, "stopped", *[""] * (len(NUMBERS) - 1), verdict(outcome)]
+    return [*head, *(number(factor * value) for factor, value in zip(factors, outcome.metrics, strict=True)), verdict(outcome)]
 
 
 def overview(outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[str]]]:
