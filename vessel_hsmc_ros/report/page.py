@@ -150,7 +150,13 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
 def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
     """A ship or a reference as map.js expects it."""
     colour = _colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
-    return {**payload.poses(track.time, track.poses), "role": track.role, "run": track.run, "label": track.label, "colour": colour}
+    return {
+        **payload.poses(track.time, track.poses),
+        "role": track.role,
+        "run": track.run,
+        "label": track.label,
+        "colour": colour,
+    }
 
 
 def _colour(run: int | None, role: str, alone: bool) -> str:
@@ -176,7 +182,8 @@ def _marks(records: Sequence[Record]) -> list[dict[str, Any]]:
         alone = len(records) == 1
         colour = "--ink-soft" if alone else f"--run-{run % len(SERIES)}"
         for mark in record.marks:
-            label = f"{mark.kind}: {mark.text}" if alone else f"{record.name}, {mark.kind}: {mark.text}"
+            what = f"{mark.kind}: {mark.text}" if mark.text else mark.kind
+            label = what if alone else f"{record.name}, {what}"
             found.append({"t": mark.time, "kind": mark.kind, "text": mark.text, "label": label, "run": run, "colour": colour})
     return sorted(found, key=lambda mark: mark["t"])
 
