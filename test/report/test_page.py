@@ -5,6 +5,7 @@ import json
 import re
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from vessel_hsmc_ros.report import Record, figures, style
 from vessel_hsmc_ros.report.overlay import overlays
 from vessel_hsmc_ros.report.panels import panels
 from vessel_hsmc_ros.report.payload import Payload
+from vessel_hsmc_ros.report.record import Mark
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -61,6 +63,22 @@ def test_the_page_contains_the_numbers_of_the_run(tmp_path: Path) -> None:
     np.testing.assert_allclose(array(distance["values"]), 3.0, rtol=1e-6)
     track = content["tracks"][0]
     np.testing.assert_allclose(array(track["x"]) + track["middle"][0], circle(3.0).state[:, 0], atol=1e-5)
+
+
+def test_events_of_all_runs_are_listed_by_their_times_with_the_names_of_the_runs(tmp_path: Path) -> None:
+    near = replace(record("near", 1.0), marks=(Mark(1.0, "pause", "<i>"), Mark(3.0, "goal", "x 1")), verdict="It <b>drifts</b>.")
+    far = replace(record("far", 4.0), marks=(Mark(2.0, "resume", ""),))
+    report.write(tmp_path / "two.html", [near, far], "Two")
+    content, _ = numbers_of(tmp_path / "two.html")
+    found = [(mark["t"], mark["label"], mark["run"]) for mark in content["marks"]]
+    assert found == [(1.0, "near, pause: <i>", 0), (2.0, "far, resume", 1), (3.0, "near, goal: x 1", 0)]
+    assert "near, pause: &lt;i&gt;" in text_of(tmp_path / "two.html")
+    assert "It &lt;b&gt;drifts&lt;/b&gt;." in text_of(tmp_path / "two.html")
+
+
+def test_a_page_without_verdict_and_events_has_no_room_for_them(tmp_path: Path) -> None:
+    report.write(tmp_path / "plain.html", [record("plain", 3.0)], "Plain")
+    assert not re.search('id="(verdict|events)"', text_of(tmp_path / "plain.html"))
 
 
 def test_the_page_needs_no_other_resource(tmp_path: Path) -> None:

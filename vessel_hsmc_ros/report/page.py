@@ -188,7 +188,8 @@ def _marks(records: Sequence[Record]) -> list[dict[str, Any]]:
         alone = len(records) == 1
         colour = "--ink-soft" if alone else f"--run-{run % len(SERIES)}"
         for mark in record.marks:
-            label = f"{mark.kind}: {mark.text}" if alone else f"{record.name}, {mark.kind}: {mark.text}"
+            what = f"{mark.kind}: {mark.text}" if mark.text else mark.kind
+            label = what if alone else f"{record.name}, {what}"
             found.append({"t": mark.time, "kind": mark.kind, "text": mark.text, "label": label, "run": run, "colour": colour})
     return sorted(found, key=lambda mark: mark["t"])
 

@@ -159,5 +159,9 @@ def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
         tracks.set(xlabel="x east [m]", ylabel="y north [m]", title=row.name, aspect="equal")
         tracks.set_adjustable("datalim")
         errors.set(xlabel="time [s]", ylabel="position error [m]", title="Position error")
-        errors.legend(loc="upper right", ncols=2)
+        # Below the diagrams, where it covers no line.
+        entries = {
+            label: line for axes in (tracks, errors) for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        picture.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries) or 1)
         picture.savefig(path)

@@ -129,7 +129,7 @@ class Chart {
     );
     const annotations = [];
     for (const { value, name } of this.panel.limits.filter((limit) => limit.value <= high).sort((a, b) => b.value - a.value)) {
-      const near = annotations.find((each) => each.y - value < 0.11 * (high - low));
+      const near = annotations.find((each) => each.y - value < 0.09 * (high - low));
       if (near) near.text += `, ${name}`;
       else annotations.push({ xref: "paper", x: 1, xanchor: "right", y: value, yanchor: "bottom", text: name, showarrow: false, borderpad: 0, font: { size: 10, color: colour } });
     }

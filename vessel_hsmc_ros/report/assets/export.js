@@ -40,9 +40,12 @@ async function pictureOf(chart, format) {
   const lines = within.map(({ t, colour }) => ({
     type: "line", x0: t, x1: t, yref: "paper", y0: 0, y1: 1, line: { color: chart.colours(colour), width: 1, dash: "dot" },
   }));
-  const labels = within.map(({ t, kind }) => ({
-    x: t, yref: "paper", y: 1, xanchor: "left", yanchor: "top", text: kind, textangle: 90, showarrow: false, font: { size: 9 },
-  }));
+  const labels = [];
+  for (const { t, kind } of within) {
+    const near = labels.find((label) => t - label.x < 0.015 * (to - from));
+    if (near) near.text += near.text.split(", ").includes(kind) ? "" : `, ${kind}`;
+    else labels.push({ x: t, yref: "paper", y: 1, xanchor: "left", yanchor: "top", text: kind, textangle: 90, showarrow: false, font: { size: 9 } });
+  }
   const picture = {
     ...layout,
     width: 900,
@@ -69,7 +72,7 @@ const EXPORTS = {
 
 // The buttons of a diagram: its help text and its exports.
 function listenToTools(chart) {
-  const [help, text] = [chart.element.querySelector(".ask"), chart.element.querySelector(".help")];
+  const [help, text] = [chart.element.querySelector(".question"), chart.element.querySelector(".help")];
   help?.addEventListener("click", () => {
     text.hidden = !text.hidden;
     help.setAttribute("aria-expanded", String(!text.hidden));

@@ -114,7 +114,7 @@ async function main() {
     map.draw();
   });
   clock.setTime(clock.begin);
-  window.report = { clock, player, charts, map };
+  window.report = { clock, player, charts, map, quantity, csvOf };
   document.documentElement.dataset.ready = "";
 }
 

@@ -157,18 +157,22 @@ class ShipMap {
     document.getElementById("pose").textContent = `x ${x.toFixed(2)} m   y ${y.toFixed(2)} m   ψ ${turned.toFixed(1)}°`;
   }
 
-  // Save what is visible, with hulls, north arrow and key.
+  // Save what is visible, with hulls, north arrow, and the names of the tracks above.
   async save() {
     const picture = document.createElement("canvas");
-    Object.assign(picture, { width: this.canvas.width, height: this.canvas.height });
+    const ratio = this.canvas.width / this.view.width;
+    const above = Math.round(ratio * (12 + KEY_LINE * this.tracks.length));
+    Object.assign(picture, { width: this.canvas.width, height: this.canvas.height + above });
     const pen = picture.getContext("2d");
     pen.fillStyle = this.colours("--water");
     pen.fillRect(0, 0, picture.width, picture.height);
+    pen.scale(ratio, ratio);
+    drawKey(pen, this.tracks, this.colours);
+    pen.setTransform(1, 0, 0, 1, 0, above);
     pen.drawImage(this.canvas, 0, 0);
-    const ratio = this.canvas.width / this.view.width;
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.setTransform(ratio, 0, 0, ratio, 0, above);
     drawHulls(pen, this.tracks, this.hull, this.view, this.clock.time, this.colours);
-    drawKey(pen, this.tracks, this.view, this.colours);
+    drawNorth(pen, this.view, this.colours);
     save("map.png", await new Promise((done) => picture.toBlob(done, "image/png")));
   }
 }

@@ -1,6 +1,7 @@
 // Elements of the map: a grid in metres, tracks, and hulls to scale.
 
 const SVG = "http://www.w3.org/2000/svg";
+const KEY_LINE = 18; // pixels
 
 // Outline of a hull about midships, bow to the right.
 function hullPath({ length, beam }) {
@@ -124,6 +125,7 @@ function drawHulls(pen, tracks, hull, view, time, colours) {
     pen.rotate(-pose.heading);
     pen.scale(view.scale, view.scale);
     pen.lineWidth = 1.5 / view.scale;
+    pen.setLineDash(ship ? [] : [4 / view.scale, 2 / view.scale]);
     pen.fillStyle = pen.strokeStyle = colours(track.colour);
     pen.globalAlpha = ship ? 0.6 : 0.12;
     pen.fill(new Path2D(hullPath(hull)));
@@ -133,12 +135,12 @@ function drawHulls(pen, tracks, hull, view, time, colours) {
   }
 }
 
-// The names of the tracks and a north arrow on a canvas, for the picture of the map.
-function drawKey(pen, tracks, view, colours) {
+// The names of the tracks on a canvas, for the picture of the map.
+function drawKey(pen, tracks, colours) {
   pen.font = "12px system-ui, sans-serif";
   pen.lineWidth = 2.5;
   tracks.forEach((track, i) => {
-    const y = 36 + 18 * i;
+    const y = 16 + KEY_LINE * i;
     pen.strokeStyle = colours(track.colour);
     pen.setLineDash(track.role === "reference" ? [6, 4] : []);
     pen.beginPath();
@@ -148,6 +150,11 @@ function drawKey(pen, tracks, view, colours) {
     pen.fillStyle = colours("--ink");
     pen.fillText(track.label, 38, y + 4);
   });
+}
+
+// The page's north arrow on a canvas, for the picture of the map.
+function drawNorth(pen, view, colours) {
+  pen.font = "12px system-ui, sans-serif";
   pen.fillStyle = colours("--ink-soft");
   pen.translate(view.width - 38, 8);
   pen.fill(new Path2D(document.querySelector(".north path").getAttribute("d")));
