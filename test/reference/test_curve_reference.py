@@ -21,7 +21,7 @@ modes = pytest.mark.parametrize("mode", SIZES)
 
 
 def parameters(mode: str, **values: Any) -> ReferenceShipParameters:
-    named = {f"{mode}.{name}": value for name, value in (SIZES[mode] | values).items()}
+    named = {f"{mode}.{name}": value for name, value in ({"rise_time": 0.0} | SIZES[mode] | values).items()}
     return build(ReferenceShipParameters, {"mode": mode, "initial_pose": list(START), **named}, "reference_ship")
 
 
@@ -82,6 +82,21 @@ def test_a_circle_lies_to_port_of_its_start_and_stays_exact_for_hours() -> None:
     centre = np.array([x - 25.0 * math.sin(course), y + 25.0 * math.cos(course)])
     np.testing.assert_allclose(np.hypot(*(states[:, :2] - centre).T), 25.0, atol=1e-9)
     np.testing.assert_array_equal(states[:, 3:], np.tile(states[0, 3:], (len(states), 1)))
+
+
+@modes
+def test_the_start_from_rest_is_smooth_and_leads_into_the_motion_at_constant_speed(mode: str) -> None:
+    period, rise_time = 1e-2, 10.0
+    states, accelerations = motion(mode, 12.0, period, rise_time=rise_time)
+    np.testing.assert_array_equal(states[0, 3:], 0.0)
+    np.testing.assert_array_equal(accelerations[0], 0.0)
+    assert states[0, 2] == pytest.approx(START[2])
+    psi, u, v, r = states[1:-1, 2:].T
+    moved = (states[2:] - states[:-2]) / (2.0 * period)
+    velocity = np.column_stack((u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi), r))
+    np.testing.assert_allclose(moved, np.column_stack((velocity, accelerations[1:-1])), atol=1e-5)
+    # The start covers half the distance of full speed.
+    np.testing.assert_allclose(states[1100], motion(mode, 12.0, period)[0][600], atol=1e-12)
 
 
 @modes

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.reference.curve_motion import velocities
+from vessel_hsmc_ros.reference.curve_motion import Progress, velocities
 from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square
-from vessel_hsmc_ros.reference.drift import Drift, PeriodicDrift, samples
+from vessel_hsmc_ros.reference.drift import PeriodicDrift, samples
 from vessel_sim_node.plant import Vessel, VesselParameters, unforced_acceleration
 
 PAPER = VesselParameters().coefficients()
@@ -28,8 +28,7 @@ def sway_residual(curve: Any, speed: float, vessel: Vessel) -> float:
     """Largest deviation from dv = f_v(u, v, r) between the samples of the solution, m/s²."""
     s = np.random.default_rng(1).uniform(0.0, curve.period, 1000)
     solution = PeriodicDrift(curve, speed, vessel)
-    drift = Drift(*np.array([solution.at(one) for one in s]).T)
-    u, v, r, _, dv, _ = velocities(curve, speed, drift, s)
+    u, v, r, _, dv, _ = velocities(curve, speed, solution.at(s), Progress(s))
     return float(np.abs(dv - unforced_acceleration(u, v, r, vessel)[1]).max())
 
 
@@ -54,4 +53,4 @@ def test_on_a_line_there_is_no_drift_even_without_damping() -> None:
 def test_the_samples_of_a_period_are_values_of_the_series() -> None:
     curve = Square(40.0, 6.0)
     solution = PeriodicDrift(curve, 1.0, BOAT)
-    np.testing.assert_allclose(np.array([solution.at(s) for s in samples(curve)]).T, solution.sampled(), atol=1e-12)
+    np.testing.assert_allclose(solution.at(samples(curve)), solution.sampled(), atol=1e-12)

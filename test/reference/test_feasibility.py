@@ -6,7 +6,7 @@ import re
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.reference.curve_motion import Demand, demand
+from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
@@ -21,17 +21,21 @@ SHAPES = {
 }
 
 
-def reason(mode: str, speed: float, vessel: Vessel = BOAT, force: float = 300.0, moment: float = 250.0) -> str:
+def reason(
+    mode: str, speed: float, vessel: Vessel = BOAT, force: float = 300.0, moment: float = 250.0, rise_time: float = 0.0
+) -> str:
     """The error line, empty if the curve is feasible."""
     try:
-        check_feasible(f"reference_ship.{mode}", SHAPES[mode], speed, vessel, Demand(LARGEST_DRIFT, force, moment))
+        check_feasible(
+            f"reference_ship.{mode}", SHAPES[mode], Pace(speed, rise_time), vessel, Demand(LARGEST_DRIFT, force, moment)
+        )
     except ParameterError as error:
         return str(error)
     return ""
 
 
 def test_the_demand_of_a_line_is_the_resistance_of_the_hull() -> None:
-    assert demand(Arc(0.0), 3.0, BOAT, LARGEST_DRIFT) == Demand(0.0, 50.0 * 3.0 + 30.0 * 9.0, 0.0)
+    assert demand(Arc(0.0), Pace(3.0, 0.0), BOAT, LARGEST_DRIFT) == Demand(0.0, 50.0 * 3.0 + 30.0 * 9.0, 0.0)
 
 
 def test_the_line_names_demand_limit_and_largest_feasible_speed() -> None:
@@ -60,4 +64,12 @@ def test_without_limits_only_the_drift_angle_bounds_a_curve() -> None:
     assert reason("circle", 3.0, weak, math.inf, math.inf) == (
         "reference_ship.circle: radius 20 m at 3 m/s needs a drift angle of 76° (the largest is 60°);"
         " the largest feasible speed is 1.31 m/s"
+    )
+
+
+def test_the_start_needs_force_for_the_acceleration_too() -> None:
+    assert reason("straight", 2.0, rise_time=20.0) == ""
+    assert reason("straight", 2.0, rise_time=4.0) == (
+        "reference_ship.straight: a straight line at 2 m/s needs a surge force of 584 N (vessel.surge_force_limit is 300 N);"
+        " a start longer than rise_time = 4 s may be feasible; otherwise the largest feasible speed is 1.06 m/s"
     )

@@ -1,32 +1,37 @@
-"""The motion of a hull along a curve at constant speed: its states, and the force and moment that it needs.
+"""The motion of a hull along a curve at constant speed, after a start from rest, and the force and moment that it needs.
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|
-| s, p, chi, kappa | arc length, position, course and curvature of the curve | m, m, rad, 1/m | - |
-| U | speed along the curve | m/s | - |
-| beta | drift angle, from the sway equation | rad | drift.py |
-| psi | heading chi - beta | rad | (6) |
-| u, v, r | U·cos(beta), U·sin(beta), U·(kappa - dbeta/ds) | m/s, m/s, rad/s | (6) |
+| t, T | time, duration of the start | s | - |
+| s, kappa | arc length and curvature of the curve | m, 1/m | - |
+| U | speed along the curve after the start | m/s | - |
+| f | share of the speed, 10·q³ - 15·q⁴ + 6·q⁵ with q = t/T, then 1 | - | - |
+| W | present speed f·U | m/s | - |
+| beta_s | drift angle at the constant speed U as a function of s | rad | drift.py |
+| beta | drift angle f·beta_s(s) | rad | - |
+| u, v, r | W·cos(beta), W·sin(beta), W·kappa - dbeta/dt | m/s, m/s, rad/s | (6) |
 | tau_1, tau_2 | m11·(du - f_u), m33·(dr - f_r) | N, N·m | (6) |
 
-The state is a function of time and not integrated, so the position is on the curve however long the run.
+The motion is a function of time and not integrated, so the position is on the curve however long the run. At constant speed it
+satisfies the sway equation of (6). During the start it does so only approximately: the drift angle of a slow turn is proportional
+to the speed.
 """
 
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from vessel_hsmc_ros.reference.curves import Curve
 from vessel_hsmc_ros.reference.drift import Drift, PeriodicDrift, samples, steady_drift, steady_load
 from vessel_sim_node.plant import Vessel, unforced_acceleration
 
-Array = NDArray[np.float64]
+START_SAMPLES = 100
+"""Number of instants of the start at which the demand is evaluated."""
 
 
 class Velocities(NamedTuple):
-    """Body velocities and their time derivatives along a curve, numbers or arrays; m/s, m/s, rad/s and per second."""
+    """Body velocities and their time derivatives, numbers or arrays; m/s, m/s, rad/s and per second."""
 
     u: Any
     v: Any
@@ -34,6 +39,33 @@ class Velocities(NamedTuple):
     du: Any
     dv: Any
     dr: Any
+
+
+class Progress(NamedTuple):
+    """Arc length [m], and share of the speed with its first two time derivatives, numbers or arrays."""
+
+    s: Any
+    f: Any = 1.0
+    df: Any = 0.0
+    ddf: Any = 0.0
+
+
+class Pace(NamedTuple):
+    """Speed along a curve U [m/s] and duration of the start T [s]."""
+
+    speed: float
+    rise_time: float
+
+    def at(self, time: Any) -> Progress:
+        """The progress at a time or at an array of times."""
+        T = self.rise_time
+        if T == 0.0:
+            return Progress(self.speed * time)
+        q = np.minimum(time / T, 1.0)
+        f = q**3 * (10.0 - 15.0 * q + 6.0 * q**2)
+        df, ddf = 30.0 * q**2 * (1.0 - q) ** 2 / T, 60.0 * q * (1.0 - q) * (1.0 - 2.0 * q) / T**2
+        started = T * q**4 * (2.5 - 3.0 * q + q**2)
+        return Progress(self.speed * (started + np.maximum(time - T, 0.0)), f, df, ddf)
 
 
 class Demand(NamedTuple):
@@ -44,40 +76,59 @@ class Demand(NamedTuple):
     yaw_moment: float
 
 
-def velocities(curve: Curve, speed: float, drift: Drift, s: ArrayLike) -> Velocities:
+def velocities(curve: Curve, speed: float, drift: Drift, progress: Progress) -> Velocities:
     """The body velocities along a curve, and their derivatives.
 
     Args:
         curve: The curve.
         speed: U, m/s.
-        drift: The drift angle at the arc lengths.
-        s: Arc lengths, m, a number or an array.
+        drift: beta_s at the arc lengths.
+        progress: Where on the curve and with what share of the speed.
 
     Returns:
-        Velocities and accelerations at the arc lengths.
+        Velocities and accelerations.
     """
-    rate = speed * drift.slope
-    u, v = speed * np.cos(drift.beta), speed * np.sin(drift.beta)
-    r = speed * curve.curvature(s) - rate
-    return Velocities(u, v, r, -v * rate, u * rate, speed**2 * (curve.curvature_slope(s) - drift.slope_rate))
+    s, f, df, ddf = progress
+    W, dW = f * speed, df * speed
+    beta = f * drift.beta
+    dbeta = df * drift.beta + f * drift.slope * W
+    ddbeta = ddf * drift.beta + 2.0 * df * drift.slope * W + f * (drift.slope_rate * W * W + drift.slope * dW)
+    c, sine, kappa = np.cos(beta), np.sin(beta), curve.curvature(s)
+    return Velocities(
+        u=W * c,
+        v=W * sine,
+        r=W * kappa - dbeta,
+        du=dW * c - W * sine * dbeta,
+        dv=dW * sine + W * c * dbeta,
+        dr=W * W * curve.curvature_slope(s) + dW * kappa - ddbeta,
+    )
 
 
-def demand(curve: Curve, speed: float, vessel: Vessel, largest_drift: float) -> Demand:
+def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> Demand:
     """The largest drift angle, surge force and yaw moment that a curve demands of a hull in calm water.
 
     Args:
         curve: The curve.
-        speed: U > 0, m/s.
+        pace: Speed and start.
         vessel: Coefficients of (6).
         largest_drift: Drift angle above which force and moment are not computed, rad.
 
     Returns:
         The demand; force and moment are infinite if the drift angle is too large.
     """
+    speed = pace.speed
     drift = float(np.max(np.abs(steady_drift(steady_load(curve, speed, vessel), speed, vessel))))
     if drift > largest_drift:
         return Demand(drift, math.inf, math.inf)
-    u, v, r, du, _, dr = velocities(curve, speed, PeriodicDrift(curve, speed, vessel).sampled(), samples(curve))
-    f_u, _, f_r = unforced_acceleration(u, v, r, vessel)  # element by element
-    surge_force, yaw_moment = vessel.m11 * (du - f_u), vessel.m33 * (dr - f_r)
-    return Demand(drift, float(np.max(np.abs(surge_force))), float(np.max(np.abs(yaw_moment))))
+    solution = PeriodicDrift(curve, speed, vessel)
+    start = pace.at(np.linspace(0.0, pace.rise_time, START_SAMPLES))
+    parts = ((solution.sampled(), Progress(samples(curve))), (solution.at(start.s), start))
+    forces = [_forces(velocities(curve, speed, beta, progress), vessel) for beta, progress in parts]
+    return Demand(drift, max(surge for surge, _ in forces), max(yaw for _, yaw in forces))
+
+
+def _forces(motion: Velocities, vessel: Vessel) -> tuple[float, float]:
+    """Largest magnitudes of tau_1 [N] and tau_2 [N·m] over an array of motions."""
+    f_u, _, f_r = unforced_acceleration(motion.u, motion.v, motion.r, vessel)  # element by element
+    surge_force, yaw_moment = vessel.m11 * (motion.du - f_u), vessel.m33 * (motion.dr - f_r)
+    return float(np.max(np.abs(surge_force))), float(np.max(np.abs(yaw_moment)))

@@ -137,9 +137,9 @@ class PeriodicDrift:
         amplitudes = spectrum[:modes] * np.where(self._w > 0.0, 2.0, 1.0)  # the series is one-sided
         self._a = np.array([amplitudes, 1j * self._w * amplitudes, -(self._w**2) * amplitudes])
 
-    def at(self, s: float) -> Drift:
-        """The drift angle at an arc length."""
-        return Drift(*(self._a @ np.exp(1j * (s % self._period) * self._w)).real.tolist())
+    def at(self, s: Any) -> Drift:
+        """The drift angle at an arc length or at an array of arc lengths."""
+        return Drift(*(self._a @ np.exp(1j * np.multiply.outer(self._w, s % self._period))).real)
 
     def sampled(self) -> Drift:
         """The drift angle at the samples of a period, arrays of shape (n,)."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.reference.course import CourseReference, CourseReferenceParameters
-from vessel_hsmc_ros.reference.curve_motion import Demand
+from vessel_hsmc_ros.reference.curve_motion import Demand, Pace
 from vessel_hsmc_ros.reference.curve_reference import CurveReference
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.goal import GoalReference
@@ -66,8 +66,9 @@ def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
     chosen = getattr(parameters, parameters.mode)
     shape, vessel = chosen.shape(), parameters.vessel.coefficients()
     force, moment = (getattr(parameters.vessel, f"{name}_limit", math.inf) for name in ("surge_force", "yaw_moment"))
-    check_feasible(f"reference_ship.{parameters.mode}", shape, chosen.speed, vessel, Demand(LARGEST_DRIFT, force, moment))
-    return CurveReference(shape, chosen.speed, vessel, parameters.initial_pose, period)
+    pace, limits = Pace(chosen.speed, chosen.rise_time), Demand(LARGEST_DRIFT, force, moment)
+    check_feasible(f"reference_ship.{parameters.mode}", shape, pace, vessel, limits)
+    return CurveReference(shape, pace, vessel, parameters.initial_pose, period)
 
 
 REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {

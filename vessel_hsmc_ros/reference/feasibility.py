@@ -6,7 +6,7 @@ Calm water is assumed; what is left below the limits is available against distur
 import math
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.reference.curve_motion import Demand, demand
+from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.shapes import Shape
 from vessel_sim_node.plant import Vessel
 
@@ -16,25 +16,34 @@ LARGEST_DRIFT = math.radians(60.0)
 BISECTIONS = 20
 
 
-def check_feasible(owner: str, shape: Shape, speed: float, vessel: Vessel, limits: Demand) -> None:
+def check_feasible(owner: str, shape: Shape, pace: Pace, vessel: Vessel, limits: Demand) -> None:
     """Check that a ship can travel a curve within its limits.
 
     Args:
         owner: Name of the mode, for the error message.
         shape: The curve.
-        speed: Speed along it, m/s.
+        pace: Speed along it, and start.
         vessel: Coefficients of (6).
         limits: Largest drift angle, surge force and yaw moment; infinite where unknown.
 
     Raises:
         ParameterError: a limit is exceeded; the message contains the demand, the limit and the largest feasible speed.
     """
-    needed = demand(shape.curve, speed, vessel, limits.drift)
-    excesses = _excesses(needed, limits)
+    excesses = _excesses(demand(shape.curve, pace, vessel, limits.drift), limits)
     if excesses:
-        largest = _largest_speed(shape, speed, vessel, limits)
-        remedy = f"the largest feasible speed is {largest:g} m/s" if largest else "no speed is feasible, it takes a larger curve"
-        raise ParameterError(f"{owner}: {shape.size} at {speed:g} m/s needs {' and '.join(excesses)}; {remedy}")
+        remedy = _remedy(shape, pace, vessel, limits)
+        raise ParameterError(f"{owner}: {shape.size} at {pace.speed:g} m/s needs {' and '.join(excesses)}; {remedy}")
+
+
+def _remedy(shape: Shape, pace: Pace, vessel: Vessel, limits: Demand) -> str:
+    largest = _largest_speed(shape, pace, vessel, limits)
+    if not largest:
+        return "no speed is feasible, it takes a larger curve"
+    steady = demand(shape.curve, pace._replace(rise_time=0.0), vessel, limits.drift)
+    start = (
+        "" if _excesses(steady, limits) else f"a start longer than rise_time = {pace.rise_time:g} s may be feasible; otherwise "
+    )
+    return f"{start}the largest feasible speed is {largest:g} m/s"
 
 
 def _excesses(needed: Demand, limits: Demand) -> list[str]:
@@ -59,13 +68,13 @@ def _amount(value: float, unit: str) -> str:
     return f"{value:.3g} {unit}"
 
 
-def _largest_speed(shape: Shape, infeasible: float, vessel: Vessel, limits: Demand) -> float:
+def _largest_speed(shape: Shape, pace: Pace, vessel: Vessel, limits: Demand) -> float:
     """The largest feasible speed below an infeasible one by bisection, rounded down to three digits; 0 if there is none."""
 
     def feasible(speed: float) -> bool:
-        return not _excesses(demand(shape.curve, speed, vessel, limits.drift), limits)
+        return not _excesses(demand(shape.curve, pace._replace(speed=speed), vessel, limits.drift), limits)
 
-    low, high = 1e-3 * infeasible, infeasible
+    low, high = 1e-3 * pace.speed, pace.speed
     if not feasible(low):
         return 0.0
     for _ in range(BISECTIONS):

@@ -30,7 +30,13 @@ class Shape(NamedTuple):
 
 def speed(what: str) -> float:
     """Declare the speed along a curve."""
-    return parameter(1.5, f"Speed along {what}, constant from the start.", unit="m/s", low=1e-3, high=100.0)
+    return parameter(1.5, f"Speed along {what}, constant after the start.", unit="m/s", low=1e-3, high=100.0)
+
+
+def rise_time() -> float:
+    """Declare the duration of the start."""
+    text = "Time in which the speed rises from zero; 0 for the full speed from the start."
+    return parameter(10.0, text, unit="s", low=0.0, high=1e4)
 
 
 def size(default: float, description: str) -> float:
@@ -50,6 +56,7 @@ class StraightParameters:
     """A straight line along the initial course."""
 
     speed: float = speed("the line")
+    rise_time: float = rise_time()
 
     def shape(self) -> Shape:
         """The line."""
@@ -62,6 +69,7 @@ class CircleParameters:
 
     radius: float = size(50.0, "Radius of the circle")
     speed: float = speed("the circle")
+    rise_time: float = rise_time()
 
     def shape(self) -> Shape:
         """The circle.
@@ -79,6 +87,7 @@ class FigureEightParameters:
 
     length: float = size(150.0, "Distance between the ends of the figure eight")
     speed: float = speed("the figure eight")
+    rise_time: float = rise_time()
 
     def shape(self) -> Shape:
         """The figure eight.
@@ -99,6 +108,7 @@ class SquareParameters:
         0.0, "Smallest radius in the rounded corners; 0 for a fifth of the side.", unit="m", low=0.0, high=1e5
     )
     speed: float = speed("the square")
+    rise_time: float = rise_time()
 
     def shape(self) -> Shape:
         """The square.
