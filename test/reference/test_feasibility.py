@@ -71,5 +71,5 @@ def test_the_start_needs_force_for_the_acceleration_too() -> None:
     assert reason("straight", 2.0, rise_time=20.0) == ""
     assert reason("straight", 2.0, rise_time=4.0) == (
         "reference_ship.straight: a straight line at 2 m/s needs a surge force of 584 N (vessel.surge_force_limit is 300 N);"
-        " a start longer than rise_time = 4 s may be feasible; otherwise the largest feasible speed is 1.06 m/s"
+        " with a rise_time of 4 s the largest feasible speed is 1.06 m/s, with a longer one more"
     )
