@@ -1,5 +1,6 @@
 """Arguments and options that several verbs take."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -26,6 +27,22 @@ output_option = click.option(
 )
 
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
+
+vessel_option = click.option("--namespace", default="", help="ROS namespace of the vessel.")
+
+NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
+
+
+def checked_namespace(namespace: str) -> str:
+    """A namespace without slashes at its ends.
+
+    Raises:
+        ParameterError: it is not a ROS namespace.
+    """
+    namespace = namespace.strip("/")
+    if not NAMESPACE.fullmatch(namespace):
+        raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
+    return namespace
 
 
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
