@@ -38,6 +38,7 @@ TYPES = {
     "/reference": "vessel_hsmc_msgs/msg/ReferenceState",
     "/reference/pose": "geometry_msgs/msg/PoseStamped",
     "/controller/state": "vessel_hsmc_msgs/msg/ControlState",
+    "/events": "vessel_hsmc_msgs/msg/Event",
     "/clock": "rosgraph_msgs/msg/Clock",
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     "/rosout": "rcl_interfaces/msg/Log",

@@ -12,16 +12,20 @@ from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.node_list import LOOP
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.executor import BURST
-from vessel_hsmc_ros.nodes.remote import DISCOVERY_LIMIT, Remote
+from vessel_hsmc_ros.nodes.remote import Remote
 from vessel_hsmc_ros.nodes.remote_parameters import get_parameters
 
 INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}
 """Topics of which the latest message is shown."""
+
+FIRST_LOOK = 4.0
+"""Longest wait for the diagnostics of all nodes, s."""
 
 LIMITS = {
     "vessel_sim": ("actuators.surge_force_limit", "actuators.yaw_moment_limit"),
@@ -85,15 +89,10 @@ class Observation:
             self._subscribe(DiagnosticArray, "/diagnostics", qos.WATCHED),
             self._subscribe(Event, EVENTS, qos.WATCHED),
         ]
-        end = time.monotonic() + DISCOVERY_LIMIT
-        while not (self._nodes and self._latest) and time.monotonic() < end:
-            self._take()
-            time.sleep(0.05)
+        remote.until(self._complete, FIRST_LOOK)
         if not (self._nodes or self._latest):
             remote.require("vessel_sim", "controller")  # names what is there instead
-            raise RunError(
-                f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {DISCOVERY_LIMIT:g} s"
-            )
+            raise RunError(f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {FIRST_LOOK:g} s")
         self._limits = self._find_limits()
 
     def look(self) -> Snapshot:
@@ -116,6 +115,13 @@ class Observation:
     def _subscribe(self, kind: Any, topic: str, profile: QoSProfile) -> tuple[str, Any]:
         # Taken by `_take` instead of by an executor, which would convert every message of a fast lockstep run.
         return topic, self._remote.node.create_subscription(kind, self._remote.name(topic), lambda _: None, profile)
+
+    def _complete(self) -> bool:
+        """Whether every node that is present has published its diagnostics, which it does once a second."""
+        self._take()
+        there = self._remote.nodes()
+        present = {name for name in LOOP if self._remote.name(name) in there}
+        return bool(present) and present <= self._nodes.keys()
 
     def _take(self) -> None:
         for topic, subscription in self._subscriptions:

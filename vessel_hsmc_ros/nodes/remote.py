@@ -160,6 +160,6 @@ class Remote:
         if not (there := self.nodes()):
             return f"{what}, nor any other: does the run use the same ROS_DOMAIN_ID?"
         names = [name.rsplit("/", 1)[-1] for name in missing]
-        elsewhere = sorted({full.rsplit("/", 1)[0].lstrip("/") for full in there if full.rsplit("/", 1)[-1] in names})
-        hint = f"; give --namespace {' or '.join(place or '/' for place in elsewhere)}" if elsewhere else ""
+        elsewhere = sorted({full.rsplit("/", 1)[0] or "/" for full in there if full.rsplit("/", 1)[-1] in names})
+        hint = f"; for these the namespace is {' or '.join(elsewhere)}" if elsewhere else ""
         return f"{what}: found are {', '.join(there)}{hint}"

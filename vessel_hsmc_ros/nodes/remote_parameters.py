@@ -9,7 +9,10 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 from vessel_hsmc_ros.nodes.remote import Remote, Service
+
+NODE_NAMES = (*LOOP, *WATCHERS)
 
 
 class Change(NamedTuple):
@@ -51,6 +54,8 @@ def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Cha
         node, dot, name = key.partition(".")
         if not (node and dot and name):
             raise ParameterError(f"{key} is not a parameter: it takes node.parameter, such as controller.guided.position_gain")
+        if node not in NODE_NAMES and (close := difflib.get_close_matches(node, NODE_NAMES, n=1)):
+            raise ParameterError(f"{node} is not a node: did you mean {close[0]}?")
         by_node.setdefault(node, {})[name] = value
     remote.require(*by_node)
     checked = {node: _checked(remote, node, values) for node, values in by_node.items()}
