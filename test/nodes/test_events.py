@@ -69,16 +69,19 @@ def test_a_call_of_a_service_is_an_event(bench: Any, events: Any) -> None:
     ]
 
 
-def test_a_pause_stops_the_reference_in_real_time(bench: Any, events: Any) -> None:
-    node = bench.start(ReferenceShipNode, lockstep=False)
-    bench.until(lambda: node.status()[2]["messages"] > 2)
-    bench.call(SetBool, "/reference_ship/pause", SetBool.Request(data=True))
-    count = node.status()[2]["messages"]
-    bench.spin(0.2)
-    assert node.status()[2]["messages"] == count
-    bench.call(SetBool, "/reference_ship/pause", SetBool.Request(data=False))
-    bench.until(lambda: node.status()[2]["messages"] > count)
-    assert node.status()[2]["messages"] < count + 15, "what the pause lasted is not made up for"
+def test_a_pause_stops_the_reference_in_real_time(bench: Any, simulated_time: Any) -> None:
+    node = bench.start(ReferenceShipNode, lockstep=False, use_sim_time=True)
+    bench.until(lambda: node.connected)
+
+    def messages_after(seconds: float) -> int:
+        simulated_time.run(seconds)
+        return int(node.status()[2]["messages"])
+
+    count = messages_after(0.1)
+    assert bench.call(SetBool, "/reference_ship/pause", SetBool.Request(data=True)).success
+    assert messages_after(0.5) <= count + 1
+    assert bench.call(SetBool, "/reference_ship/pause", SetBool.Request(data=False)).success
+    assert messages_after(0.1) in range(count + 8, count + 13), "the periods of the pause are not made up for"
 
 
 def test_a_stream_of_goals_is_one_event(bench: Any, events: Any) -> None:
