@@ -1,5 +1,6 @@
 """What happens to a node is published as an event, with the time from which on it has an effect."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -8,6 +9,7 @@ from geometry_msgs.msg import PoseStamped
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import Event
 
+from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
@@ -101,7 +103,18 @@ def test_a_stream_of_goals_is_one_event(bench: Any, events: Any) -> None:
     assert [event.text for event in events] == ["x = 20, y = 0, heading = 0", "x = -100, y = 0, heading = 0"]
 
 
-def test_a_node_without_changeable_parameters_has_no_events(bench: Any, tmp_path: Any) -> None:
+def test_an_event_from_before_a_recorder_connected_is_in_its_bag(bench: Any, tmp_path: Path) -> None:
+    bench.start(ControllerNode, law="guided")
+    assert bench.set_parameters("controller", guided__position_gain=0.4).successful
+    node = bench.start(RecorderNode, directory=str(tmp_path / "bag"), topics=["events"])
+    bench.until(lambda: node.status()[2]["messages"])
+    node.close()
+    (message,) = [message for _, _, message in open_bag(tmp_path / "bag").messages("events")]
+    assert message.text == "controller.guided.position_gain: 0.33 -> 0.4"
+    assert conv.nanoseconds(message.header.stamp) < 0, "it takes effect at the first step"
+
+
+def test_a_node_without_changeable_parameters_has_no_events(bench: Any, tmp_path: Path) -> None:
     node = bench.start(RecorderNode, directory=str(tmp_path / "bag"), topics=["odom"])
     assert "/events" not in [publisher.topic_name for publisher in node.publishers]
     node.close()

@@ -34,6 +34,7 @@ def start_all(bench: Any, folder: Path) -> dict[str, Any]:
 
 def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> None:
     nodes = start_all(bench, tmp_path)
+    assert bench.set_parameters("controller", guided__drift_gain=0.01).successful  # before the first step
 
     def advance(steps: int) -> None:
         plant = nodes["vessel_sim"]
@@ -55,10 +56,12 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
 
     bag = open_bag(tmp_path / "bag")
     kinds = [event.kind for event in bag.events()]
-    assert kinds == ["parameter", "parameter", "disable", "enable", "reset", "pause"]
+    assert kinds == ["parameter", "parameter", "parameter", "disable", "enable", "reset", "pause"]
     found = verify(bag, bag.scenario())
     assert found.largest == (0.0, 0.0)
     assert len(found.differing) == 0
     assert not found.recorded.any(axis=1).all(), "the wrench was zero while the controller was disabled"
+    assert bag.events()[0].time < 0.0
+    assert bag.scenario(at=0.0).controller.guided.drift_gain == 0.01
     assert bag.scenario(at=0.0).controller.guided.position_gain == 0.33
     assert bag.scenario(at=found.time[-1]).controller.guided.position_gain == 0.5

@@ -24,8 +24,10 @@ from vessel_hsmc_ros.nodes.remote_parameters import get_parameters
 INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}
 """Topics of which the latest message is shown."""
 
-FIRST_LOOK = 4.0
-"""Longest wait for the diagnostics of all nodes, s."""
+SHORTEST_LOOK, FIRST_LOOK = 1.2, 4.0
+"""Shortest and longest wait for the diagnostics of all nodes, s, which publish them once a second."""
+
+EVENTS_SHOWN = 5
 
 LIMITS = {
     "vessel_sim": ("actuators.surge_force_limit", "actuators.yaw_moment_limit"),
@@ -83,13 +85,14 @@ class Observation:
         self._received: dict[str, float] = {}
         self._nodes: dict[str, NodeStatus] = {}
         self._clock: tuple[float, int] | None = None  # simulated time of the plant's latest diagnostics and their stamp
-        self._events: list[str] = []
+        self._events: list[tuple[int, str]] = []
         self._subscriptions = [self._subscribe(kind, topic, qos.LATEST) for topic, kind in INPUTS.items()]
         self._subscriptions += [
             self._subscribe(DiagnosticArray, "/diagnostics", qos.WATCHED),
-            self._subscribe(Event, EVENTS, qos.WATCHED),
+            self._subscribe(Event, EVENTS, qos.EVENTS),
         ]
-        remote.until(self._complete, FIRST_LOOK)
+        began = time.monotonic()
+        remote.until(lambda: self._complete() and time.monotonic() - began > SHORTEST_LOOK, FIRST_LOOK)
         if not (self._nodes or self._latest):
             remote.require("vessel_sim", "controller")  # names what is there instead
             raise RunError(f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {FIRST_LOOK:g} s")
@@ -109,7 +112,7 @@ class Observation:
             self._limits,
             {name: now - at for name, at in self._received.items()},
             dict(self._nodes),
-            list(self._events),
+            [text for _, text in self._events],
         )
 
     def _subscribe(self, kind: Any, topic: str, profile: QoSProfile) -> tuple[str, Any]:
@@ -117,7 +120,7 @@ class Observation:
         return topic, self._remote.node.create_subscription(kind, self._remote.name(topic), lambda _: None, profile)
 
     def _complete(self) -> bool:
-        """Whether every node that is present has published its diagnostics, which it does once a second."""
+        """Whether every node that is present has published its diagnostics."""
         self._take()
         there = self._remote.nodes()
         present = {name for name in LOOP if self._remote.name(name) in there}
@@ -135,7 +138,9 @@ class Observation:
         if topic in INPUTS:
             self._latest[topic], self._received[topic] = message, time.monotonic()
         elif topic == EVENTS:
-            self._events = [*self._events, f"{message.node} {message.kind}: {message.text}"][-5:]
+            stamp = conversions.nanoseconds(message.header.stamp)
+            # Latched: the earlier events of each node arrive together, so that they have to be sorted.
+            self._events = sorted([*self._events, (stamp, f"{message.node} {message.kind}: {message.text}")])[-EVENTS_SHOWN:]
         else:
             levels = {status.name: status.level for status in message.status}
             prefix = self._remote.name("")[1:]
