@@ -61,7 +61,7 @@ def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: 
         ("controller.rate_hz=20", "controller.rate_hz is set at the start and cannot be changed while the node runs"),
         (f"{force}=1e20", f"{force} = 1e+20 is not allowed: it takes a finite number from"),
         (f"{force}=much", f"{force} = much is not allowed: it takes a finite number from"),
-        ("controler.rate_hz=20", "controler is not a node: did you mean controller?"),
+        ("kontroller.rate_hz=20", "kontroller is not a node: did you mean controller?"),
         ("rate_hz=20", "rate_hz is not a parameter: it takes node.parameter"),
     ):
         code, output, error = vessel_hsmc("set", f"{gain}=0.5", wrong)
