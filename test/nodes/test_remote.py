@@ -71,6 +71,14 @@ def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: 
     assert node.parameters.guided.position_gain == 1.0
 
 
+def test_a_parameter_of_another_law_is_changed_with_a_note(bench: Any, vessel_hsmc: Any) -> None:
+    bench.start(ControllerNode, law="guided", **RATE)
+    code, output, note = vessel_hsmc("set", "controller.los_pid.lookahead_distance=30")
+    assert code == 0
+    assert output.endswith("-> 30.0\n")
+    assert note == "note: controller.los_pid has no effect on this run, whose law is guided\n"
+
+
 def test_nodes_are_paused_reset_and_stopped(bench: Any, vessel_hsmc: Any) -> None:
     for node_class in (VesselSimNode, ReferenceShipNode, ControllerNode):
         bench.start(node_class, **RATE, **({"law": "guided"} if node_class is ControllerNode else {}))

@@ -10,6 +10,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.nodes.remote import Remote, Service
 
 NODE_NAMES = (*LOOP, *WATCHERS)
@@ -70,6 +71,15 @@ def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Cha
             raise ParameterError(result.reason)
         made += [Change(f"{node}.{p.name}", old[p.name], _plain(p.value)) for p in parameters]
     return made
+
+
+def without_effect(remote: Remote, changes: Iterable[Change]) -> list[str]:
+    """Notes on changed parameters of a law that the controller does not run at present."""
+    groups = {change.name.split(".")[1] for change in changes if change.name.startswith("controller.")}
+    if not (laws := groups & set(LAWS)):
+        return []
+    law = get_parameters(remote, "controller", ["law"])["law"]
+    return [f"controller.{other} has no effect on this run, whose law is {law}" for other in sorted(laws - {law})]
 
 
 def _checked(remote: Remote, node: str, values: Mapping[str, object]) -> list[Parameter]:
