@@ -44,7 +44,7 @@ TYPES = {
     "/rosout": "rcl_interfaces/msg/Log",
     "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
 }
-OF_EVERY_NODE = {"/diagnostics", "/rosout", "/parameter_events"}
+OF_EVERY_NODE = {"/diagnostics", "/rosout", "/parameter_events", "/events"}
 
 Finished = subprocess.CompletedProcess[str]
 Recorded = tuple[Finished, Path]
