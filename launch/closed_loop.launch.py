@@ -17,10 +17,9 @@ from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.runs.processes import PROFILES
 from vessel_hsmc_ros.runs.supervisor import exclusive
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario, scenario_names

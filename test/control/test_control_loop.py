@@ -36,6 +36,18 @@ def test_missed_periods_are_counted(loop: ControlLoop) -> None:
     assert loop.missed_periods == 3  # those that began at 30, 40 and 50 ms
 
 
+def test_a_period_without_inputs_is_served_with_a_zero_wrench_and_is_not_missed(loop: ControlLoop) -> None:
+    step(loop, 0)
+    for milliseconds in range(10, 2000, 10):
+        assert loop.due(milliseconds * 1_000_000)
+        loop.skip(milliseconds * 1_000_000)
+        assert loop.wrench == (0.0, 0.0)
+    assert step(loop, 2000).lyapunov_rate == 0.0
+    assert loop.missed_periods == 0
+    loop.skip(2_040_000_000)
+    assert loop.missed_periods == 3  # a skipped period excuses only itself
+
+
 def test_a_disabled_loop_commands_zero_and_resets_the_law(loop: ControlLoop) -> None:
     step(loop, 0)
     assert any(loop.wrench)

@@ -143,6 +143,18 @@ def test_missed_periods_are_counted_in_the_control_state(sea: RealTimePlant, sim
     assert sea.states[-1].missed_periods in (19, 20)
 
 
+def test_periods_without_odometry_as_during_a_pause_are_not_missed(sea: RealTimePlant) -> None:
+    sea.start(ControllerNode, input_timeout=TIMEOUT)
+    sea.run(0.1)
+    sea.state = None
+    sea.run(0.4)
+    assert not any(sea.wrenches()[-1])
+    sea.state = STATE
+    sea.run(0.1)
+    assert any(sea.wrenches()[-1])
+    assert sea.states[-1].missed_periods == 0
+
+
 def test_a_controller_without_a_reference_warns_and_names_the_topic(bench: Any, sea: RealTimePlant, status: Any) -> None:
     node = sea.start(ControllerNode)
     sea.desired = None

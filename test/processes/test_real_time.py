@@ -70,7 +70,7 @@ def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start: Any) -> 
         bag, summary = finish(command, 60.0)
         assert bag.topics.keys() == {
             *(prefix + topic for topic in ("odom", "cmd_wrench", "applied_wrench", "disturbance", "controller/state")),
-            *(prefix + topic for topic in ("reference", "reference/pose", "dynamics/truth")),
+            *(prefix + topic for topic in ("reference", "reference/pose", "dynamics/truth", "events")),
             *("/diagnostics", "/rosout", "/parameter_events"),
         }
         assert summary["messages_dropped"] == 0

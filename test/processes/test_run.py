@@ -38,12 +38,13 @@ TYPES = {
     "/reference": "vessel_hsmc_msgs/msg/ReferenceState",
     "/reference/pose": "geometry_msgs/msg/PoseStamped",
     "/controller/state": "vessel_hsmc_msgs/msg/ControlState",
+    "/events": "vessel_hsmc_msgs/msg/Event",
     "/clock": "rosgraph_msgs/msg/Clock",
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     "/rosout": "rcl_interfaces/msg/Log",
     "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
 }
-OF_EVERY_NODE = {"/diagnostics", "/rosout", "/parameter_events"}
+OF_EVERY_NODE = {"/diagnostics", "/rosout", "/parameter_events", "/events"}
 
 Finished = subprocess.CompletedProcess[str]
 Recorded = tuple[Finished, Path]

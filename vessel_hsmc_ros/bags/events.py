@@ -1,10 +1,10 @@
-"""What happened to the nodes during a recording: calls of services, changed parameters, accepted goals and paths."""
+"""What the nodes reported during a recording: events (services called, parameters changed, goals accepted) and diagnostics."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.messages.conversions import nanoseconds
+from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 
@@ -52,3 +52,17 @@ def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
             name, _, values = event.text.partition(": ")
             changes[name] = read_yaml(values.partition(" -> ")[2])
     return changes
+
+
+def last_diagnostics(bag: "Bag", prefix: str) -> dict[str, dict[str, str]]:
+    """The last diagnostics of each node of one vessel: values by name, `message` among them.
+
+    Args:
+        bag: An opened bag.
+        prefix: The vessel's namespace, with its slashes.
+    """
+    status: dict[str, dict[str, str]] = {}
+    if "/diagnostics" in bag.topics:
+        for _, _, message in bag.messages("/diagnostics"):
+            status.update(read_status(message, prefix[1:]))
+    return status

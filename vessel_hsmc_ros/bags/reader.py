@@ -27,7 +27,7 @@ import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.events import Event, changed_parameters, read_events
+from vessel_hsmc_ros.bags.events import Event, changed_parameters, last_diagnostics, read_events
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
@@ -35,7 +35,6 @@ from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.plant import Vessel
 
@@ -170,7 +169,7 @@ class Bag:
         """
         name = self.recording.get("scenario") or self.path.absolute().parent.name
         text = self.attachments.get(SCENARIO, b"").decode()
-        live = changed_parameters(event for event in self.events() if event.time <= at) if at >= 0.0 else {}
+        live = changed_parameters(event for event in self.events() if event.time <= at) if at > -math.inf else {}
         return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, {**live, **(changes or {})})
 
     def events(self, namespace: str | None = None) -> list[Event]:
@@ -189,12 +188,7 @@ class Bag:
         Raises:
             BagError: there is no such vessel, or there are several to choose from.
         """
-        prefix = self.namespace(namespace)[1:]
-        status: dict[str, dict[str, str]] = {}
-        if "/diagnostics" in self.topics:
-            for _, _, message in self.messages("/diagnostics"):
-                status.update(conversions.read_status(message, prefix))
-        return status
+        return last_diagnostics(self, self.namespace(namespace))
 
     # -- messages -----------------------------------------------------------------------------------------------------
 

@@ -4,17 +4,22 @@ import sys
 
 import click
 
+from vessel_hsmc_ros.cli.call import call
 from vessel_hsmc_ros.cli.compare import compare
 from vessel_hsmc_ros.cli.console import print_error
 from vessel_hsmc_ros.cli.demo import demo
+from vessel_hsmc_ros.cli.goto import goto
 from vessel_hsmc_ros.cli.init import init
 from vessel_hsmc_ros.cli.parameters import parameters
+from vessel_hsmc_ros.cli.path import path
 from vessel_hsmc_ros.cli.recover import recover
 from vessel_hsmc_ros.cli.replay import replay
 from vessel_hsmc_ros.cli.report import report
 from vessel_hsmc_ros.cli.reproduce import reproduce
 from vessel_hsmc_ros.cli.run import run
+from vessel_hsmc_ros.cli.set import set_parameters
 from vessel_hsmc_ros.cli.simulate import simulate
+from vessel_hsmc_ros.cli.watch import watch
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.version import __version__
 
@@ -29,6 +34,8 @@ def cli() -> None:
 
 
 for verb in (compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate):
+    cli.add_command(verb)
+for verb in (call, goto, path, set_parameters, watch):  # on running nodes
     cli.add_command(verb)
 
 

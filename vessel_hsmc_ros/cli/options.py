@@ -1,5 +1,6 @@
 """Arguments and options that several verbs take."""
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -33,6 +34,22 @@ output_option = click.option(
 )
 
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
+
+vessel_option = click.option("--namespace", default="", help="ROS namespace of the vessel.")
+
+NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
+
+
+def checked_namespace(namespace: str) -> str:
+    """A namespace without slashes at its ends.
+
+    Raises:
+        ParameterError: it is not a ROS namespace.
+    """
+    namespace = namespace.strip("/")
+    if not NAMESPACE.fullmatch(namespace):
+        raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
+    return namespace
 
 
 def load_checked(name: str, changes: Mapping[str, object]) -> Scenario:

@@ -1,20 +1,24 @@
 """`vessel-hsmc run`: a scenario by the real nodes over ROS 2, recorded."""
 
-import re
 import sys
 from pathlib import Path
 
 import click
 
 from vessel_hsmc_ros.cli.console import print_status, progress_bar
-from vessel_hsmc_ros.cli.options import load_checked, output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import (
+    checked_namespace,
+    load_checked,
+    output_option,
+    parse_changes,
+    scenario_argument,
+    set_option,
+    vessel_option,
+)
 from vessel_hsmc_ros.cli.results import print_result
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes
-
-NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 
 
 @click.command()
@@ -22,7 +26,7 @@ NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 @set_option
 @output_option
 @click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
-@click.option("--namespace", default="", help="ROS namespace of the vessel.")
+@vessel_option
 @click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
 @click.option("--live-port", type=click.IntRange(1, 65535), default=8765, show_default=True, help="Port of the live view.")
 def run(
@@ -32,9 +36,7 @@ def run(
 
     SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
     """
-    namespace = namespace.strip("/")
-    if not NAMESPACE.fullmatch(namespace):
-        raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
+    namespace = checked_namespace(namespace)
     loaded = load_checked(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
     if live:
         scenario_run.check_live_port(live_port)

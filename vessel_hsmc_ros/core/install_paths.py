@@ -8,6 +8,9 @@ from vessel_hsmc_ros.core.exceptions import InstallationError
 
 PACKAGE = "vessel_hsmc_ros"
 
+PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+"""Environment variable of the Fast DDS profiles; those of this package, config/fastdds.xml, shorten discovery."""
+
 REMEDIES = {
     # colcon does not search below a folder that has a package.xml, so a plain build omits the messages without a warning.
     "vessel_hsmc_msgs": "build both packages with `colcon build --base-paths src 'src/*/msg_defs'`",

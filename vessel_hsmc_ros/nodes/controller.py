@@ -50,6 +50,7 @@ class ControllerNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz), make_observer(p))
+        self.stamp = -1  # an event before step 0 takes effect at step 0
         self._start = 0
         self._phase: Timer | None = None
         self._odometry: tuple[int, Motion] | None = None

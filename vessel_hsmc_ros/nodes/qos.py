@@ -28,6 +28,9 @@ CLOCK = QoSProfile(
 )
 """The clock of a lockstep run is transient local (latched): a late node receives the present time while the plant waits."""
 
+EVENTS = CLOCK
+"""Events are few and latched: a recorder that connects after the first one receives it too."""
+
 WATCHED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=50,

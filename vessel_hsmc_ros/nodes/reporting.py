@@ -32,7 +32,7 @@ class Reporter:
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
         self._events: Publisher | None = None
         if any(entry.tunable for entry in schema.entries(parameters).values()):
-            self._events = node.create_publisher(Event, EVENTS, qos.LOSSLESS)
+            self._events = node.create_publisher(Event, EVENTS, qos.EVENTS)
 
     def diagnose(self, level: bytes, message: str, values: Mapping[str, Any]) -> None:
         """Publish the node's status: level, message and values of /diagnostics."""

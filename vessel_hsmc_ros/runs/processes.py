@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vessel_hsmc_ros.core import node_list
-from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
 
 MODULES = {name: LOOP[name].module for name in START_ORDER}
@@ -24,8 +24,6 @@ WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()
 STOP_LIMIT = 8.0
 """Time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines."""
 
-PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
-"""Environment variable of the Fast DDS profiles; those of this package shorten discovery."""
 LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: {message}", "RCUTILS_COLORIZED_OUTPUT": "0"}
 """The log of a node is searched for its errors, whatever format the user prefers on a terminal."""
 

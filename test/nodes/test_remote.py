@@ -1,0 +1,146 @@
+"""The verbs on running nodes: what they do, and the one line that each error gives."""
+
+import os
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+
+from vessel_hsmc_ros.cli.main import main
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import remote
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
+from vessel_sim_node.node import VesselSimNode
+
+RATE = {"lockstep": False, "rate_hz": 10.0}
+
+Finished = tuple[int, str, str]
+"""Exit code, output and error output."""
+
+
+@pytest.fixture
+def vessel_hsmc(
+    bench: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Iterator[Callable[..., Finished]]:
+    """Run the command in this thread while another one serves the nodes of the bench."""
+    running = True
+
+    def serve() -> None:
+        while running:
+            bench.executor.spin_once(timeout_sec=0.05)
+
+    def run(*arguments: str) -> Finished:
+        if not thread.is_alive():
+            thread.start()
+        monkeypatch.setattr("sys.argv", ["vessel-hsmc", *arguments])
+        code = main()
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    monkeypatch.setenv("COLUMNS", "160")
+    thread = threading.Thread(target=serve)
+    yield run
+    running = False
+    if thread.is_alive():
+        thread.join()
+
+
+def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: Any) -> None:
+    node = bench.start(ControllerNode, law="guided", **RATE)
+    bench.start(VesselSimNode, **RATE)
+    gain, force = "controller.guided.position_gain", "vessel_sim.disturbance.periodic.surge_force"
+    assert vessel_hsmc("set", f"{gain}=1", f"{force}=1e3") == (0, f"{gain}: 0.33 -> 1.0\n{force}: 1100.0 -> 1000.0\n", "")
+    assert node.parameters.guided.position_gain == 1.0
+    for wrong, reason in (
+        ("controller.guided.positon_gain=1", "controller.guided.positon_gain is not a parameter: did you mean"),
+        ("controller.rate_hz=20", "controller.rate_hz is set at the start and cannot be changed while the node runs"),
+        (f"{force}=1e20", f"{force} = 1e+20 is not allowed: it takes a finite number from"),
+        (f"{force}=much", f"{force} = much is not allowed: it takes a finite number from"),
+        ("kontroller.rate_hz=20", "kontroller is not a node: did you mean controller?"),
+        ("rate_hz=20", "rate_hz is not a parameter: it takes node.parameter"),
+    ):
+        code, output, error = vessel_hsmc("set", f"{gain}=0.5", wrong)
+        assert (code, output) == (2, "")
+        assert error.startswith(f"error: {reason}")
+        assert error.count("\n") == 1
+    assert node.parameters.guided.position_gain == 1.0
+
+
+def test_a_parameter_of_another_law_is_changed_with_a_note(bench: Any, vessel_hsmc: Any) -> None:
+    bench.start(ControllerNode, law="guided", **RATE)
+    code, output, note = vessel_hsmc("set", "controller.los_pid.lookahead_distance=30")
+    assert code == 0
+    assert output.endswith("-> 30.0\n")
+    assert note == "note: controller.los_pid has no effect on this run, whose law is guided\n"
+
+
+def test_nodes_are_paused_reset_and_stopped(bench: Any, vessel_hsmc: Any) -> None:
+    for node_class in (VesselSimNode, ReferenceShipNode, ControllerNode):
+        bench.start(node_class, **RATE, **({"law": "guided"} if node_class is ControllerNode else {}))
+    assert vessel_hsmc("call", "pause") == (0, "vessel_sim: paused\nreference_ship: paused\n", "")
+    assert vessel_hsmc("call", "resume") == (0, "vessel_sim: running\nreference_ship: running\n", "")
+    assert vessel_hsmc("call", "stop") == (0, "controller: disabled: the wrench is zero\n", "")
+    code, output, _ = vessel_hsmc("call", "reset")
+    assert code == 0
+    assert [line.split(":")[0] for line in output.splitlines()] == ["vessel_sim", "reference_ship", "controller"]
+
+
+def test_a_goal_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any) -> None:
+    bench.start(ReferenceShipNode, mode="goal", frame_prefix="alpha/", **RATE)
+    assert vessel_hsmc("goto", "-15", "-3.5", "1.5") == (0, "goal: x = -15, y = -3.5, heading = 1.5\n", "")
+    assert vessel_hsmc("goto", "40", "20", "--heading-deg", "180")[1] == "goal: x = 40, y = 20, heading = 3.14159\n"
+    code, _, error = vessel_hsmc("goto", "40", "20")
+    assert code == 2
+    assert "give the heading either as HEADING, in radians, or as --heading-deg" in error
+    assert vessel_hsmc("goto", "nan", "20", "0")[2] == "error: goal nan 20 0 is not allowed: it takes finite numbers\n"
+
+
+def test_a_path_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any, tmp_path: Path) -> None:
+    bench.start(ReferenceShipNode, mode="path", **RATE)
+    (tmp_path / "route.csv").write_text("x,y\n10,0\n10,20\n")
+    confirmed = "path: 2 waypoints, the last at x = 10, y = 20\n"
+    assert vessel_hsmc("path", str(tmp_path / "route.csv")) == (0, confirmed, "")
+    code, _, error = vessel_hsmc("goto", "1", "2", "3")
+    assert code == 1
+    remedy = "start the run with --set reference_ship.mode=goal"
+    assert error == f"error: /reference_ship takes no goal: its mode is path; {remedy}\n"
+
+
+def test_a_node_that_is_missing_is_named_beside_those_that_were_found(
+    bench: Any, vessel_hsmc: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(remote, "DISCOVERY_LIMIT", 1.5)
+    domain = os.environ["ROS_DOMAIN_ID"]
+    code, _, error = vessel_hsmc("call", "pause")
+    assert code == 1
+    assert error.startswith(f"error: no node /vessel_sim, /reference_ship in ROS domain {domain}: found are ")
+    assert error.endswith("/probe\n")
+    other = Node("controller", namespace="alpha", context=bench.context)
+    bench.nodes.append(other)
+    _, _, error = vessel_hsmc("call", "enable")
+    assert error.startswith(f"error: no node /controller in ROS domain {domain}: found are /alpha/controller, ")
+    assert error.endswith("; for these the namespace is /alpha\n")
+    assert vessel_hsmc("call", "enable", "--namespace", "no good")[0] == 2
+    _, _, error = vessel_hsmc("watch", "--once")
+    assert error.startswith(f"error: no node /vessel_sim, /controller in ROS domain {domain}: found are")
+
+
+def test_the_present_state_is_shown(bench: Any, vessel_hsmc: Any) -> None:
+    bench.start(ControllerNode, law="guided", lockstep=False, vessel__surge_force_limit=2e5, input_timeout=60.0)
+    bench.start(ReferenceShipNode, **RATE)
+    odometry = bench.probe.create_publisher(Odometry, "odom", 10)
+    message = conv.new_odometry()
+    conv.write_odometry(message, conv.time_message(0), (3.0, -4.0, 0.5, 1.0, 0.0, 0.0))  # type: ignore[arg-type]
+    bench.probe.create_timer(0.02, lambda: odometry.publish(message))
+    code, output, error = vessel_hsmc("watch", "--once")
+    assert (code, error) == (0, "")
+    shown = {line.split("  ")[0].strip(): line for line in output.splitlines()}
+    assert "x 3.00 m, y -4.00 m, heading 28.6 deg, 1.00 m/s surge" in shown["ship"]
+    assert " of 2e+05 N" in shown["surge force"]
+    assert "law guided" in shown["controller"]
+    assert {"reference", "error", "yaw moment", "age", "reference_ship"} <= shown.keys()

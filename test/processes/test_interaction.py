@@ -1,0 +1,43 @@
+"""A running real-time simulation that is controlled by the command alone; each action is an event in its bag."""
+
+from typing import Any
+
+from harness import run_folder
+
+from vessel_hsmc_ros.bags.reader import open_bag
+
+LIMIT, NAMESPACE = 60.0, "moving"
+
+
+def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any) -> None:
+    settings = ("--set", "reference_ship.goal.times=[-1,-1]", "--set", "vessel_sim.duration=0")
+    run = start("vessel-hsmc", "run", "goal", "--real-time", "--namespace", NAMESPACE, *settings)
+    actions = (
+        ("set", "controller.guided.position_gain=0.5"),
+        ("call", "pause"),
+        ("call", "resume"),
+        ("goto", "20", "-5", "1.5"),
+        ("call", "reset"),
+    )
+    for action in actions:
+        done = start("vessel-hsmc", *action, "--namespace", NAMESPACE)
+        assert done.wait(LIMIT) == 0, done.text
+    run.popen.send_signal(2)
+    assert run.wait(LIMIT) == 130, run.text
+    folder = run_folder(run.output.parent / "runs")
+    assert folder is not None
+    bag = open_bag(folder / "bag")
+    assert [(event.node, event.kind) for event in bag.events()] == [
+        ("controller", "parameter"),
+        ("vessel_sim", "pause"),
+        ("reference_ship", "pause"),
+        ("vessel_sim", "resume"),
+        ("reference_ship", "resume"),
+        ("reference_ship", "goal"),
+        ("vessel_sim", "reset"),
+        ("reference_ship", "reset"),
+        ("controller", "reset"),
+    ]
+    end = float(bag.run().time[-1])
+    assert all(event.time <= end for event in bag.events())
+    assert bag.scenario(at=end).controller.guided.position_gain == 0.5

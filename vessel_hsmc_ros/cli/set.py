@@ -1,0 +1,26 @@
+"""`vessel-hsmc set`: change parameters of running nodes."""
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_line, print_status
+from vessel_hsmc_ros.cli.options import parse_changes, vessel_option
+from vessel_hsmc_ros.cli.running import running_vessel
+
+
+@click.command("set")
+@click.argument("changes", nargs=-1, required=True, metavar="NODE.PARAM=VALUE...")
+@vessel_option
+def set_parameters(changes: tuple[str, ...], namespace: str) -> None:
+    """Change parameters of a running vessel, such as controller.guided.position_gain=0.5.
+
+    All changes are checked before the first is made; those of one node are made together.
+    """
+    values = parse_changes(changes, "set")
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote_parameters import change_parameters, without_effect
+
+        made = change_parameters(remote, values)
+        for change in made:
+            print_line(f"{change.name}: {change.old} -> {change.new}")
+        for note in without_effect(remote, made):
+            print_status(f"note: {note}")

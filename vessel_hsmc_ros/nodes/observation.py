@@ -1,0 +1,174 @@
+"""The present state of a running vessel, as its topics show it, at little cost to the run."""
+
+import math
+import time
+from typing import Any, NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile
+from vessel_hsmc_msgs.msg import Event, ReferenceState
+
+from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.node_list import LOOP
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.topics import EVENTS
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.executor import BURST
+from vessel_hsmc_ros.nodes.remote import Remote
+from vessel_hsmc_ros.nodes.remote_parameters import get_parameters
+
+INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}
+"""Topics of which the latest message is shown."""
+
+SHORTEST_LOOK, FIRST_LOOK = 1.2, 4.0
+"""Shortest and longest wait for the diagnostics of all nodes, s, which publish them once a second."""
+
+EVENTS_SHOWN = 5
+
+LIMITS = {
+    "vessel_sim": ("actuators.surge_force_limit", "actuators.yaw_moment_limit"),
+    "controller": ("vessel.surge_force_limit", "vessel.yaw_moment_limit"),
+}
+"""Parameters that limit the wrench, in the order in which they are looked for."""
+
+LEVELS = {DiagnosticStatus.OK: "ok", DiagnosticStatus.WARN: "warning", DiagnosticStatus.ERROR: "error"}
+
+
+class NodeStatus(NamedTuple):
+    """The latest diagnostics of a node: level, message and values."""
+
+    level: str
+    message: str
+    values: dict[str, str]
+
+
+class Snapshot(NamedTuple):
+    """The state of a vessel at one moment.
+
+    Attributes:
+        time: Simulated time of the latest odometry, s; None without a plant of this package.
+        ship, desired: States of ship and reference; None where no message has been received.
+        wrench: Commanded surge force, N, and yaw moment, N·m; None likewise.
+        limits: Of surge force and yaw moment; infinite without one.
+        ages: Wall time since the latest message of each input, s.
+        nodes: Diagnostics by node.
+        events: The latest events, as `node kind: text`.
+    """
+
+    time: float | None
+    ship: Motion | None
+    desired: Motion | None
+    wrench: tuple[float, float] | None
+    limits: tuple[float, float]
+    ages: dict[str, float]
+    nodes: dict[str, NodeStatus]
+    events: list[str]
+
+
+class Observation:
+    """Takes the latest message of each topic when it is looked at; those in between are dropped by DDS, unread.
+
+    Args:
+        remote: The connection with the vessel.
+
+    Raises:
+        RunError: no message of the vessel is received in time.
+    """
+
+    def __init__(self, remote: Remote) -> None:
+        self._remote = remote
+        self._latest: dict[str, Any] = {}
+        self._received: dict[str, float] = {}
+        self._nodes: dict[str, NodeStatus] = {}
+        self._clock: tuple[float, int] | None = None  # simulated time of the plant's latest diagnostics and their stamp
+        self._events: list[tuple[int, str]] = []
+        self._subscriptions = [self._subscribe(kind, topic, qos.LATEST) for topic, kind in INPUTS.items()]
+        self._subscriptions += [
+            self._subscribe(DiagnosticArray, "/diagnostics", qos.WATCHED),
+            self._subscribe(Event, EVENTS, qos.EVENTS),
+        ]
+        began = time.monotonic()
+        remote.until(lambda: self._complete() and time.monotonic() - began > SHORTEST_LOOK, FIRST_LOOK)
+        if not (self._nodes or self._latest):
+            remote.require("vessel_sim", "controller")  # names what is there instead
+            raise RunError(f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {FIRST_LOOK:g} s")
+        self._limits = self._find_limits()
+
+    def look(self) -> Snapshot:
+        """The present state."""
+        self._take()
+        now = time.monotonic()
+        motions = {name: self._motion(name) for name in ("odom", "reference")}
+        command = self._latest.get("cmd_wrench")
+        return Snapshot(
+            self._time(),
+            motions["odom"],
+            motions["reference"],
+            conversions.read_wrench(command) if command else None,
+            self._limits,
+            {name: now - at for name, at in self._received.items()},
+            dict(self._nodes),
+            [text for _, text in self._events],
+        )
+
+    def _subscribe(self, kind: Any, topic: str, profile: QoSProfile) -> tuple[str, Any]:
+        # Taken by `_take` instead of by an executor, which would convert every message of a fast lockstep run.
+        return topic, self._remote.node.create_subscription(kind, self._remote.name(topic), lambda _: None, profile)
+
+    def _complete(self) -> bool:
+        """Whether every node that is present has published its diagnostics."""
+        self._take()
+        there = self._remote.nodes()
+        present = {name for name in LOOP if self._remote.name(name) in there}
+        return bool(present) and present <= self._nodes.keys()
+
+    def _take(self) -> None:
+        for topic, subscription in self._subscriptions:
+            for _ in range(BURST):
+                taken = subscription.handle.take_message(subscription.msg_type, False)
+                if taken is None:
+                    break
+                self._receive(topic, taken[0])
+
+    def _receive(self, topic: str, message: Any) -> None:
+        if topic in INPUTS:
+            self._latest[topic], self._received[topic] = message, time.monotonic()
+        elif topic == EVENTS:
+            stamp = conversions.nanoseconds(message.header.stamp)
+            # Latched: the earlier events of each node arrive together, so that they have to be sorted.
+            self._events = sorted([*self._events, (stamp, f"{message.node} {message.kind}: {message.text}")])[-EVENTS_SHOWN:]
+        else:
+            levels = {status.name: status.level for status in message.status}
+            prefix = self._remote.name("")[1:]
+            for node, values in conversions.read_status(message, prefix).items():
+                text = values.pop("message")
+                self._nodes[node] = NodeStatus(LEVELS.get(levels[prefix + node], "stale"), text, values)
+                if node == "vessel_sim" and "simulated_time" in values:
+                    self._clock = float(values["simulated_time"]), conversions.nanoseconds(message.header.stamp)
+
+    def _motion(self, topic: str) -> Motion | None:
+        message = self._latest.get(topic)
+        if message is None:
+            return None
+        return conversions.read_odometry(message) if topic == "odom" else conversions.read_reference(message)[0]
+
+    def _time(self) -> float | None:
+        """Simulated time of the latest odometry, counted on from the plant's diagnostics, which come once a second."""
+        odometry = self._latest.get("odom")
+        if self._clock is None or odometry is None:
+            return None
+        simulated, stamp = self._clock
+        return simulated + max(0.0, seconds(conversions.nanoseconds(odometry.header.stamp) - stamp))
+
+    def _find_limits(self) -> tuple[float, float]:
+        there = self._remote.nodes()
+        for node, names in LIMITS.items():
+            if self._remote.name(node) in there:
+                values = get_parameters(self._remote, node, names)
+                if None not in values.values():
+                    return values[names[0]], values[names[1]]
+        return math.inf, math.inf
