@@ -40,7 +40,7 @@ def run(
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")
     # Before the folder is created: a run that is refused leaves nothing behind.
-    with scenario_run.reserve_namespace(namespace):
+    with scenario_run.reserve_namespace(namespace, loaded.controller.lockstep):
         folder = make_run_folder(output, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
             result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None)

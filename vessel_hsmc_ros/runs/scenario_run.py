@@ -45,13 +45,13 @@ class Result:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
-def reserve_namespace(namespace: str) -> AbstractContextManager[None]:
-    """A context in which no other run on this machine uses the ROS domain and namespace.
+def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextManager[None]:
+    """A context in which no other run on this machine uses the ROS domain and namespace; in lockstep, nor its /clock.
 
     Raises:
         RunError: ROS is not installed, or another run uses them.
     """
-    context: AbstractContextManager[None] = _supervisor().exclusive(namespace)
+    context: AbstractContextManager[None] = _supervisor().exclusive(namespace, lockstep)
     return context
 
 

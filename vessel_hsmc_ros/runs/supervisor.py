@@ -7,7 +7,7 @@ import socket
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -128,22 +128,29 @@ def _is_listening(port: int) -> bool:
 
 
 @contextmanager
-def exclusive(namespace: str) -> Iterator[None]:
+def exclusive(namespace: str, lockstep: bool = False) -> Iterator[None]:
     """A context in which no other run on this machine uses the ROS domain and namespace, so that nodes do not mix.
+
+    In lockstep the plant publishes /clock, which has no namespace: one such run excludes all others of its domain. Of several
+    runs that start at the same instant exactly one gets the lock.
 
     Raises:
         RunError: another run uses them.
     """
     domain = os.environ.get("ROS_DOMAIN_ID", "0")
-    name = f"vessel_hsmc_ros_{os.getuid()}_{domain}_{namespace.replace('/', '.')}.lock"
-    with (Path(tempfile.gettempdir()) / name).open("w") as lock:
-        try:  # the kernel releases the lock when this process ends, even if it is killed
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise RunError(
-                f"another run uses ROS domain {domain} and namespace /{namespace}:"
-                " give this one another --namespace in real time, or another ROS_DOMAIN_ID"
-            ) from None
+    shared = {namespace.replace("/", "."): f"namespace /{namespace}"}
+    if lockstep:
+        shared["@clock"] = "its /clock in lockstep"  # no namespace has such a name
+    with ExitStack() as locks:
+        for name, meaning in shared.items():
+            path = Path(tempfile.gettempdir()) / f"vessel_hsmc_ros_{os.getuid()}_{domain}_{name}.lock"
+            try:  # the kernel releases the lock when this process ends, even if it is killed
+                fcntl.flock(locks.enter_context(path.open("w")), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise RunError(
+                    f"another run uses ROS domain {domain} and {meaning}:"
+                    " give this one another --namespace in real time, or another ROS_DOMAIN_ID"
+                ) from None
         yield
 
 

@@ -5,6 +5,7 @@ import json
 import platform
 import re
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,21 @@ class RunFolder:
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write run.json."""
         self.summary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+
+
+def check_writable(folder: Path) -> None:
+    """Check that files can be written into a folder, which need not exist, before something is computed for it.
+
+    Raises:
+        RunError: the operating system refuses, for instance because the file system is read-only or full.
+    """
+    existing = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    try:  # permissions alone do not tell: the file system may be read-only, and root may write anywhere else
+        with tempfile.NamedTemporaryFile(dir=existing) as file:
+            file.write(b"\n")
+            file.flush()
+    except OSError as error:
+        raise RunError(f"folder {folder} cannot be written: {error.strerror}") from None
 
 
 def make_run_folder(parent: Path, name: str) -> RunFolder:
