@@ -10,7 +10,7 @@ from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, p
 from vessel_hsmc_ros.cli.options import output_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 
 
@@ -24,6 +24,7 @@ def demo(output: Path) -> None:
     from vessel_hsmc_ros.report.tables import metrics_table  # imports the report's libraries
     from vessel_hsmc_ros.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags
 
+    check_writable(output)
     with scenario_run.reserve_namespace(""):
         parent = make_run_folder(output, "demo")
         folders = [RunFolder(parent.path / law) for law in LAWS]

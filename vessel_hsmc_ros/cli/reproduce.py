@@ -12,7 +12,7 @@ from vessel_hsmc_ros.paper.checks import Results
 from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.tables import claim_row, finding_row
-from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 
 @click.command()
@@ -26,6 +26,7 @@ def reproduce(ros: bool, output: Path | None) -> None:
     Takes some three minutes on two cores; with --ros, ten. A claim that does not hold is a result, not an error.
     """
     folder = output or make_run_folder(Path("runs"), "reproduce").path
+    check_writable(folder)
     nodes = make_run_folder(folder, "nodes").path if ros else None
     with progress_bar(f"running {len(CASES)} cases", sum(map(duration_of, CASES))) as update:
         results = reproduction.run_cases(CASES, nodes, update)

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_a
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 
 NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
@@ -36,6 +36,7 @@ def run(
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
     loaded = load_scenario(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
+    check_writable(output)
     if live:
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")

@@ -8,6 +8,7 @@ from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.scenario.run_folder import check_writable
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 
@@ -18,6 +19,7 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
     """Run SCENARIO in this process, without ROS; the results are bit-identical to those of `run`."""
     loaded = load_scenario(scenario, parse_changes(changes))
+    check_writable(output)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
         result = scenario_run.run_offline(loaded, output, update)
     print_result(result)

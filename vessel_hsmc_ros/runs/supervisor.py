@@ -15,7 +15,7 @@ from types import FrameType
 import yaml
 
 from vessel_hsmc_ros.bags import repair
-from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import MODULES, WATCHERS, NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
@@ -87,8 +87,11 @@ def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: 
     # A node may fail while it shuts down, after the plant has ended the run.
     if not status.failure and (failed := nodes.failed()):
         status = ExitStatus(1, failed.describe_exit())
-    if folder.bag.exists() and not repair.is_complete(folder.bag):
-        repair.repair(folder.bag)
+    try:
+        if folder.bag.exists() and not repair.is_complete(folder.bag):
+            repair.repair(folder.bag)
+    except VesselHsmcError as error:  # the bag of a run that failed may be empty; its failure is what matters
+        status = status if status.code else ExitStatus(1, str(error))
     return status
 
 

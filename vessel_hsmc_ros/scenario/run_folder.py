@@ -51,8 +51,12 @@ class RunFolder:
         return self.path / "report.html"
 
     def write_parameters(self, scenario: Scenario) -> None:
-        """Write the resolved scenario."""
-        self.parameters.write_text(dump_scenario(scenario), encoding="utf-8")
+        """Write the resolved scenario.
+
+        Raises:
+            RunError: it cannot be written.
+        """
+        _write(self.parameters, dump_scenario(scenario))
 
     @property
     def summary(self) -> Path:
@@ -68,8 +72,23 @@ class RunFolder:
         return content if isinstance(content, dict) else {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
-        """Write run.json."""
-        self.summary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+        """Write run.json; an older one stays if that fails.
+
+        Raises:
+            RunError: it cannot be written.
+        """
+        _write(self.summary, json.dumps(summary, indent=2) + "\n")
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file that exists either completely or not at all."""
+    new = path.with_suffix(".new")
+    try:
+        new.write_text(text, encoding="utf-8")
+        new.replace(path)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise RunError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def check_writable(folder: Path) -> None:
@@ -84,7 +103,7 @@ def check_writable(folder: Path) -> None:
             file.write(b"\n")
             file.flush()
     except OSError as error:
-        raise RunError(f"folder {folder} cannot be written: {error.strerror}") from None
+        raise RunError(f"files cannot be made in {folder}: {error.strerror}") from None
 
 
 def make_run_folder(parent: Path, name: str) -> RunFolder:
