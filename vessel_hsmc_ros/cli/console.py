@@ -11,7 +11,7 @@ from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vessel_hsmc_ros.cli.streams import spelled
+from vessel_hsmc_ros.core.spelling import spelled
 
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""

@@ -1,24 +1,10 @@
 """Standard streams that can be closed, or whose encoding lacks characters."""
 
-import codecs
 import io
 import os
 import sys
 
-SPELLINGS = {
-    "²": "^2",
-    "³": "^3",
-    "·": "*",
-    "°": " deg",
-    "±": "+-",
-    "×": "x",
-    "…": "...",
-    "–": "-",
-    "—": "-",
-    "ψ": "psi",
-    "τ": "tau",
-}
-"""How characters of the output are written where the terminal's encoding lacks them, as in the C locale."""
+from vessel_hsmc_ros.core.spelling import HANDLER
 
 
 def prepare_streams() -> None:
@@ -26,12 +12,7 @@ def prepare_streams() -> None:
     _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="spell")
-
-
-def spelled(text: str, encoding: str) -> str:
-    """A text with the characters that an encoding lacks spelled out, for output whose columns are aligned."""
-    return text.encode(encoding, "spell").decode(encoding)
+            stream.reconfigure(errors=HANDLER)
 
 
 def _open_closed_streams() -> None:
@@ -47,14 +28,3 @@ def _open_closed_streams() -> None:
 
 def _null(mode: str) -> io.TextIOWrapper:
     return io.TextIOWrapper(io.FileIO(os.devnull, mode), encoding="utf-8")
-
-
-def _spell(error: UnicodeError) -> tuple[str, int]:
-    """An error handler of `codecs`: replace characters that cannot be encoded."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    missing = error.object[error.start : error.end]
-    return "".join(SPELLINGS.get(character, "?") for character in missing), error.end
-
-
-codecs.register_error("spell", _spell)
