@@ -81,7 +81,7 @@ def test_a_terminal_without_cursor_control_gets_lines_instead_of_a_bar(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], terminal: str
 ) -> None:
     monkeypatch.setenv("TERM", terminal)
-    monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal, as far as Rich can tell
+    monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal, for Rich
     with progress_bar("running", 100.0) as update:
         update(50.0, "half")
     assert capsys.readouterr().err.splitlines() == ["running, 100 s", "half"]

@@ -1,7 +1,5 @@
 """A run whose disk is full ends soon, with the error of the operating system, and leaves what was recorded readable."""
 
-import ctypes
-import os
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -9,12 +7,12 @@ from pathlib import Path
 
 import pytest
 from harness import Command, run_folder
+from mounting import mounted
 
 from vessel_hsmc_ros.bags.reader import open_bag
 
 MEGABYTE = 1024 * 1024
 NO_SPACE = "No space left on device"
-MNT_DETACH = 2
 
 Start = Callable[..., Command]
 
@@ -22,13 +20,8 @@ Start = Callable[..., Command]
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A file system of three megabytes; skips the test where mounting is not permitted."""
-    libc = ctypes.CDLL(None, use_errno=True)
-    path = tmp_path / "disk"
-    path.mkdir()
-    if libc.mount(b"tmpfs", os.fsencode(path), b"tmpfs", 0, f"size={3 * MEGABYTE}".encode()):
-        pytest.skip(f"a file system cannot be mounted here: {os.strerror(ctypes.get_errno())}")
-    yield path
-    libc.umount2(os.fsencode(path), MNT_DETACH)
+    with mounted(tmp_path / "disk", megabytes=3) as disk:
+        yield disk
 
 
 def fill(disk: Path) -> None:

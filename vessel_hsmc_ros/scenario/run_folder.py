@@ -98,7 +98,7 @@ def check_writable(folder: Path) -> None:
         RunError: the operating system refuses, for instance because the file system is read-only or full.
     """
     existing = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
-    try:  # permissions alone do not tell: the file system may be read-only, and root may write anywhere else
+    try:  # the permissions are not sufficient: the file system may be read-only, and root may write anywhere else
         with tempfile.NamedTemporaryFile(dir=existing) as file:
             file.write(b"\n")
             file.flush()
