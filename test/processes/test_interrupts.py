@@ -31,9 +31,7 @@ def prints(text: str) -> Moment:
 
 def runs(module: str) -> Moment:
     """The moment at which a child process of the command runs a module."""
-    return lambda command: any(
-        module in Path(f"/proc/{pid}/cmdline").read_bytes().decode() for pid in children(command.popen.pid)
-    )
+    return lambda command: any(module in " ".join(command_line(pid)) for pid in children(command.popen.pid))
 
 
 def exists(pattern: str) -> Moment:

@@ -23,7 +23,17 @@ FAILED, WRONG_USE = 1, 2
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
 def cli() -> None:
-    """Hierarchical sliding-mode control of underactuated ships: run, record and analyse."""
+    """Simulate a ship under automatic control, record the run and analyse it.
+
+    \b
+    vessel-hsmc demo                      a first example, in two minutes
+    vessel-hsmc run case2_tracking        a recorded simulation by ROS 2 nodes
+    vessel-hsmc report runs/*/bag         a page with track, errors, forces and metrics
+    vessel-hsmc COMMAND --help            the options of a command
+
+    A SCENARIO describes a run: ship, environment, reference, control law. A BAG is the recording of a run. docs/glossary.md
+    explains the other terms, docs/parameters.md lists all parameters.
+    """
 
 
 for verb in (compare, demo, parameters, recover, replay, report, reproduce, run, simulate):

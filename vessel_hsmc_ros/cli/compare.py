@@ -38,8 +38,9 @@ def compare(
     changes: Sequence[str],
     output: Path,
 ) -> None:
-    """Simulate all laws on each SCENARIO offline and compare their metrics.
+    """Compare control laws on the same scenarios.
 
+    Simulates every law on every SCENARIO, without ROS, and prints their errors and forces side by side.
     Writes compare.md, compare.json and a figure for each case into a run folder.
     """
     rows = [*(Row(Path(name).stem, name) for name in scenarios), *(load_suite(suite) if suite else ())]

@@ -14,7 +14,11 @@ scenario_argument = click.argument("scenario")
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 
 set_option = click.option(
-    "--set", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Set a parameter; may be given several times."
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="NODE.PARAM=VALUE",
+    help="Set a parameter, such as controller.law=guided; may be given several times.",
 )
 
 output_option = click.option(
@@ -22,7 +26,7 @@ output_option = click.option(
     type=click.Path(path_type=Path),
     default=Path("runs"),
     show_default=True,
-    help="Folder in which the run folder is created.",
+    help="Folder in which a new folder for the results is created.",
 )
 
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")

@@ -16,12 +16,14 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 
 @click.command()
-@click.option("--ros", is_flag=True, help="Run by the real nodes every case that they can run: same results, but slower.")
+@click.option("--ros", is_flag=True, help="Run the cases by ROS 2 nodes where possible: same results, but slower.")
 @click.option(
     "--output", type=click.Path(path_type=Path, file_okay=False), help="Folder of the results [default: a new one in runs]."
 )
 def reproduce(ros: bool, output: Path | None) -> None:
-    """Run every case of the paper, draw its figures, test its claims.
+    """Repeat every case and figure of the paper.
+
+    Compares the paper's claims with the results, and writes figures, claims.md and results.json.
 
     Takes some three minutes on two cores; with --ros, ten. A claim that does not hold is a result, not an error.
     """

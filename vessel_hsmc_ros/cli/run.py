@@ -28,9 +28,11 @@ NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 def run(
     scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, namespace: str, live: bool, live_port: int
 ) -> None:
-    """Run SCENARIO with real nodes over ROS 2 and record it.
+    """Simulate a scenario by ROS 2 nodes and record it.
 
-    SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
+    SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The nodes
+    take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives the
+    recording, all parameters, a page with diagrams, and the metrics.
     """
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):

@@ -17,7 +17,11 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 @set_option
 @output_option
 def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
-    """Run SCENARIO in this process, without ROS; the results are bit-identical to those of `run`."""
+    """Simulate a scenario quickly, without ROS.
+
+    The results are bit-identical to those of `run`. SCENARIO is one that comes with the package, such as case2_tracking, or the path
+    of a YAML file.
+    """
     loaded = load_scenario(scenario, parse_changes(changes))
     check_writable(output)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
