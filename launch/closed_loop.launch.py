@@ -37,11 +37,11 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     arguments = {name: LaunchConfiguration(name).perform(context) for name in ("scenario", "law", "output", "namespace")}
     flags = {name: LaunchConfiguration(name).perform(context) == "true" for name in ("record", "real_time")}
     namespace = arguments["namespace"].strip("/")
-    HELD.enter_context(exclusive(namespace))
     changes = for_nodes(flags["record"], flags["real_time"], namespace)
     if arguments["law"]:
         changes["controller.law"] = arguments["law"]
     scenario = load_scenario(arguments["scenario"], changes)
+    HELD.enter_context(exclusive(namespace, scenario.controller.lockstep))
     folder = make_run_folder(Path(arguments["output"]), scenario.name)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
     return [

@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli import main
+from vessel_hsmc_ros.cli.command import cli
 
 PLACE = "<!-- help of the command -->"
 
@@ -22,5 +22,4 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Replace the place holder; mkdocs calls this for every page."""
     if PLACE not in markdown:
         return markdown
-    group = next(value for value in vars(main).values() if isinstance(value, click.Group))
-    return markdown.replace(PLACE, help_text(group, "vessel-hsmc"))
+    return markdown.replace(PLACE, help_text(cli, "vessel-hsmc"))

@@ -5,6 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
+import vessel_hsmc_ros.cli.console as console_module
 from vessel_hsmc_ros.cli.console import print_error, print_line, print_table, progress_bar
 
 
@@ -45,3 +46,72 @@ def test_paths_and_brackets_are_printed_as_they_are(capsys: pytest.CaptureFixtur
     captured = capsys.readouterr()
     assert captured.out == f"{path}\n"
     assert captured.err == f"error: {path} does not exist\n"
+
+
+LAW_NAMES = ["hierarchical", "guided", "los_pid", "nmpc"]
+
+
+@pytest.mark.parametrize("width", [40, 60, 200])
+def test_a_table_of_any_width_shows_every_name_and_every_number(width: int) -> None:
+    out = io.StringIO()
+    head = ["law", *(f"metric {number}" for number in range(8))]
+    rows = [[name, *(f"{place}.{number}e+03 m" for number in range(8))] for place, name in enumerate(LAW_NAMES)]
+    print_table(head, rows, console=Console(width=width, file=out, color_system=None))
+    lines = out.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    for row in rows:
+        of_law = [line.split(row[0], 1)[1] for line in lines if row[0] in line]
+        assert " ".join(" ".join(of_law).split()) == " ".join(row[1:])
+
+
+@pytest.mark.parametrize("width", [40, 60])
+def test_laws_as_columns_are_all_named_in_a_narrow_terminal(width: int) -> None:
+    out = io.StringIO()
+    print_table(
+        ["", *LAW_NAMES],
+        [["position error, rms of the last quarter", *["0.00075 m hit"] * 4]],
+        console=Console(width=width, file=out),
+    )
+    assert all(name in out.getvalue() for name in LAW_NAMES)
+    assert out.getvalue().count("0.00075 m hit") == len(LAW_NAMES)
+
+
+@pytest.mark.parametrize("terminal", ["dumb", "unknown"])
+def test_a_terminal_without_cursor_control_gets_lines_instead_of_a_bar(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], terminal: str
+) -> None:
+    monkeypatch.setenv("TERM", terminal)
+    monkeypatch.setenv("FORCE_COLOR", "1")  # a terminal, for Rich
+    with progress_bar("running", 100.0) as update:
+        update(50.0, "half")
+    assert capsys.readouterr().err.splitlines() == ["running, 100 s", "half"]
+
+
+def test_without_a_terminal_each_tenth_of_the_progress_is_a_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(console_module, "LINE_PERIODS", (-1.0, 1e9))
+    with progress_bar("running", 400.0) as update:
+        for time in range(401):
+            update(float(time))
+    assert capsys.readouterr().err.splitlines() == ["running, 400 s", *(f"running: {tenth}0 %" for tenth in range(1, 10))]
+
+
+def test_without_a_terminal_and_a_total_the_amount_is_a_line_every_few_seconds(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(console_module, "LINE_PERIODS", (-1.0, -1.0))
+    with progress_bar("running", None) as update:
+        update(12.3)
+    assert capsys.readouterr().err.splitlines() == ["running", "running: 12 s"]
+
+
+def test_characters_that_the_encoding_lacks_are_spelled_out_and_columns_stay_aligned() -> None:
+    raw = io.BytesIO()
+    stream = io.TextIOWrapper(raw, encoding="ascii", write_through=True)
+    print_table(
+        ["", "a"], [["rate", "1 m/s²"], ["heading", "20.5°"], ["moment", "2 N·m"]], console=Console(file=stream, width=60)
+    )
+    lines = [line for line in raw.getvalue().decode("ascii").splitlines() if "|" in line]
+    assert [line.replace("|", " ").split()[-2:] for line in lines[2:]] == [["1", "m/s^2"], ["20.5", "deg"], ["2", "N*m"]]
+    assert len(set(map(len, lines))) == 1

@@ -7,7 +7,7 @@ from bag_making import write_run
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.cli.main import cli
+from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import BagError
 
 

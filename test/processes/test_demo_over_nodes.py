@@ -7,7 +7,7 @@ from pathlib import Path
 from harness import Command
 
 SHORT = """
-from vessel_hsmc_ros.cli.main import cli
+from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.runs import demonstration
 
 demonstration.DURATION = 3.0

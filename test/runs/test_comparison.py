@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner, Result
 from rich.console import Console
 
+from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.compare import coloured
 from vessel_hsmc_ros.cli.console import print_table
-from vessel_hsmc_ros.cli.main import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page

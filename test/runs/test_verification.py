@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import PARAMETERS, SCENARIO, BagWriter
-from vessel_hsmc_ros.cli.main import cli
+from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import RateGrid

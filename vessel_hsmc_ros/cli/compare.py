@@ -14,7 +14,7 @@ from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page
 from vessel_hsmc_ros.runs.comparison import LawRun, Task, default_laws
 from vessel_hsmc_ros.runs.comparison import compare as compare_laws
-from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 FEW = 3
@@ -38,8 +38,9 @@ def compare(
     changes: Sequence[str],
     output: Path,
 ) -> None:
-    """Simulate all laws on each SCENARIO offline and compare their metrics.
+    """Compare control laws on the same scenarios.
 
+    Simulates every law on every SCENARIO, without ROS, and prints their errors and forces side by side.
     Writes compare.md, compare.json and a figure for each case into a run folder.
     """
     for name in scenarios:  # the law is that of each run
@@ -48,6 +49,7 @@ def compare(
     if not rows:
         raise click.UsageError("give a SCENARIO or --suite")
     rows = [replace(row, changes={**row.changes, **parse_changes(changes)}) for row in rows]
+    check_writable(output)
     tasks = [Task(row, law, rate_hz) for row in rows for law in chosen(laws)]
     with progress_bar("comparing laws", len(tasks), "runs") as update:
         done = count(1)

@@ -1,7 +1,9 @@
 """Output of the command: lines, tables and progress bars, in a terminal or in a log file."""
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from rich import box
@@ -9,8 +11,13 @@ from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from vessel_hsmc_ros.core.spelling import spelled
+
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""
+
+LINE_PERIODS = 1.0, 10.0
+"""Shortest and longest time between two lines of progress where there is no progress bar, s."""
 
 
 def print_line(text: str) -> None:
@@ -43,7 +50,7 @@ def print_table(
 ) -> None:
     """Print a table: columns of text on the left, columns of numbers on the right.
 
-    In a narrow terminal the text is wrapped and the numbers stay in one piece.
+    In a narrow terminal the text is wrapped, and columns of numbers that do not fit follow in a further table.
 
     Args:
         head: Names of the columns; no header is printed if all are empty. A name is broken at its spaces.
@@ -52,26 +59,47 @@ def print_table(
         text_columns: How many of the columns hold text.
         console: Where to print; standard output by default.
     """
-    table = Table(
-        title=title or None,
-        title_justify="left",
-        show_header=any(head),
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-        padding=(0, 1, 0, 0),
-    )
-    for index, name in enumerate(head):
-        is_text = index < text_columns
-        justify: JustifyMethod = "left" if is_text else "right"
-        table.add_column(name.replace(" ", "\n"), justify=justify, no_wrap=not is_text, overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    (console or Console()).print(table)
+    console = console or Console()
+    shown = partial(spelled, encoding=console.encoding)
+    lines = [[shown(name).replace(" ", "\n") for name in head], *([*map(shown, row)] for row in rows)]
+    for columns in _fitting(lines, text_columns, console):
+        table = Table(
+            title=title or None,
+            title_justify="left",
+            show_header=any(head),
+            box=box.SIMPLE_HEAD,
+            pad_edge=False,
+            padding=(0, 1, 0, 0),
+        )
+        for column in columns:
+            is_text = column < text_columns
+            justify: JustifyMethod = "left" if is_text else "right"
+            table.add_column(lines[0][column], justify=justify, no_wrap=not is_text, overflow="fold")
+        for row in lines[1:]:
+            table.add_row(*(row[column] for column in columns))
+        console.print(table)
+
+
+def _fitting(lines: Sequence[Sequence[str]], text_columns: int, console: Console) -> list[list[int]]:
+    """Distribute the columns of numbers over as few tables as the width requires; each table begins with the columns of text."""
+    measured = [[console.measure(cell) for cell in column] for column in zip(*lines, strict=True)]
+    texts = list(range(min(text_columns, len(measured))))
+    # Text can be wrapped down to its longest word; a number cannot. Two spaces separate columns, one is at either edge.
+    used = least = 1 + sum(2 + max(cell.minimum for cell in measured[index]) for index in texts)
+    tables = [texts]
+    for index in range(len(texts), len(measured)):
+        size = 2 + max(cell.maximum for cell in measured[index])
+        if used + size > console.width and len(tables[-1]) > len(texts):
+            tables.append(texts)
+            used = least
+        tables[-1] = [*tables[-1], index]
+        used += size
+    return tables
 
 
 @contextmanager
 def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[Callable[..., None]]:
-    """Show a progress bar on standard error; where that is no terminal, print lines instead.
+    """Show a progress bar on standard error; where that is no terminal, or one without cursor control, print lines instead.
 
     Args:
         title: What is in progress.
@@ -79,20 +107,34 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
         unit: Unit of the amounts.
 
     Yields:
-        `update(completed, line="")`: move the bar to the completed amount; without a terminal, print the line if there is one.
+        `update(completed, line="")`: move the bar to the completed amount; instead of a bar, print the line if there is one, else
+        how far it is at each tenth of the total, and at least every ten seconds.
     """
     # On standard error, so that the standard output contains results only.
     console = Console(stderr=True)
-    if not console.is_terminal:
-        console.print(title + (f", {total:g} {unit}" if total else ""), **PLAIN)
+    if not console.is_terminal or console.is_dumb_terminal:
+        yield _progress_lines(console, title, total, unit)
+        return
     amount = "{task.completed:.0f} of {task.total:.0f} " if total else "{task.completed:.0f} "
     columns = (TextColumn(title, markup=False), BarColumn(), TextColumn(amount + unit), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+    with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task(title, total=total or None)
+        yield lambda completed, _line="": progress.update(task, completed=completed)
 
-        def update(completed: float, line: str = "") -> None:
-            progress.update(task, completed=completed)
-            if line and not console.is_terminal:
-                console.print(line, **PLAIN)
 
-        yield update
+def _progress_lines(console: Console, title: str, total: float | None, unit: str) -> Callable[..., None]:
+    """Print the title of a progress bar, and return its `update`, which prints lines."""
+    console.print(title + (f", {total:g} {unit}" if total else ""), **PLAIN)
+    shortest, longest = LINE_PERIODS
+    tenths, printed = 0, time.monotonic()
+
+    def update(completed: float, line: str = "") -> None:
+        nonlocal tenths, printed
+        now = time.monotonic()
+        reached = int(10.0 * completed / total) if total else 0
+        if line or (now > printed + (shortest if reached > tenths else longest) and completed != total):
+            amount = f"{100.0 * completed / total:.0f} %" if total else f"{completed:.0f} {unit}"
+            console.print(line or f"{title}: {amount}", **PLAIN)
+            tenths, printed = reached, now
+
+    return update

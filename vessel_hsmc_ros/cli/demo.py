@@ -10,20 +10,23 @@ from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, p
 from vessel_hsmc_ros.cli.options import output_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 
 
 @click.command()
 @output_option
 def demo(output: Path) -> None:
-    """Run case 2 of the paper with the paper's law and with the guided law, and compare both runs.
+    """Show two control laws on one example, side by side.
 
-    Both runs use real nodes over ROS 2 in lockstep. Each run keeps a folder of its own within that of the demonstration.
+    A ship is to follow a circle under a disturbance: case 2 of the paper, once with the paper's law and once with the guided law.
+    Prints a table of both runs and writes a page that overlays them; each run keeps a folder of its own, with its recording.
+    Takes a minute or two.
     """
     from vessel_hsmc_ros.report.tables import metrics_table  # imports the report's libraries
     from vessel_hsmc_ros.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags
 
+    check_writable(output)
     with scenario_run.reserve_namespace(""):
         parent = make_run_folder(output, "demo")
         folders = [RunFolder(parent.path / law) for law in LAWS]

@@ -1,57 +1,21 @@
-"""The command `vessel-hsmc`: its verbs and its exit codes."""
+"""The entry point of `vessel-hsmc`: it prepares signals and standard streams before it imports the command."""
 
 import sys
 
-import click
-
-from vessel_hsmc_ros.cli.call import call
-from vessel_hsmc_ros.cli.compare import compare
-from vessel_hsmc_ros.cli.console import print_error
-from vessel_hsmc_ros.cli.demo import demo
-from vessel_hsmc_ros.cli.goto import goto
-from vessel_hsmc_ros.cli.init import init
-from vessel_hsmc_ros.cli.parameters import parameters
-from vessel_hsmc_ros.cli.path import path
-from vessel_hsmc_ros.cli.recover import recover
-from vessel_hsmc_ros.cli.replay import replay
-from vessel_hsmc_ros.cli.report import report
-from vessel_hsmc_ros.cli.reproduce import reproduce
-from vessel_hsmc_ros.cli.run import run
-from vessel_hsmc_ros.cli.set import set_parameters
-from vessel_hsmc_ros.cli.simulate import simulate
-from vessel_hsmc_ros.cli.watch import watch
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
-from vessel_hsmc_ros.core.version import __version__
-
-FAILED, WRONG_USE, INTERRUPTED = 1, 2, 130
-"""Exit codes: the command failed; its arguments were wrong; Ctrl-C, 128 plus the number of SIGINT as in a shell."""
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__)
-def cli() -> None:
-    """Hierarchical sliding-mode control of underactuated ships: run, record and analyse."""
-
-
-for verb in (compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate):
-    cli.add_command(verb)
-for verb in (call, goto, path, set_parameters, watch):  # on running nodes
-    cli.add_command(verb)
+from vessel_hsmc_ros.cli.interrupts import handle_interrupts, ignore_interrupts
+from vessel_hsmc_ros.cli.streams import prepare_streams
 
 
 def main() -> int:
-    """Run the command; every error of this package becomes one line and an exit code."""
-    try:  # not in standalone mode, where click itself would exit with its own codes
-        cli(standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        return error.exit_code
-    except click.Abort:
-        return INTERRUPTED
-    except VesselHsmcError as error:
-        print_error(str(error))
-        return WRONG_USE if isinstance(error, ParameterError | ScenarioError) else FAILED
-    return 0
+    """Run the command as this process; returns its exit code."""
+    handle_interrupts()
+    prepare_streams()
+    try:
+        from vessel_hsmc_ros.cli.command import execute  # takes a second, during which the user may press Ctrl-C
+
+        return execute()
+    finally:
+        ignore_interrupts()
 
 
 if __name__ == "__main__":

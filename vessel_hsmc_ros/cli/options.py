@@ -22,7 +22,7 @@ set_option = click.option(
     "changes",
     multiple=True,
     metavar="NODE.PARAM=VALUE",
-    help="Set a parameter, or by vessel.PARAM one of the ship for all nodes; may be given several times.",
+    help="Set a parameter, such as controller.law=guided, or by vessel.PARAM one of the ship for all nodes; may be given several times.",
 )
 
 output_option = click.option(
@@ -30,7 +30,7 @@ output_option = click.option(
     type=click.Path(path_type=Path),
     default=Path("runs"),
     show_default=True,
-    help="Folder in which the run folder is created.",
+    help="Folder in which a new folder for the results is created.",
 )
 
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")

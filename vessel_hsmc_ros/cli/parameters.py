@@ -7,5 +7,5 @@ from vessel_hsmc_ros.scenario.parameter_page import parameter_page
 
 @click.command()
 def parameters() -> None:
-    """Print every parameter of every node as a Markdown page."""
+    """List all parameters, with their ranges and meaning."""
     click.echo(parameter_page(), nl=False)

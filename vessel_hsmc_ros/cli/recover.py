@@ -11,9 +11,9 @@ from vessel_hsmc_ros.core.exceptions import BagError
 @click.command()
 @bag_argument
 def recover(bag: Path) -> None:
-    """Repair BAG in place, if its recorder was killed or the file is damaged.
+    """Repair a recording that was cut off or damaged.
 
-    A complete and undamaged bag is left unchanged.
+    BAG is the folder of the recording. It is repaired in place: index and metadata are restored, damaged parts are omitted. A complete and undamaged bag is left unchanged.
     """
     from vessel_hsmc_ros.bags.repair import repair  # imports the MCAP library
 

@@ -27,7 +27,7 @@ from vessel_hsmc_ros.core.hull import DrawnHull
 def report(
     bags: tuple[Path, ...], hull_length: float | None, hull_beam: float | None, output: Path | None, **options: Any
 ) -> None:
-    """Write a self-contained page on one or several recorded runs.
+    """Make a page with diagrams from recordings.
 
     It shows the vessel on its track beside its reference, linked diagrams of all signals, metrics, parameters and versions.
     Several bags are overlaid, with a table of the differences from the first. The page of a bag outside a run folder is

@@ -12,20 +12,23 @@ from vessel_hsmc_ros.paper.checks import Results
 from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.tables import claim_row, finding_row
-from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 
 @click.command()
-@click.option("--ros", is_flag=True, help="Run by the real nodes every case that they can run: same results, but slower.")
+@click.option("--ros", is_flag=True, help="Run the cases by ROS 2 nodes where possible: same results, but slower.")
 @click.option(
     "--output", type=click.Path(path_type=Path, file_okay=False), help="Folder of the results [default: a new one in runs]."
 )
 def reproduce(ros: bool, output: Path | None) -> None:
-    """Run every case of the paper, draw its figures, test its claims.
+    """Repeat every case and figure of the paper.
+
+    Compares the paper's claims with the results, and writes figures, claims.md and results.json.
 
     Takes some three minutes on two cores; with --ros, ten. A claim that does not hold is a result, not an error.
     """
     folder = output or make_run_folder(Path("runs"), "reproduce").path
+    check_writable(folder)
     nodes = make_run_folder(folder, "nodes").path if ros else None
     with progress_bar(f"running {len(CASES)} cases", sum(map(duration_of, CASES))) as update:
         results = reproduction.run_cases(CASES, nodes, update)

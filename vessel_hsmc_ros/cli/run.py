@@ -17,7 +17,7 @@ from vessel_hsmc_ros.cli.options import (
 )
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes
 
 
@@ -32,17 +32,20 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 def run(
     scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, namespace: str, live: bool, live_port: int
 ) -> None:
-    """Run SCENARIO with real nodes over ROS 2 and record it.
+    """Simulate a scenario by ROS 2 nodes and record it.
 
-    SCENARIO is one that comes with the package, such as case2_tracking, or a ROS parameters file.
+    SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The nodes
+    take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives the
+    recording, all parameters, a page with diagrams, and the metrics.
     """
     namespace = checked_namespace(namespace)
     loaded = load_checked(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
+    check_writable(output)
     if live:
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")
     # Before the folder is created: a run that is refused leaves nothing behind.
-    with scenario_run.reserve_namespace(namespace):
+    with scenario_run.reserve_namespace(namespace, loaded.controller.lockstep):
         folder = make_run_folder(output, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
             result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None)

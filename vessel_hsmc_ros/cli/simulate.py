@@ -8,6 +8,7 @@ from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.options import load_checked, output_option, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.scenario.run_folder import check_writable
 
 
 @click.command()
@@ -15,8 +16,13 @@ from vessel_hsmc_ros.runs import scenario_run
 @set_option
 @output_option
 def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
-    """Run SCENARIO in this process, without ROS; the results are bit-identical to those of `run`."""
+    """Simulate a scenario quickly, without ROS.
+
+    The results are bit-identical to those of `run`. SCENARIO is one that comes with the package, such as case2_tracking, or the path
+    of a YAML file.
+    """
     loaded = load_checked(scenario, parse_changes(changes))
+    check_writable(output)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
         result = scenario_run.run_offline(loaded, output, update)
     print_result(result)

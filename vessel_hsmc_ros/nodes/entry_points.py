@@ -4,6 +4,8 @@ A node's module imports generated messages and ROS at its top. Importing it here
 package that is not installed into one line instead of a traceback.
 """
 
+import os
+import signal
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -20,6 +22,8 @@ def entry_point(module: str) -> Callable[[], int]:
     """
 
     def main() -> int:
+        # The node's own handlers follow when it is imported; until then there is nothing to complete.
+        signal.signal(signal.SIGINT, lambda *_: os._exit(0))
         try:
             node = import_module(module)
         except ModuleNotFoundError as error:

@@ -1,7 +1,8 @@
 """A node as a process: command line, signals, reported failures and exit codes."""
 
 import signal
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from functools import partial
 from types import FrameType
 
@@ -11,7 +12,9 @@ from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.help_text import help_text, unknown_argument
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -34,6 +37,8 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
     Returns:
         The exit code: 0, or 1 when the node failed, or 2 when it could not start.
     """
+    if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments)) is not None:
+        return code
     received: list[int] = []  # the numbers of the signals, appended by the handler
 
     def request_stop(number: int, _frame: FrameType | None) -> None:
@@ -46,6 +51,22 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
     finally:
         for number in STOP_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
+
+
+def _answer(node_class: type[VesselNode], arguments: Sequence[str]) -> int | None:
+    """Print the help text if that is requested, or an error if an argument is unknown; None if the node is to run."""
+    try:
+        unknown = unknown_argument(arguments)
+    except RuntimeError:  # invalid ROS arguments, which rclpy.init reports
+        return None
+    if unknown in ("-h", "--help"):
+        sys.stdout.write(spelled(help_text(node_class), sys.stdout.encoding))
+        return 0
+    if unknown:
+        remedy = "parameters are given by --ros-args -p NAME:=VALUE, and --help lists them"
+        get_logger(node_class.NAME).fatal(f"{unknown} is not an argument of this node: {remedy}")
+        return CANNOT_START
+    return None
 
 
 def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Callable[[], bool]) -> int:

@@ -180,10 +180,12 @@ class RecorderNode(VesselNode):
     def close(self) -> None:
         """Complete the bag."""
         self._note()
-        self._writer.close()
-        count, name = self._writer.message_count, self._writer.directory
-        self.get_logger().info(f"recorded {count} messages, {self._dropped} dropped, into {name}")
-        super().close()
+        try:
+            self._writer.close()
+            count, name = self._writer.message_count, self._writer.directory
+            self.get_logger().info(f"recorded {count} messages, {self._dropped} dropped, into {name}")
+        finally:
+            super().close()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of recorded and of dropped messages, and the topics that have no publisher yet."""

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.report import export, page
 from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.report.names import distinguished
 from vessel_hsmc_ros.report.record import ORIGIN, Record, over_shared_interval
-from vessel_hsmc_ros.scenario.run_folder import RunFolder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable
 
 PAGE = "report.html"
 
@@ -54,7 +54,10 @@ def make(bags: Sequence[Path], wanted: Wanted) -> Made:
         BagError: a bag cannot be read or has no odometry.
         ReportError: a file cannot be written, or pyarrow is missing.
     """
-    return write(read(bags, wanted.namespace), replace(wanted, page=wanted.page or page_of(bags)))
+    chosen = wanted.page or page_of(bags)
+    if all(bag.exists() for bag in bags):  # else the bag is what to complain about
+        check_writable(chosen.parent)
+    return write(read(bags, wanted.namespace), replace(wanted, page=chosen))
 
 
 def write(records: Sequence[Record], wanted: Wanted) -> Made:

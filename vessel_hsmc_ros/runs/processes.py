@@ -1,6 +1,7 @@
 """The nodes as processes of the operating system: start them, detect their exit, stop them in order."""
 
 import ctypes
+import errno
 import os
 import re
 import signal
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vessel_hsmc_ros.core import node_list
+from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
 
@@ -27,7 +29,11 @@ STOP_LIMIT = 8.0
 LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: {message}", "RCUTILS_COLORIZED_OUTPUT": "0"}
 """The log of a node is searched for its errors, whatever format the user prefers on a terminal."""
 
+LOG_RESERVE = 16 * 1024
+"""Disk space that is reserved for each log, bytes."""
+
 _PR_SET_PDEATHSIG = 1
+_FALLOC_FL_KEEP_SIZE = 1
 _ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\].*?\]: (.*)$", re.MULTILINE)
 
 
@@ -58,6 +64,9 @@ class NodeGroup:
         logs: Folder for their output.
         namespace: Their namespace, without leading and trailing slashes.
         names: The nodes to start, from MODULES or WATCHERS.
+
+    Raises:
+        RunError: a node cannot be started, for instance because the disk is full.
     """
 
     def __init__(self, parameters: Path, logs: Path, namespace: str = "", names: Sequence[str] = tuple(MODULES)) -> None:
@@ -68,11 +77,17 @@ class NodeGroup:
         # A profile that the user has set takes precedence over that of the package; the log format must not.
         environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
-        for name in names:
-            self._start(name, [sys.executable, "-m", (MODULES | WATCHERS)[name], *arguments], logs / f"{name}.log", environment)
+        try:
+            for name in names:
+                command = [sys.executable, "-m", (MODULES | WATCHERS)[name], *arguments]
+                self._start(name, command, logs / f"{name}.log", environment)
+        except OSError as error:
+            self.stop()
+            raise RunError(f"{name} cannot be started with its log in {logs}: {error.strerror}") from None
 
     def _start(self, name: str, command: list[str], log: Path, environment: dict[str, str]) -> None:
         with log.open("wb") as output:
+            _reserve(output.fileno())
             popen = subprocess.Popen(  # noqa: S603 - our own modules
                 command,
                 stdin=subprocess.DEVNULL,
@@ -113,6 +128,18 @@ class NodeGroup:
             except subprocess.TimeoutExpired:
                 process.popen.kill()
                 process.popen.wait()
+
+
+def _reserve(file: int) -> None:
+    """Reserve disk space for the log of a node, so that it can still report that the disk is full.
+
+    Raises:
+        OSError: the disk is full already.
+    """
+    libc = ctypes.CDLL(None, use_errno=True)
+    size = ctypes.c_long(LOG_RESERVE)
+    if libc.fallocate(file, _FALLOC_FL_KEEP_SIZE, ctypes.c_long(0), size) and ctypes.get_errno() != errno.EOPNOTSUPP:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
 
 
 def _die_with_parent() -> None:

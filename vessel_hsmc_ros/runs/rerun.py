@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.runs.offline import simulate
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 
@@ -48,6 +48,7 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
     """
     from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 
+    check_writable(output)
     # For as long as the recording: metrics of runs of different duration would not be comparable.
     scenario = _shortened(bag.scenario(dict(changes)), bag, namespace)
     recorded = replace(report.of_bag(bag.path, namespace), name="recorded")

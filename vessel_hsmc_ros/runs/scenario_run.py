@@ -7,12 +7,12 @@ import os
 import socket
 import time
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vessel_hsmc_ros.core.exceptions import BagError, RunError
+from vessel_hsmc_ros.core.exceptions import BagError, ReportError, RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
@@ -45,13 +45,13 @@ class Result:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
-def reserve_namespace(namespace: str) -> AbstractContextManager[None]:
-    """A context in which no other run on this machine uses the ROS domain and namespace.
+def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextManager[None]:
+    """A context in which no other run on this machine uses the ROS domain and namespace; in lockstep, nor its /clock.
 
     Raises:
         RunError: ROS is not installed, or another run uses them.
     """
-    context: AbstractContextManager[None] = _supervisor().exclusive(namespace)
+    context: AbstractContextManager[None] = _supervisor().exclusive(namespace, lockstep)
     return context
 
 
@@ -86,12 +86,14 @@ def run_nodes(
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
     status = supervisor.supervise(folder, namespace, progress, live_port)
     result = Result(folder, status.code, status.failure)
-    if not result.failure:
-        try:
+    try:
+        _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted
+        if not result.failure:
             _evaluate_bag(result, origin, requested_at or _process_start())
-        except BagError as error:
-            result.exit_code, result.failure = 1, str(error)
-    _write_summary(result, origin)
+    except (BagError, ReportError, RunError) as error:  # a full disk must not hide why the run failed
+        result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
+        with suppress(RunError):
+            _write_summary(result, origin)
     return result
 
 
@@ -120,7 +122,6 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
     folder.write_parameters(scenario)
     result = Result(folder, facts={"real_time_factor": float(run.time[-1]) / wall})
     _evaluate_run(result, scenario, run, origin)
-    _write_summary(result, origin)
     return result
 
 
@@ -178,6 +179,7 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any]) -
     shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
     record = replace(record, facts=result.facts, provenance={**shown, **record.provenance})
     result.metrics = record.metrics
+    _write_summary(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
     report.write(result.folder.report, [record], record.name)
     figures.draw([record], result.folder.figures)
 

@@ -7,7 +7,7 @@ import socket
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -15,7 +15,7 @@ from types import FrameType
 import yaml
 
 from vessel_hsmc_ros.bags import repair
-from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import MODULES, WATCHERS, NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
@@ -87,8 +87,11 @@ def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: 
     # A node may fail while it shuts down, after the plant has ended the run.
     if not status.failure and (failed := nodes.failed()):
         status = ExitStatus(1, failed.describe_exit())
-    if folder.bag.exists() and not repair.is_complete(folder.bag):
-        repair.repair(folder.bag)
+    try:
+        if folder.bag.exists() and not repair.is_complete(folder.bag):
+            repair.repair(folder.bag)
+    except VesselHsmcError as error:  # the bag of a run that failed may be empty; its failure is what matters
+        status = status if status.code else ExitStatus(1, str(error))
     return status
 
 
@@ -128,22 +131,29 @@ def _is_listening(port: int) -> bool:
 
 
 @contextmanager
-def exclusive(namespace: str) -> Iterator[None]:
+def exclusive(namespace: str, lockstep: bool = False) -> Iterator[None]:
     """A context in which no other run on this machine uses the ROS domain and namespace, so that nodes do not mix.
+
+    In lockstep the plant publishes /clock, which has no namespace: one such run excludes all others of its domain. Of several
+    runs that start at the same instant exactly one gets the lock.
 
     Raises:
         RunError: another run uses them.
     """
     domain = os.environ.get("ROS_DOMAIN_ID", "0")
-    name = f"vessel_hsmc_ros_{os.getuid()}_{domain}_{namespace.replace('/', '.')}.lock"
-    with (Path(tempfile.gettempdir()) / name).open("w") as lock:
-        try:  # the kernel releases the lock when this process ends, even if it is killed
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise RunError(
-                f"another run uses ROS domain {domain} and namespace /{namespace}:"
-                " give this one another --namespace in real time, or another ROS_DOMAIN_ID"
-            ) from None
+    shared = {namespace.replace("/", "."): f"namespace /{namespace}"}
+    if lockstep:
+        shared["@clock"] = "its /clock in lockstep"  # no namespace has such a name
+    with ExitStack() as locks:
+        for name, meaning in shared.items():
+            path = Path(tempfile.gettempdir()) / f"vessel_hsmc_ros_{os.getuid()}_{domain}_{name}.lock"
+            try:  # the kernel releases the lock when this process ends, even if it is killed
+                fcntl.flock(locks.enter_context(path.open("w")), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise RunError(
+                    f"another run uses ROS domain {domain} and {meaning}:"
+                    " give this one another --namespace in real time, or another ROS_DOMAIN_ID"
+                ) from None
         yield
 
 

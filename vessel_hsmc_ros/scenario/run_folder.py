@@ -5,6 +5,7 @@ import json
 import platform
 import re
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,8 +51,12 @@ class RunFolder:
         return self.path / "report.html"
 
     def write_parameters(self, scenario: Scenario) -> None:
-        """Write the resolved scenario."""
-        self.parameters.write_text(dump_scenario(scenario), encoding="utf-8")
+        """Write the resolved scenario.
+
+        Raises:
+            RunError: it cannot be written.
+        """
+        _write(self.parameters, dump_scenario(scenario))
 
     @property
     def summary(self) -> Path:
@@ -67,8 +72,38 @@ class RunFolder:
         return content if isinstance(content, dict) else {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
-        """Write run.json."""
-        self.summary.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+        """Write run.json; an older one stays if that fails.
+
+        Raises:
+            RunError: it cannot be written.
+        """
+        _write(self.summary, json.dumps(summary, indent=2) + "\n")
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file that exists either completely or not at all."""
+    new = path.with_suffix(".new")
+    try:
+        new.write_text(text, encoding="utf-8")
+        new.replace(path)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise RunError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def check_writable(folder: Path) -> None:
+    """Check that files can be written into a folder, which need not exist, before something is computed for it.
+
+    Raises:
+        RunError: the operating system refuses, for instance because the file system is read-only or full.
+    """
+    existing = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    try:  # the permissions are not sufficient: the file system may be read-only, and root may write anywhere else
+        with tempfile.NamedTemporaryFile(dir=existing) as file:
+            file.write(b"\n")
+            file.flush()
+    except OSError as error:
+        raise RunError(f"files cannot be made in {folder}: {error.strerror}") from None
 
 
 def make_run_folder(parent: Path, name: str) -> RunFolder:

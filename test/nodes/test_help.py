@@ -1,0 +1,92 @@
+"""The help texts of the nodes, and their answer to arguments that they do not know."""
+
+import importlib
+import io
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import rclpy
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.nodes import help_text as help_module
+
+CLASSES = {
+    "vessel_sim": "vessel_sim_node.node:VesselSimNode",
+    "reference_ship": "vessel_hsmc_ros.nodes.reference_ship:ReferenceShipNode",
+    "controller": "vessel_hsmc_ros.nodes.controller:ControllerNode",
+    "recorder": "vessel_hsmc_ros.nodes.recorder:RecorderNode",
+    "markers": "vessel_hsmc_ros.nodes.markers:MarkerNode",
+    "live": "vessel_hsmc_ros.nodes.live:LiveNode",
+}
+
+
+def found(name: str) -> tuple[Any, Any]:
+    """The module of a node and its class; skips the test without the node's library."""
+    module_name, _, class_name = CLASSES[name].partition(":")
+    if name == "live":
+        pytest.importorskip("foxglove", exc_type=ImportError)
+    module = importlib.import_module(module_name)
+    return module, getattr(module, class_name)
+
+
+@pytest.fixture
+def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    context = rclpy.Context()
+    rclpy.init(context=context, args=[])
+    yield context
+    rclpy.shutdown(context=context)
+
+
+def test_every_node_has_a_help_text() -> None:
+    assert CLASSES.keys() == LOOP.keys() | WATCHERS.keys() == help_module.INTERFACES.keys()
+
+
+@pytest.mark.parametrize("name", CLASSES)
+@pytest.mark.parametrize("option", ["-h", "--help"])
+def test_help_describes_task_topics_and_parameters_without_starting_the_node(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, option: str
+) -> None:
+    module, node_class = found(name)
+    monkeypatch.setattr(rclpy, "init", lambda **_: pytest.fail("ROS was initialised"))
+    assert module.main([option, "--ros-args", "-p", "lockstep:=true"]) == 0
+    shown = capsys.readouterr().out
+    assert (LOOP | WATCHERS)[name].executable in shown
+    assert (node_class.__doc__ or "").splitlines()[0] in shown
+    assert "--ros-args" in shown
+    assert "docs/parameters.md" in shown
+    assert all(f" {parameter} = " in shown for parameter in schema.entries(node_class.PARAMETERS))
+
+
+@pytest.mark.parametrize("name", ["vessel_sim", "reference_ship", "controller"])
+def test_help_names_every_topic_of_the_node(context: Any, name: str) -> None:
+    _, node_class = found(name)
+    node: Any = node_class(context=context)
+    topics = [topic.removeprefix(f"/{name}").strip("/") for topics in node._topics.values() for topic in topics]
+    services = [service for service, _ in node.get_service_names_and_types_by_node(name, "/") if "parameter" not in service]
+    node.destroy_node()
+    assert topics
+    missing = [topic for topic in topics if topic not in help_module.INTERFACES[name]]
+    missing += [service for service in services if service.removeprefix(f"/{name}/") not in help_module.INTERFACES[name]]
+    assert not [name for name in missing if "type_description" not in name]
+
+
+@pytest.mark.parametrize("name", ["vessel_sim", "controller"])
+def test_help_is_printed_where_the_encoding_lacks_characters(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    module, _ = found(name)
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="ascii", write_through=True))
+    assert module.main(["--help"]) == 0
+    assert b"kg*m^2" in raw.getvalue()
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_an_unknown_argument_of_a_node_is_one_line_and_exit_code_2(capfd: pytest.CaptureFixture[str], name: str) -> None:
+    module, _ = found(name)
+    assert module.main(["--speed", "3"]) == 2
+    captured = capfd.readouterr()
+    (line,) = (captured.out + captured.err).splitlines()
+    assert "--speed is not an argument of this node" in line
+    assert "--ros-args -p NAME:=VALUE" in line

@@ -1,0 +1,131 @@
+"""The command in unusual environments: C locale, closed streams, simple and narrow terminals, read-only folders."""
+
+import os
+import pty
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import bag_making
+import pytest
+from harness import BIN, Command
+from mounting import READ_ONLY, mounted
+
+Start = Callable[..., Command]
+
+C_LOCALE = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+SECOND = ["--set", "vessel_sim.duration=1"]
+LAWS = ["hierarchical", "guided"]
+
+VERBS = {
+    "help": ["--help"],
+    "parameters": ["parameters"],
+    "simulate": ["simulate", "case2_tracking", *SECOND],
+    "compare": ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS)],
+    "report": ["report", "../bag", "--csv", "--figures", "svg"],
+    "run": ["run", "case2_tracking", *SECOND],
+    "replay": ["replay", "../bag", "--verify"],
+    "recover": ["recover", "../bag"],
+}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_in_the_c_locale_every_verb_works_and_spells_units_out(start: Start, tmp_path: Path, verb: str) -> None:
+    bag_making.write_run(tmp_path / "bag", 20)
+    command = start("vessel-hsmc", *VERBS[verb], environment=C_LOCALE)
+    code = command.wait(90.0)
+    assert verb == "parameters" or command.output.read_bytes().isascii()  # the page is a file of documentation: UTF-8
+    assert "Traceback" not in command.text
+    if verb == "replay":  # this bag has no scenario
+        assert code in (1, 2)
+        assert command.text.startswith("error: ")
+        return
+    assert code == 0, command.text
+    if verb in ("simulate", "run"):
+        assert "N*m" in command.text
+        (page,) = command.output.parent.glob("runs/*/report.html")
+        assert "N·m" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("redirection", ["<&-", "<&- >&- 2>&-"])
+def test_closed_standard_streams_do_not_disturb_a_simulation(tmp_path: Path, redirection: str) -> None:
+    line = f'"$0" simulate case2_tracking --set vessel_sim.duration=1 {redirection}'
+    done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, timeout=60.0)
+    assert done.returncode == 0
+    assert b"Traceback" not in done.stderr
+    assert list(tmp_path.glob("runs/*/run.json"))
+
+
+def test_a_run_of_the_nodes_works_with_closed_standard_input(tmp_path: Path) -> None:
+    line = '"$0" run case2_tracking --set vessel_sim.duration=1 <&-'
+    done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, text=True, timeout=90.0)
+    assert done.returncode == 0, done.stderr
+    assert "run folder: " in done.stdout
+
+
+def on_a_terminal(arguments: list[str], folder: Path, **environment: str) -> str:
+    """The output of a command on a pseudo-terminal; it must exit with 0."""
+    controller, terminal = pty.openpty()
+    variables = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
+    process = subprocess.Popen(
+        [BIN / "vessel-hsmc", *arguments],
+        cwd=folder,
+        stdin=terminal,
+        stdout=terminal,
+        stderr=terminal,
+        env=variables | environment,
+    )
+    os.close(terminal)
+    output = bytearray()
+    try:
+        while block := os.read(controller, 4096):
+            output += block
+    except OSError:  # Linux reports the end of a terminal as an error
+        pass
+    os.close(controller)
+    assert process.wait(60.0) == 0, output.decode()
+    return output.decode()
+
+
+def test_a_dumb_terminal_gets_lines_without_control_sequences(tmp_path: Path) -> None:
+    text = on_a_terminal(VERBS["simulate"], tmp_path, TERM="dumb")
+    assert "\x1b" not in text
+    assert text.startswith("simulating case2_tracking, 1 s\r\n")
+
+
+def test_in_a_narrow_terminal_every_law_is_named(tmp_path: Path) -> None:
+    text = on_a_terminal(VERBS["compare"], tmp_path, TERM="xterm", COLUMNS="60", NO_COLOR="1")
+    tables = text[text.index("case2_tracking  ") :]
+    assert all(law in tables for law in LAWS)
+    assert "…" not in tables
+
+
+@pytest.fixture
+def read_only(tmp_path: Path) -> Iterator[Path]:
+    with mounted(tmp_path / "read_only", megabytes=1, flags=READ_ONLY) as disk:
+        yield disk
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run", "case2_tracking"],
+        ["simulate", "case2_tracking"],
+        ["compare", "case2_tracking"],
+        ["demo"],
+        ["reproduce"],
+        ["report", "../bag"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_read_only_output_is_refused_in_one_line_before_anything_is_computed(
+    start: Start, tmp_path: Path, read_only: Path, arguments: list[str]
+) -> None:
+    bag_making.write_run(tmp_path / "bag", 20)
+    target = read_only / ("page.html" if arguments[0] == "report" else "new")
+    command = start("vessel-hsmc", *arguments, "--output", target)
+    assert command.wait(20.0) == 1
+    (line,) = command.text.splitlines()
+    assert line.startswith("error: ")
+    assert str(read_only) in line
+    assert line.endswith("Read-only file system")

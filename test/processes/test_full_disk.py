@@ -1,0 +1,70 @@
+"""A run whose disk is full ends soon, with the error of the operating system, and leaves what was recorded readable."""
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from harness import Command, run_folder
+from mounting import mounted
+
+from vessel_hsmc_ros.bags.reader import open_bag
+
+MEGABYTE = 1024 * 1024
+NO_SPACE = "No space left on device"
+
+Start = Callable[..., Command]
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of three megabytes; skips the test where mounting is not permitted."""
+    with mounted(tmp_path / "disk", megabytes=3) as disk:
+        yield disk
+
+
+def fill(disk: Path) -> None:
+    """Write a file until the disk is full."""
+    with (disk / "filler").open("ab", buffering=0) as file:
+        while shutil.disk_usage(disk).free:
+            try:
+                file.write(bytes(4096))
+            except OSError:
+                return
+
+
+def last_log_line(folder: Path, node: str) -> str:
+    return (folder / "logs" / f"{node}.log").read_text(encoding="utf-8").splitlines()[-1]
+
+
+@pytest.mark.parametrize("suddenly", [False, True])
+def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(start: Start, small_disk: Path, suddenly: bool) -> None:
+    command = start("vessel-hsmc", "run", "case2_tracking", "--output", small_disk)
+    folder = command.until(lambda: run_folder(small_disk), 30.0)
+    assert folder
+    bag = folder / "bag"
+    if suddenly:
+        recording = bag / "bag_0.mcap"
+        command.until(lambda: recording.exists() and recording.stat().st_blocks * 512 > MEGABYTE, 30.0)
+        fill(small_disk)
+    began = time.monotonic()
+    assert command.wait(60.0) == 1
+    reason = f"bag {bag} cannot be written: {NO_SPACE}"
+    assert f"error: recorder failed: {reason}" in command.text
+    assert last_log_line(folder, "recorder").endswith(reason)
+    assert "Traceback" not in command.text
+    assert len(open_bag(bag).topics["/odom"].stamp) > 100
+    if suddenly:
+        assert time.monotonic() - began < 20.0
+
+
+@pytest.mark.parametrize("arguments", [["run", "case2_tracking"], ["simulate", "case2_tracking"], ["compare", "case2_tracking"]])
+def test_a_disk_that_is_full_from_the_start_is_one_line(start: Start, small_disk: Path, arguments: list[str]) -> None:
+    fill(small_disk)
+    command = start("vessel-hsmc", *arguments, "--output", small_disk)
+    assert command.wait(30.0) == 1
+    (line,) = command.text.splitlines()
+    assert line.startswith("error: ")
+    assert line.endswith(NO_SPACE)
+    assert str(small_disk) in line

@@ -1,0 +1,32 @@
+"""The example of a boat of one's own, which the reference and the controller node steer."""
+
+import re
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from harness import Command, children
+
+from vessel_hsmc_ros.core.install_paths import share_directory
+
+EXAMPLE = share_directory() / "examples" / "my_boat.py"
+REPORT = re.compile(r"boat at (\S+) (\S+), (\S+) m from the reference")
+
+
+@pytest.mark.skipif(not EXAMPLE.exists(), reason="the examples are part of the source tree only")
+def test_the_boat_of_the_example_follows_its_reference(start: Callable[..., Command]) -> None:
+    command = start("python", EXAMPLE)
+
+    def latest() -> tuple[float, ...]:
+        found = REPORT.findall(command.text)
+        return tuple(map(float, found[-1])) if found else (0.0, 0.0, 0.0)
+
+    command.until(lambda: latest()[0] > 4.0, 60.0)
+    assert latest()[2] < 0.5
+    nodes = children(command.popen.pid)
+    assert len(nodes) == 2
+    command.popen.send_signal(signal.SIGINT)
+    assert command.wait(20.0) == 0
+    assert "Traceback" not in command.text
+    assert not [pid for pid in nodes if Path(f"/proc/{pid}").exists()]
