@@ -11,12 +11,14 @@ from vessel_hsmc_ros.core.exceptions import BagError
 @click.command()
 @bag_argument
 def recover(bag: Path) -> None:
-    """Repair BAG in place, if its recorder was killed or the file is damaged.
+    """Repair BAG, or the bag of a run folder, in place, if its recorder was killed or the file is damaged.
 
     A complete and undamaged bag is left unchanged.
     """
-    from vessel_hsmc_ros.bags.repair import repair  # imports the MCAP library
+    from vessel_hsmc_ros.bags.files import bag_path  # imports the MCAP library
+    from vessel_hsmc_ros.bags.repair import repair
 
+    bag = bag_path(bag)
     if not bag.is_dir():
         raise BagError(f"{bag} is not a bag folder")
     done = repair(bag)

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.hull import BEAM, LENGTH
 
 
 @click.command()
-@click.argument("bags", nargs=-1, required=True, metavar="BAG...", type=click.Path(path_type=Path))
+@click.argument("bags", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
 @click.option(
     "--output", type=click.Path(path_type=Path, dir_okay=False), help="Path of the page [default: report.html in the run folder]."
 )
@@ -25,7 +25,7 @@ from vessel_hsmc_ros.core.hull import BEAM, LENGTH
 @click.option("--hull-length", type=float, default=LENGTH, show_default=True, help="Length of the drawn hull, m.")
 @click.option("--hull-beam", type=float, default=BEAM, show_default=True, help="Beam of the drawn hull, m.")
 def report(bags: tuple[Path, ...], hull_length: float, hull_beam: float, output: Path | None, **options: Any) -> None:
-    """Write a self-contained page on one or several recorded runs.
+    """Write a self-contained page on one or several recorded runs: run folders or bags.
 
     It shows the vessel on its track beside its reference, linked diagrams of all signals, metrics, parameters and versions.
     Several bags are overlaid, with a table of the differences from the first. The page of a bag outside a run folder is

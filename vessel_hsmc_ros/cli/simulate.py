@@ -1,5 +1,6 @@
 """`vessel-hsmc simulate`: a scenario in this process, without ROS."""
 
+import sys
 from pathlib import Path
 
 import click
@@ -15,9 +16,14 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 @scenario_argument
 @set_option
 @output_option
-def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
-    """Run SCENARIO in this process, without ROS; the results are bit-identical to those of `run`."""
+@click.option("--no-bag", is_flag=True, help="Write no bag: only the parameters, the metrics, the page and the figures.")
+def simulate(scenario: str, changes: tuple[str, ...], output: Path, no_bag: bool) -> None:
+    """Run SCENARIO in this process, without ROS; the results are bit-identical to those of `run`.
+
+    The run folder has a bag as that of `run` has, for `report`, `compare` and `replay`.
+    """
     loaded = load_scenario(scenario, parse_changes(changes))
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
-        result = scenario_run.run_offline(loaded, output, update)
+        result = scenario_run.run_offline(loaded, output, update, with_bag=not no_bag)
     print_result(result)
+    sys.exit(result.exit_code)
