@@ -14,6 +14,7 @@ from vessel_hsmc_ros.cli.report import report
 from vessel_hsmc_ros.cli.reproduce import reproduce
 from vessel_hsmc_ros.cli.run import run
 from vessel_hsmc_ros.cli.simulate import simulate
+from vessel_hsmc_ros.cli.sweep import sweep
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.version import __version__
 
@@ -27,7 +28,7 @@ def cli() -> None:
     """Hierarchical sliding-mode control of underactuated ships: run, record and analyse."""
 
 
-for verb in (compare, demo, parameters, recover, replay, report, reproduce, run, simulate):
+for verb in (compare, demo, parameters, recover, replay, report, reproduce, run, simulate, sweep):
     cli.add_command(verb)
 
 
