@@ -29,12 +29,12 @@ def test_metrics_of_several_runs_are_compared_with_the_first() -> None:
 
 def test_a_difference_within_a_percent_is_neither_better_nor_worse() -> None:
     row = row_of([record("near", 1.0), record("next", 1.005)], "position error, rms")
-    assert row.difference(1) == "+0.005 m (+0.5 %)"
+    assert row.difference(1) == "+5 mm (+0.5 %)"
     assert row.sense(1) == ""
 
 
 def test_a_difference_from_nearly_zero_is_not_expressed_in_percent() -> None:
-    assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms").difference(1) == "+3.999 m"
+    assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms").difference(1) == "+4 m"
 
 
 def test_facts_of_every_run_are_shown_in_its_own_column() -> None:

@@ -24,7 +24,7 @@ from vessel_hsmc_ros.report.style import SERIES, css_variables
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
-SCRIPTS = ("data.js", "clock.js", "chart.js", "track.js", "map.js", "main.js")
+SCRIPTS = ("units.js", "data.js", "clock.js", "export.js", "legend.js", "marks.js", "chart.js", "track.js", "map.js", "main.js")
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
 """Largest number of values of one line, and of all lines of a page; 4 bytes each before compression."""
 
@@ -71,6 +71,8 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         tracks=content["tracks"],
         hull=hull,
         groups=_groups(overlaid),
+        verdicts=_verdicts(records),
+        marks=content["marks"],
         jitter=jitter.picture(records),
         metrics=metrics_table(records),
         parameters=parameter_tables(records),
@@ -97,6 +99,7 @@ def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull)
         "hull": {"length": hull.length, "beam": hull.beam},
         "panels": [_panel(payload, overlay, alone) for overlay in overlaid],
         "tracks": [_track(payload, track, alone) for track in tracks(records)],
+        "marks": _marks(records),
     }
     return content, payload.text()
 
@@ -134,13 +137,26 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
         {**payload.line(owned.line), "label": owned.label, "colour": _colour(owned.run, owned.line.role, alone)}
         for owned in overlay.lines
     ]
-    return {"title": panel.title, "unit": panel.unit, "limits": list(panel.limits), "step": panel.step, "lines": lines}
+    return {
+        "title": panel.title,
+        "unit": panel.unit,
+        "limits": [limit._asdict() for limit in panel.limits],
+        "step": panel.step,
+        "help": panel.help,
+        "lines": lines,
+    }
 
 
 def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
     """A ship or a reference as map.js expects it."""
     colour = _colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
-    return {**payload.poses(track.time, track.poses), "role": track.role, "label": track.label, "colour": colour}
+    return {
+        **payload.poses(track.time, track.poses),
+        "role": track.role,
+        "run": track.run,
+        "label": track.label,
+        "colour": colour,
+    }
 
 
 def _colour(run: int | None, role: str, alone: bool) -> str:
@@ -154,8 +170,30 @@ def _groups(overlaid: Sequence[Overlay]) -> list[dict[str, Any]]:
     groups: dict[str, list[dict[str, Any]]] = {}
     for i, overlay in enumerate(overlaid):
         panel = overlay.panel
-        groups.setdefault(panel.group, []).append({"index": i, "title": panel.title, "unit": panel.unit})
+        shown = {"index": i, "title": panel.title, "unit": panel.unit, "help": panel.help}
+        groups.setdefault(panel.group, []).append(shown)
     return [{"name": name, "panels": panels} for name, panels in groups.items()]
+
+
+def _marks(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Events of all runs in the order of their times, each with its run's index and colour and the text that labels it."""
+    found = []
+    for run, record in enumerate(records):
+        alone = len(records) == 1
+        colour = "--ink-soft" if alone else f"--run-{run % len(SERIES)}"
+        for mark in record.marks:
+            label = f"{mark.kind}: {mark.text}" if alone else f"{record.name}, {mark.kind}: {mark.text}"
+            found.append({"t": mark.time, "kind": mark.kind, "text": mark.text, "label": label, "run": run, "colour": colour})
+    return sorted(found, key=lambda mark: mark["t"])
+
+
+def _verdicts(records: Sequence[Record]) -> list[dict[str, str]]:
+    """The verdicts of the runs that have one, with the runs' names and colours."""
+    return [
+        {"name": record.name, "text": record.verdict, "colour": f"--run-{run % len(SERIES)}"}
+        for run, record in enumerate(records)
+        if record.verdict
+    ]
 
 
 def _subtitle(records: Sequence[Record]) -> str:

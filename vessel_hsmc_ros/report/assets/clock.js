@@ -55,9 +55,12 @@ class Player {
   }
 
   onKey(event) {
-    if (event.key !== " " || /^(INPUT|SELECT|BUTTON|SUMMARY|TEXTAREA|A)$/.test(event.target.tagName)) return;
+    if (/^(INPUT|SELECT|BUTTON|SUMMARY|TEXTAREA|A)$/.test(event.target.tagName)) return;
+    const step = { ArrowLeft: -0.01, ArrowRight: 0.01 }[event.key];
+    if (step) this.clock.setTime(this.clock.time + step * (this.clock.window[1] - this.clock.window[0]));
+    else if (event.key === " ") this.toggle();
+    else return;
     event.preventDefault();
-    this.toggle();
   }
 
   toggle() {
@@ -83,6 +86,7 @@ class Player {
 
   show(time) {
     this.slider.value = time;
-    this.label.textContent = `${time.toFixed(2)} s`;
+    this.label.textContent = moment(time, this.clock.end);
+    this.slider.setAttribute("aria-valuetext", this.label.textContent);
   }
 }

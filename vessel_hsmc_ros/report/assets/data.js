@@ -55,11 +55,3 @@ function visible(line, from, to, pixels) {
   }
   return { x, y };
 }
-
-// A number as text: four significant digits, with a power of ten where it is very large or small.
-function shown(value) {
-  if (value === undefined || !Number.isFinite(value)) return "–";
-  const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e6 || size < 1e-3)) return value.toExponential(2).replace("e+", "e");
-  return Number(value.toPrecision(4)).toString();
-}

@@ -23,8 +23,8 @@ function listenToTheme(colours, redraw) {
   dark.addEventListener("change", changed);
 }
 
-function makeCharts(panels, clock, colours) {
-  const charts = panels.map((panel, i) => new Chart(panel, document.getElementById(`panel-${i}`), clock, colours));
+function makeCharts({ panels, marks }, clock, colours) {
+  const charts = panels.map((panel, i) => new Chart(panel, document.getElementById(`panel-${i}`), clock, colours, marks));
   const byElement = new Map(charts.map((chart) => [chart.element, chart]));
   const watcher = new IntersectionObserver(
     (entries) => entries.forEach((entry) => byElement.get(entry.target).setOnScreen(entry.isIntersecting)),
@@ -53,7 +53,7 @@ function listenToWindow(clock) {
   const label = document.getElementById("window");
   const reset = document.getElementById("reset");
   clock.windowListeners.push(([from, to]) => {
-    label.textContent = clock.zoomed ? `${shown(from)} to ${shown(to)} s` : "";
+    label.textContent = clock.zoomed ? `${moment(from, clock.end)} to ${moment(to, clock.end)}` : "";
     reset.disabled = !clock.zoomed;
   });
   reset.addEventListener("click", () => clock.setWindow(clock.begin, clock.end));
@@ -102,11 +102,13 @@ async function main() {
 
   const clock = new Clock(content.begin, content.end);
   const colours = makeColours();
-  const charts = makeCharts(content.panels, clock, colours);
-  const map = new ShipMap(content.tracks, content.hull, clock, colours);
+  const charts = makeCharts(content, clock, colours);
+  const map = new ShipMap(content.tracks, content.hull, clock, colours, content.marks);
   const player = new Player(clock);
   listenToWindow(clock);
   listenToParameters();
+  listenToEvents(content.marks, clock);
+  listenToMenus();
   listenToTheme(colours, () => {
     redraw(charts);
     map.draw();

@@ -1,5 +1,7 @@
 // The ship on its track beside its reference, seen from above: tracks on a canvas, hulls as shapes above it.
 
+const EDGE = 26; // pixels that the labels of the axes need
+
 // The visible part of the plane: its centre in metres, pixels per metre, its size in pixels.
 class View {
   constructor() {
@@ -12,16 +14,18 @@ class View {
 }
 
 class ShipMap {
-  constructor(tracks, hull, clock, colours) {
-    Object.assign(this, { tracks, hull, clock, colours, view: new View(), following: false, moved: false });
-    this.box = document.getElementById("map");
+  constructor(tracks, hull, clock, colours, marks) {
+    Object.assign(this, { tracks, hull, clock, colours, marks, view: new View(), following: false, moved: false });
+    this.box = document.querySelector("#map .view");
     this.canvas = this.box.querySelector("canvas");
     this.hulls = tracks.map((track) => makeHull(track, hull));
-    this.box.querySelector("svg").append(...this.hulls.slice().reverse());
+    this.box.querySelector("svg.hulls").append(...this.hulls.slice().reverse());
     document.getElementById("fit").addEventListener("click", () => this.fit());
     document.getElementById("follow").addEventListener("click", () => this.follow());
     document.getElementById("closer").addEventListener("click", () => this.zoom(1.5));
     document.getElementById("wider").addEventListener("click", () => this.zoom(1 / 1.5));
+    document.getElementById("picture").addEventListener("click", () => this.save());
+    this.box.addEventListener("keydown", (event) => this.onKey(event));
     this.listenToPointer();
     clock.timeListeners.push(() => this.draw());
     new ResizeObserver(() => (this.moved ? this.draw() : this.fit())).observe(this.box);
@@ -31,7 +35,6 @@ class ShipMap {
   listenToPointer() {
     let held = null;
     this.box.addEventListener("pointerdown", (event) => {
-      if (event.target.closest("button")) return;
       held = { x: event.clientX, y: event.clientY, dragged: false };
       this.box.setPointerCapture(event.pointerId);
     });
@@ -59,6 +62,21 @@ class ShipMap {
     this.zoom(Math.exp(-0.005 * event.deltaY));
   }
 
+  onKey(event) {
+    const pan = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    if (pan) {
+      this.view.x += (40 * pan[0]) / this.view.scale;
+      this.view.y += (40 * pan[1]) / this.view.scale;
+      this.moved = true;
+      this.setFollowing(false);
+    } else if (event.key === "+") this.zoom(1.5);
+    else if (event.key === "-") this.zoom(1 / 1.5);
+    else if (event.key === "0") this.fit();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
   // A click on a track moves the slider to that time.
   pick(event) {
     const box = this.box.getBoundingClientRect();
@@ -78,7 +96,8 @@ class ShipMap {
     this.measure();
     const [left, right, low, high] = bounds(this.tracks);
     const margin = 0.6 * this.hull.length;
-    const scale = Math.min(this.view.width / (right - left + 2 * margin), this.view.height / (high - low + 2 * margin));
+    const [width, height] = [Math.max(1, this.view.width - 2 * EDGE), Math.max(1, this.view.height - 2 * EDGE)];
+    const scale = Math.min(width / (right - left + 2 * margin), height / (high - low + 2 * margin));
     Object.assign(this.view, { x: 0.5 * (left + right), y: 0.5 * (low + high), scale });
     this.moved = false;
     this.setFollowing(false);
@@ -121,6 +140,7 @@ class ShipMap {
     pen.clearRect(0, 0, this.view.width, this.view.height);
     drawGrid(pen, this.view, this.colours);
     for (const track of this.tracks) drawTrack(pen, track, this.view, time, this.colours);
+    for (const mark of this.marks) drawMark(pen, mark, this.tracks, this.view, this.colours);
     poses.forEach((pose, i) => this.placeHull(this.hulls[i], pose));
     this.showPose(poses[0]);
   }
@@ -134,6 +154,21 @@ class ShipMap {
   showPose({ x, y, heading }) {
     const degrees = (180 / Math.PI) * heading;
     const turned = degrees - 360 * Math.ceil((degrees - 180) / 360);
-    document.getElementById("pose").textContent = `x ${x.toFixed(1)} m   y ${y.toFixed(1)} m   ψ ${turned.toFixed(1)}°`;
+    document.getElementById("pose").textContent = `x ${x.toFixed(2)} m   y ${y.toFixed(2)} m   ψ ${turned.toFixed(1)}°`;
+  }
+
+  // Save what is visible, with hulls, north arrow and key.
+  async save() {
+    const picture = document.createElement("canvas");
+    Object.assign(picture, { width: this.canvas.width, height: this.canvas.height });
+    const pen = picture.getContext("2d");
+    pen.fillStyle = this.colours("--water");
+    pen.fillRect(0, 0, picture.width, picture.height);
+    pen.drawImage(this.canvas, 0, 0);
+    const ratio = this.canvas.width / this.view.width;
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    drawHulls(pen, this.tracks, this.hull, this.view, this.clock.time, this.colours);
+    drawKey(pen, this.tracks, this.view, this.colours);
+    save("map.png", await new Promise((done) => picture.toBlob(done, "image/png")));
   }
 }

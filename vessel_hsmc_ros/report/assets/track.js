@@ -43,30 +43,35 @@ function bounds(tracks) {
   return [left, right, low, high];
 }
 
-// Lines every 1, 2 or 5 times a power of ten metres, at least 70 pixels apart.
+// Lines every 1, 2 or 5 times a power of ten metres, at least 70 pixels apart, and the names of the axes.
 function drawGrid(pen, view, colours) {
-  const rough = 70 / view.scale;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((n) => n * power).find((size) => size >= rough);
+  const [left, top] = [view.x - view.width / 2 / view.scale, view.y + view.height / 2 / view.scale];
+  const [right, bottom] = [left + view.width / view.scale, top - view.height / view.scale];
+  const [factor, unit] = niceStep(70 / view.scale) >= 1000 ? [1e-3, "km"] : [1, "m"];
+  const across = ticks(left, right, (view.width / 70) * 0.999, factor);
+  const up = ticks(bottom, top, (view.height / 70) * 0.999, factor);
   pen.lineWidth = 1;
   pen.strokeStyle = colours("--grid");
   pen.fillStyle = colours("--ink-soft");
   pen.font = "11px system-ui, sans-serif";
-  const [left, top] = [view.x - view.width / 2 / view.scale, view.y + view.height / 2 / view.scale];
   pen.beginPath();
-  for (let n = Math.ceil(left / step); n * step < left + view.width / view.scale; n += 1) {
-    const at = view.place(n * step, 0)[0];
+  const [eastName, northName] = [`x, east [${unit}]`, `y, north [${unit}]`];
+  const nameLeft = view.width - pen.measureText(eastName).width - 8;
+  across.places.forEach((x, i) => {
+    const at = view.place(x, 0)[0];
     pen.moveTo(at, 0);
     pen.lineTo(at, view.height);
-    if (at > 40) pen.fillText(shown(n * step), at + 3, view.height - 5);
-  }
-  for (let n = Math.floor(top / step); n * step > top - view.height / view.scale; n -= 1) {
-    const at = view.place(0, n * step)[1];
+    if (at > 40 && at + 3 + pen.measureText(across.texts[i]).width < nameLeft - 6) pen.fillText(across.texts[i], at + 3, view.height - 6);
+  });
+  up.places.forEach((y, i) => {
+    const at = view.place(0, y)[1];
     pen.moveTo(0, at);
     pen.lineTo(view.width, at);
-    if (at < view.height - 30) pen.fillText(shown(n * step), 4, at - 3);
-  }
+    if (at > 34 && at < view.height - 24) pen.fillText(up.texts[i], 6, at - 3);
+  });
   pen.stroke();
+  pen.fillText(eastName, nameLeft, view.height - 6);
+  pen.fillText(northName, 6, 16);
 }
 
 // The whole track in a pale colour, its part up to the current time in full, a dot at the start.
@@ -91,4 +96,60 @@ function drawTrack(pen, track, view, time, colours) {
   pen.beginPath();
   pen.arc(...at(0), 3, 0, 2 * Math.PI);
   pen.fill();
+}
+
+// A diamond on the track of the ship at the time of an event.
+function drawMark(pen, mark, tracks, view, colours) {
+  const ship = tracks.find((track) => track.role === "ship" && track.run === mark.run);
+  if (!ship) return;
+  const pose = poseAt(ship, mark.t);
+  const [x, y] = view.place(pose.x, pose.y);
+  pen.beginPath();
+  for (const [dx, dy] of [[0, -6], [6, 0], [0, 6], [-6, 0]]) pen.lineTo(x + dx, y + dy);
+  pen.closePath();
+  pen.fillStyle = colours("--card");
+  pen.strokeStyle = colours(mark.colour);
+  pen.lineWidth = 1.8;
+  pen.fill();
+  pen.stroke();
+}
+
+// The hulls on a canvas, for the picture of the map.
+function drawHulls(pen, tracks, hull, view, time, colours) {
+  for (const track of tracks.slice().reverse()) {
+    const pose = poseAt(track, time);
+    const ship = track.role === "ship";
+    pen.save();
+    pen.translate(...view.place(pose.x, pose.y));
+    pen.rotate(-pose.heading);
+    pen.scale(view.scale, view.scale);
+    pen.lineWidth = 1.5 / view.scale;
+    pen.fillStyle = pen.strokeStyle = colours(track.colour);
+    pen.globalAlpha = ship ? 0.6 : 0.12;
+    pen.fill(new Path2D(hullPath(hull)));
+    pen.globalAlpha = 1;
+    pen.stroke(new Path2D(hullPath(hull)));
+    pen.restore();
+  }
+}
+
+// The names of the tracks and a north arrow on a canvas, for the picture of the map.
+function drawKey(pen, tracks, view, colours) {
+  pen.font = "12px system-ui, sans-serif";
+  pen.lineWidth = 2.5;
+  tracks.forEach((track, i) => {
+    const y = 36 + 18 * i;
+    pen.strokeStyle = colours(track.colour);
+    pen.setLineDash(track.role === "reference" ? [6, 4] : []);
+    pen.beginPath();
+    pen.moveTo(10, y);
+    pen.lineTo(32, y);
+    pen.stroke();
+    pen.fillStyle = colours("--ink");
+    pen.fillText(track.label, 38, y + 4);
+  });
+  pen.fillStyle = colours("--ink-soft");
+  pen.translate(view.width - 38, 8);
+  pen.fill(new Path2D(document.querySelector(".north path").getAttribute("d")));
+  pen.fillText("N", 11, 46);
 }
