@@ -49,6 +49,7 @@ setup(
         "zstandard",
     ],
     extras_require={
+        "analysis": ["pandas", "pyarrow"],
         "live": ["foxglove-sdk"],
         "nmpc": ["casadi"],
         "parquet": ["pyarrow"],

@@ -2,9 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core import run_tables
+from vessel_hsmc_ros.core.exceptions import InstallationError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -34,6 +41,31 @@ class Run:
     disturbance: Array
     unforced_acceleration: Array
     control: dict[str, Array] = field(default_factory=dict)
+
+    def to_dataframe(self) -> "DataFrame":
+        """The motion as a pandas data frame, a row for each odometry message, indexed by time.
+
+        Raises:
+            InstallationError: pandas is not installed.
+        """
+        return _data_frame(run_tables.motion(self))
+
+    def control_dataframe(self) -> "DataFrame":
+        """The terms of the law as a pandas data frame, a row for each of its updates, indexed by time.
+
+        Raises:
+            InstallationError: pandas is not installed.
+        """
+        return _data_frame(run_tables.control(self))
+
+
+def _data_frame(table: Mapping[str, Array]) -> "DataFrame":
+    """Columns as a data frame with the index `time`, s."""
+    try:
+        from pandas import DataFrame
+    except ModuleNotFoundError:
+        raise InstallationError("data frames need pandas, which is not installed: pip install pandas") from None
+    return DataFrame({"time": np.empty(0), **table}).set_index("time")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ import numpy as np
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, ParameterError, SimulationError
-from vessel_hsmc_ros.core.metrics import Metrics, evaluate
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
@@ -150,7 +151,8 @@ def run_point(point: Point, progress: Callable[[float], None] | None = None) -> 
         run = simulate(scenario, (lambda done, total: progress(done / total)) if progress else None)
     except (InstabilityError, ControlError, SimulationError) as error:
         return Outcome(point, str(error))
-    return Outcome(point, metrics=evaluate(run.time, run.state, run.reference, run.wrench)._asdict())
+    metrics = measured(run, scenario)
+    return Outcome(point, metrics=metrics._asdict() if metrics else {})
 
 
 def run_all(

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.report.quantities import quantity
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, SERIES
+from vessel_hsmc_ros.report.tables import METRICS, MISSING
 from vessel_hsmc_ros.runs.sweep import Axis, Outcome
 
 if TYPE_CHECKING:
@@ -18,12 +20,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-UNITS = {"deg": "°", "time": "s", "limit": "", "position": "m", "force": "N", "moment": "N·m"}
-"""Units of metrics by a word of their names."""
-
-PREFIXED = ("m", "N", "N·m", "s")
-"""Units that take SI prefixes."""
-
 WIDE = 30.0
 """Ratio of the largest to the smallest value from which on a scale is logarithmic."""
 
@@ -31,15 +27,15 @@ FEW = 8
 """Largest number of cells in a row of a heat map that have their value written into them."""
 
 
-def unit(metric: str) -> str:
-    """The unit of a metric; empty for none."""
-    return next((unit for word, unit in UNITS.items() if word in metric.split("_")), "")
-
-
 def label(metric: str) -> str:
-    """A metric in words, with its unit."""
-    words = " ".join(word for word in metric.split("_") if word != "deg")
-    return f"{words}, {unit(metric)}".rstrip(", ")
+    """A metric in words."""
+    return METRICS[metric][0]
+
+
+def text(metric: str, value: float) -> str:
+    """A value of a metric with its unit; a dash where there is none."""
+    unit = METRICS[metric][1]
+    return quantity(100.0 * value if unit == "%" else value, unit) if math.isfinite(value) else MISSING
 
 
 def shown(value: object) -> str:
@@ -114,7 +110,7 @@ def _heat_map(panel: "Axes", axes: Sequence[Axis], outcomes: Sequence[Outcome], 
     if max(shape) <= FEW:
         for (row, column), value in np.ndenumerate(values):
             if math.isfinite(value):
-                panel.text(column, row, _formatter(metric, places=1)(value), ha="center", va="center", fontsize=7, bbox=_PLATE)
+                panel.text(column, row, text(metric, value), ha="center", va="center", fontsize=7, bbox=_PLATE)
     for scale, axis in ((panel.yaxis, axes[0]), (panel.xaxis, axes[1])):
         every = max(1, -(-len(axis.values) // FEW))
         ticks = range(0, len(axis.values), every)
@@ -126,13 +122,10 @@ def _heat_map(panel: "Axes", axes: Sequence[Axis], outcomes: Sequence[Outcome], 
 _PLATE = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": NEUTRAL, "lw": 0.3, "alpha": 0.8}
 
 
-def _formatter(metric: str, places: int | None = None) -> "Formatter":
-    """Numbers with SI prefixes where the unit takes them, such as 1.2 MN·m."""
-    from matplotlib.ticker import EngFormatter, FuncFormatter
+def _formatter(metric: str) -> "Formatter":
+    from matplotlib.ticker import FuncFormatter
 
-    if unit(metric) in PREFIXED:
-        return EngFormatter(unit(metric), places)
-    return FuncFormatter(lambda value, _: f"{value:.3g}")
+    return FuncFormatter(lambda value, _: text(metric, value))
 
 
 def _positions(axis: Axis) -> Array:

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs import sweep_figure
 from vessel_hsmc_ros.runs.sweep import Axis, Outcome
-from vessel_hsmc_ros.runs.sweep_figure import label, shown
+from vessel_hsmc_ros.runs.sweep_figure import label, shown, text
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
 FAILED = "failed"
@@ -45,7 +45,7 @@ def table(axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[s
     head = [*(["law"] if laws else []), *(axis.parameter for axis in axes), *map(label, metrics)]
     lines = []
     for outcome in outcomes:
-        cells = [f"{outcome.value(metric):.4g}" for metric in metrics] if not outcome.failure else [FAILED] * len(metrics)
+        cells = [text(metric, outcome.value(metric)) for metric in metrics] if not outcome.failure else [FAILED] * len(metrics)
         lines.append([*([outcome.point.law] if laws else []), *map(shown, outcome.point.values), *cells])
     return head, lines
 
