@@ -109,14 +109,15 @@ def _heat_map(panel: "Axes", axes: Sequence[Axis], outcomes: Sequence[Outcome], 
         panel.plot(column, row, "x", color=LIMIT, ms=8, mew=2)
     if max(shape) <= FEW:
         for (row, column), value in np.ndenumerate(values):
-            if math.isfinite(value):
+            if not failed[row, column]:
                 panel.text(column, row, text(metric, value), ha="center", va="center", fontsize=7, bbox=_PLATE)
     for scale, axis in ((panel.yaxis, axes[0]), (panel.xaxis, axes[1])):
         every = max(1, -(-len(axis.values) // FEW))
         ticks = range(0, len(axis.values), every)
         scale.set_ticks(list(ticks), [shown(axis.values[i]) for i in ticks])
     panel.set(xlabel=axes[1].parameter, ylabel=axes[0].parameter, title=": ".join(filter(None, (law, label(metric)))))
-    panel.figure.colorbar(image, ax=panel, format=_formatter(metric))
+    if np.isfinite(values).any():
+        panel.figure.colorbar(image, ax=panel, format=_formatter(metric))
 
 
 _PLATE = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": NEUTRAL, "lw": 0.3, "alpha": 0.8}
