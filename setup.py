@@ -14,6 +14,8 @@ def data_files() -> list[tuple[str, list[str]]]:
     files = [
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (SHARE, ["package.xml"]),
+        # Bags contain the definitions of their messages, also where the messages are not built.
+        (f"{SHARE}/msg_defs/msg", sorted(map(str, Path("msg_defs/msg").glob("*.msg")))),
     ]
     for top in ("config", "launch"):
         for folder in [Path(top), *(path for path in Path(top).rglob("*") if path.is_dir())]:
@@ -47,6 +49,7 @@ setup(
         "zstandard",
     ],
     extras_require={
+        "analysis": ["pandas", "pyarrow"],
         "live": ["foxglove-sdk"],
         "nmpc": ["casadi"],
         "parquet": ["pyarrow"],

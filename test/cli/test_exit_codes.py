@@ -66,7 +66,7 @@ def test_help_exits_with_0(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 @pytest.mark.parametrize(
     ("arguments", "work"),
     [
-        (["simulate", "case2_tracking"], "vessel_hsmc_ros.runs.offline.simulate"),
+        (["simulate", "case2_tracking"], "vessel_hsmc_ros.runs.offline.ClosedLoop.run"),
         (["compare", "case2_tracking", "--laws", "los_pid", "--jobs", "1"], "vessel_hsmc_ros.runs.comparison.simulate"),
         (["report", "bag"], "vessel_hsmc_ros.report.making.make"),
     ],

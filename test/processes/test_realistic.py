@@ -2,9 +2,11 @@
 
 import dataclasses
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_comparison import assert_equal_to_the_offline_bag
 from harness import BIN
 
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
@@ -39,3 +41,7 @@ def test_the_true_state_and_dynamics_are_recorded_at_every_step(bag: Bag) -> Non
     counts = {name: series.count for name, series in bag.topics.items()}
     assert counts["/odom"] == counts["/odom/truth"] == counts["/dynamics/truth"] == counts["/disturbance"] == 801
     assert counts["/controller/estimate"] == 401
+
+
+def test_the_messages_are_bit_identical_to_those_of_the_offline_bag(bag: Bag, tmp_path: Path) -> None:
+    assert_equal_to_the_offline_bag(bag, tmp_path / "bag")

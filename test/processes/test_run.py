@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bag_comparison import assert_equal_to_the_offline_bag
 from harness import BIN
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.highlevel import AnyReader
@@ -72,6 +73,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
 @pytest.fixture(scope="module")
 def bag(recorded: Recorded) -> Bag:
     return open_bag(recorded[1] / "bag")
+
+
+def test_the_messages_are_bit_identical_to_those_of_the_offline_bag(bag: Bag, tmp_path: Path) -> None:
+    assert_equal_to_the_offline_bag(bag, tmp_path / "bag")
 
 
 def test_the_run_folder_contains_bag_parameters_logs_figures_page_and_summary(recorded: Recorded) -> None:

@@ -12,7 +12,7 @@ OWN = {"vessel_hsmc_ros", "vessel_sim_node"}
 DISTRIBUTIONS = {"yaml": "pyyaml", "foxglove": "foxglove-sdk"}
 """Distributions that are not named like their module."""
 
-PYPI_ONLY = {"casadi", "foxglove", "lz4", "mcap", "plotly", "pyarrow", "rosbags", "zstandard"}
+PYPI_ONLY = {"casadi", "foxglove", "lz4", "mcap", "pandas", "plotly", "pyarrow", "rosbags", "zstandard"}
 """Modules without a rosdep key, or only for an extra; the README names the way to install them."""
 
 

@@ -7,16 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click import UsageError
 from click.testing import CliRunner, Result
 from rich.console import Console
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.compare import coloured
 from vessel_hsmc_ros.cli.console import print_table
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page
 from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun, Task, compare, default_laws, prepare, run_task
+from vessel_hsmc_ros.runs.scenario_run import run_offline
+from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import Row
 
 SHORT = {"vessel_sim.duration": 2.0}
@@ -146,3 +149,20 @@ def test_numbers_of_the_overview_stay_in_one_piece_in_a_narrow_terminal() -> Non
     shown = out.getvalue()
     assert all(number in shown for number in numbers)
     assert "…" not in shown
+
+
+def test_recorded_runs_are_compared_in_one_page(tmp_path: Path) -> None:
+    folders = []
+    for law in ("guided", "los_pid"):
+        scenario = load_scenario("case2_tracking", {**SHORT, "controller.law": law})
+        folders.append(str(run_offline(scenario, tmp_path / law, lambda _: None).folder.path))
+    done = vessel_hsmc(*folders, "--output", str(tmp_path / "compared"))
+    assert "guided" in done.output
+    assert "los_pid" in done.output
+    assert "position error" in done.output
+    folder = next((tmp_path / "compared").iterdir())
+    assert {path.name for path in folder.iterdir()} == {"figures", "report.html"}
+    with pytest.raises(UsageError, match="recorded runs cannot be compared with scenarios"):
+        vessel_hsmc(folders[0], "case2_tracking")
+    with pytest.raises(BagError, match="is not a bag: it holds 1 run folder"):
+        vessel_hsmc(folders[0], str(tmp_path / "guided"))

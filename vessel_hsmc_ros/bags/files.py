@@ -16,9 +16,13 @@ from vessel_hsmc_ros.bags.mcap_scan import Contents, chunk_bytes
 from vessel_hsmc_ros.bags.rosbag2_compression import SUFFIX, decompress_file, decompress_messages, messages_are_compressed
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
 from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
 BLOCK = 1 << 22
 """Bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory."""
+
+FEW = 5
+"""Largest number of files that an error message names."""
 
 _NUMBERED = re.compile(rf"_(\d+)\.mcap({SUFFIX})?$")
 
@@ -93,6 +97,27 @@ class BagFiles:
                 yield decompress_messages(contents.path, data) if self._compressed_messages else data
         except OSError as error:
             raise BagError(f"{contents.path} cannot be read: {error.strerror}") from None
+
+
+def bag_path(path: Path) -> Path:
+    """The bag at a path: a bag's folder, an MCAP file, or the bag in a run folder.
+
+    Raises:
+        BagError: there is neither.
+    """
+    if not path.exists():
+        raise BagError(f"bag {path} does not exist")
+    folder = RunFolder(path)
+    if not path.is_dir() or (path / METADATA).is_file() or next(path.glob("*.mcap*"), None):
+        return path
+    if folder.bag.is_dir():
+        return folder.bag
+    if folder.summary.is_file():
+        raise BagError(f"run folder {path} has no bag: the run was made with --no-bag, or failed before its start")
+    if runs := sorted(found.parent for found in path.glob("*/bag")):
+        raise BagError(f"{path} is not a bag: it holds {len(runs)} run folder(s), choose one, such as {runs[-1]}")
+    names = ", ".join(sorted(found.name for found in path.iterdir())[:FEW]) or "nothing"
+    raise BagError(f"{path} is not a bag: it holds no MCAP file, but {names}")
 
 
 def bag_files(path: Path, strict: bool = True) -> list[Path]:

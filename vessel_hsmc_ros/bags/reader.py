@@ -28,7 +28,7 @@ from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.events import Event, changed_parameters, last_diagnostics, read_events
-from vessel_hsmc_ros.bags.files import BagFiles, RawMessage
+from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
@@ -45,12 +45,12 @@ NEIGHBOURS = 4096
 
 
 def open_bag(path: Path | str) -> "Bag":
-    """Open a bag: a rosbag2 folder of MCAP files, or one such file.
+    """Open a bag: a rosbag2 folder of MCAP files, one such file, or a run folder with a bag.
 
     Raises:
         BagError: the path is not a bag, or is a bag of a kind that this package does not read.
     """
-    return Bag(Path(path))
+    return Bag(bag_path(Path(path)))
 
 
 class Bag:

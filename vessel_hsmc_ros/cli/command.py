@@ -18,6 +18,7 @@ from vessel_hsmc_ros.cli.reproduce import reproduce
 from vessel_hsmc_ros.cli.run import run
 from vessel_hsmc_ros.cli.set import set_parameters
 from vessel_hsmc_ros.cli.simulate import simulate
+from vessel_hsmc_ros.cli.sweep import sweep
 from vessel_hsmc_ros.cli.watch import watch
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.version import __version__
@@ -42,7 +43,7 @@ def cli() -> None:
     """
 
 
-for verb in (compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate):
+for verb in (compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate, sweep):
     cli.add_command(verb)
 for verb in (call, goto, path, set_parameters, watch):  # on running nodes
     cli.add_command(verb)

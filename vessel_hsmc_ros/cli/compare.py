@@ -22,7 +22,7 @@ FEW = 3
 
 
 @click.command()
-@click.argument("scenarios", nargs=-1, metavar="SCENARIO...")
+@click.argument("scenarios", nargs=-1, metavar="SCENARIO|RUN...")
 @click.option("--suite", help="A suite of cases with limits, such as guided, or the path of a YAML file.")
 @click.option("--laws", help="Laws, separated by commas [default: all that track a position].")
 @click.option("--rate", "rate_hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")
@@ -38,11 +38,19 @@ def compare(
     changes: Sequence[str],
     output: Path,
 ) -> None:
-    """Compare control laws on the same scenarios.
+    """Compare control laws on the same scenarios, or recorded runs.
 
     Simulates every law on every SCENARIO, without ROS, and prints their errors and forces side by side.
-    Writes compare.md, compare.json and a figure for each case into a run folder.
+    Writes compare.md, compare.json and a figure for each case into a run folder. With run folders or bags in the place of
+    scenarios nothing is simulated: it writes one page that overlays them, as `report` does, and prints their metrics.
     """
+    if recorded := [Path(name) for name in scenarios if is_recorded(name)]:
+        if len(recorded) < len(scenarios) or suite or laws or rate_hz or changes:
+            raise click.UsageError(
+                "recorded runs cannot be compared with scenarios: give run folders or bags alone, without options"
+            )
+        compare_runs(recorded, output)
+        return
     for name in scenarios:  # the law is that of each run
         load_checked(name, {"controller.law": "guided", **parse_changes(changes)})
     rows = [*(Row(Path(name).stem, name) for name in scenarios), *(load_suite(suite) if suite else ())]
@@ -63,6 +71,23 @@ def compare(
     folder = make_run_folder(output, "compare").path
     comparison_page.write(folder, outcomes)
     print_line(f"tables and figures: {folder}")
+
+
+def is_recorded(name: str) -> bool:
+    """Whether an argument is a folder or an MCAP file and not a scenario, which has a name or is a YAML file."""
+    return Path(name).is_dir() or Path(name).suffix == ".mcap"
+
+
+def compare_runs(bags: Sequence[Path], output: Path) -> None:
+    """Print the metrics of recorded runs, and write their common page."""
+    from vessel_hsmc_ros.bags.files import bag_path
+    from vessel_hsmc_ros.runs.recorded_comparison import compare_recorded  # imports the libraries of bags
+
+    bags = [bag_path(bag) for bag in bags]  # before the folder is created: a wrong path leaves nothing behind
+    done = compare_recorded(bags, make_run_folder(output, "compare"))
+    print_table(done.head, done.table)
+    for kind, path in done.files.items():
+        print_line(f"{kind}: {path}")
 
 
 def chosen(laws: str | None) -> list[str]:

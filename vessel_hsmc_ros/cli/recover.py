@@ -13,10 +13,13 @@ from vessel_hsmc_ros.core.exceptions import BagError
 def recover(bag: Path) -> None:
     """Repair a recording that was cut off or damaged.
 
-    BAG is the folder of the recording. It is repaired in place: index and metadata are restored, damaged parts are omitted. A complete and undamaged bag is left unchanged.
+    BAG is a run folder or the bag in it. It is repaired in place: index and metadata are restored, damaged parts are omitted.
+    A complete and undamaged bag is left unchanged.
     """
-    from vessel_hsmc_ros.bags.repair import repair  # imports the MCAP library
+    from vessel_hsmc_ros.bags.files import bag_path  # imports the MCAP library
+    from vessel_hsmc_ros.bags.repair import repair
 
+    bag = bag_path(bag)
     if not bag.is_dir():
         raise BagError(f"{bag} is not a bag folder")
     done = repair(bag)

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.hull import DrawnHull
 
 
 @click.command()
-@click.argument("bags", nargs=-1, required=True, metavar="BAG...", type=click.Path(path_type=Path))
+@click.argument("bags", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
 @click.option(
     "--output", type=click.Path(path_type=Path, dir_okay=False), help="Path of the page [default: report.html in the run folder]."
 )
@@ -27,7 +27,7 @@ from vessel_hsmc_ros.core.hull import DrawnHull
 def report(
     bags: tuple[Path, ...], hull_length: float | None, hull_beam: float | None, output: Path | None, **options: Any
 ) -> None:
-    """Make a page with diagrams from recordings.
+    """Make a page with diagrams from recordings: run folders or bags.
 
     It shows the vessel on its track beside its reference, linked diagrams of all signals, metrics, parameters and versions.
     Several bags are overlaid, with a table of the differences from the first. The page of a bag outside a run folder is

@@ -1,5 +1,6 @@
 """`vessel-hsmc simulate`: a scenario in this process, without ROS."""
 
+import sys
 from pathlib import Path
 
 import click
@@ -15,14 +16,16 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable
 @scenario_argument
 @set_option
 @output_option
-def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
+@click.option("--no-bag", is_flag=True, help="Write no bag: only the parameters, the metrics, the page and the figures.")
+def simulate(scenario: str, changes: tuple[str, ...], output: Path, no_bag: bool) -> None:
     """Simulate a scenario quickly, without ROS.
 
-    The results are bit-identical to those of `run`. SCENARIO is one that comes with the package, such as case2_tracking, or the path
-    of a YAML file.
+    The results are bit-identical to those of `run`, and the run folder has a bag as that of `run` has. SCENARIO is one that comes
+    with the package, such as case2_tracking, or the path of a YAML file.
     """
     loaded = load_checked(scenario, parse_changes(changes))
     check_writable(output)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
-        result = scenario_run.run_offline(loaded, output, update)
+        result = scenario_run.run_offline(loaded, output, update, with_bag=not no_bag)
     print_result(result)
+    sys.exit(result.exit_code)

@@ -4,9 +4,12 @@ import re
 from functools import cache
 
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.core.install_paths import prefixes
+from vessel_hsmc_ros.core.install_paths import prefixes, share_directory
 
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
+
+OWN = "vessel_hsmc_msgs"
+"""The package whose messages this one brings along, for a machine on which they are not built."""
 
 _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
 
@@ -46,8 +49,19 @@ def _used_types(package: str, text: str) -> list[str]:
 
 @cache
 def _text(package: str, name: str) -> str:
-    for prefix in prefixes():
-        path = prefix / "share" / package / "msg" / f"{name}.msg"
-        if path.is_file():
+    own = share_directory() / "msg_defs" / "msg" / f"{name}.msg"
+    for path in (*(prefix / "share" / package / "msg" / f"{name}.msg" for prefix in prefixes()), own):
+        if path.is_file() and (path is not own or package == OWN):
             return path.read_text(encoding="utf-8")
-    raise BagError(f"message type {package}/msg/{name} is not installed: its .msg file is missing")
+    return _standard(f"{package}/msg/{name}")
+
+
+def _standard(kind: str) -> str:
+    """The text of a type of ROS 2 Jazzy where ROS is not installed: without comments, otherwise equivalent."""
+    from rosbags.typesys import Stores, get_typestore  # takes a while to load, and is needed without ROS only
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    if kind not in store.fielddefs:
+        raise BagError(f"message type {kind} is not installed: its .msg file is missing")
+    text: str = store.generate_msgdef(kind, ros_version=2)[0]
+    return text.split(SEPARATOR, 1)[0]

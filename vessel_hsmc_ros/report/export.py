@@ -4,22 +4,10 @@ import csv
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.report.record import commanded, held, recorded
+from vessel_hsmc_ros.core.run_tables import Table, control, motion
 
-Array = NDArray[np.float64]
-Table = dict[str, Array]
-
-MOTION = ("x", "y", "heading", "surge_velocity", "sway_velocity", "yaw_rate")
-WRENCH = ("surge_force", "yaw_moment")
-ACCELERATION = ("surge_acceleration", "sway_acceleration", "yaw_acceleration")
-PAPER_ERRORS = {"surge_error": "paper_z1e", "sway_error": "paper_z2e", "heading_error": "paper_z3e"}
-"""Columns of z_e (11): the names in ControlState.msg would be taken for errors in the body frame, which they are not."""
 ROWS = 10_000
 """Rows that are converted to Python numbers at a time: those of a long run would not fit into memory."""
 
@@ -29,47 +17,8 @@ def tables(run: Run) -> dict[str, Table]:
 
     Columns are in SI units and radians. Quantities that were not recorded have no column.
     """
-    control = _control(run)
-    return {"motion": _motion(run), "control": control} if len(control) > 1 else {"motion": _motion(run)}
-
-
-def _motion(run: Run) -> Table:
-    command = commanded(run)
-    # Without sensor noise the measurements are the states: a second set of columns would only repeat them.
-    noisy = not np.array_equal(run.measured, run.state)
-    groups = (
-        ("measured_", MOTION, run.measured if noisy else None),
-        ("reference_", MOTION, run.reference),
-        ("", WRENCH, run.wrench),
-        ("commanded_", WRENCH, held(*command, run.time) if command else None),
-        ("disturbance_", ACCELERATION, run.disturbance),
-        ("unforced_", ACCELERATION, run.unforced_acceleration),
-    )
-    table: Table = {"time": run.time, **_columns("", MOTION, run.state)}
-    for prefix, names, values in groups:
-        if values is not None and recorded(values):
-            table |= _columns(prefix, names, values)
-    if recorded(run.reference):
-        table["position_error"] = position_error(run.state, run.reference)
-        table |= _columns("body_error_", ("x", "y"), body_error(run.state, run.reference))
-        table["heading_error"] = heading_error(run.state, run.reference)
-    return table
-
-
-def _control(run: Run) -> Table:
-    """The terms of the law that it computes, except for the network weights, and the estimate of the observer."""
-    table: Table = {}
-    for name, values in run.control.items():
-        if name == "estimate":
-            table |= _columns("estimated_", MOTION, values)
-        elif values.ndim == 1 and recorded(values):
-            error = name.removesuffix("_rate")
-            table[PAPER_ERRORS.get(error, error) + name.removeprefix(error)] = values
-    return table
-
-
-def _columns(prefix: str, names: tuple[str, ...], values: Array) -> Table:
-    return {prefix + name: column for name, column in zip(names, values.T, strict=True)}
+    found = {"motion": motion(run), "control": control(run)}
+    return {name: table for name, table in found.items() if len(table) > 1}
 
 
 def write_csv(run: Run, directory: Path) -> list[Path]:

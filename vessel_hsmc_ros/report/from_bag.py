@@ -48,7 +48,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     """Read the record of one vessel's run.
 
     Args:
-        path: The bag's folder or file.
+        path: The bag's folder or file, or the run folder.
         namespace: ROS namespace of the vessel, where the bag has several.
         origin: Further provenance of the run, by its keys in run.json.
 
@@ -68,7 +68,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
         run, start = _partial_run(topics), int(topics["odom"].stamp.min())
     run = _with_commands(run, topics, start)
     # In a run folder the bag is named `bag`, and the folder bears the name of the run.
-    folder = path.absolute()
+    folder = bag.path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
     marks = _marks(bag.events(prefix))
     record = Record(name, run, measured(run, scenario, marks), {}, scenario, _origin(bag, origin or {}), marks)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from vessel_hsmc_ros.bags.files import bag_path
 from vessel_hsmc_ros.core.hull import DrawnHull
 from vessel_hsmc_ros.report import export, page
 from vessel_hsmc_ros.report.from_bag import of_bag
@@ -48,15 +49,15 @@ class Made:
 
 
 def make(bags: Sequence[Path], wanted: Wanted) -> Made:
-    """Read bags, and write their page and the requested figures and tables.
+    """Read bags, or the bags of run folders, and write their page and the requested figures and tables.
 
     Raises:
         BagError: a bag cannot be read or has no odometry.
         ReportError: a file cannot be written, or pyarrow is missing.
     """
+    bags = [bag_path(bag) for bag in bags]
     chosen = wanted.page or page_of(bags)
-    if all(bag.exists() for bag in bags):  # else the bag is what to complain about
-        check_writable(chosen.parent)
+    check_writable(chosen.parent)
     return write(read(bags, wanted.namespace), replace(wanted, page=chosen))
 
 

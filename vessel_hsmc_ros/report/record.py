@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.hull import LENGTH
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.run_tables import commanded as commanded
+from vessel_hsmc_ros.core.run_tables import held as held
+from vessel_hsmc_ros.core.run_tables import recorded as recorded
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[Any]
@@ -73,36 +76,6 @@ class Record:
     def duration(self) -> float:
         """Time from the first to the last state, s."""
         return float(self.run.time[-1] - self.run.time[0])
-
-
-def recorded(values: Array | None) -> bool:
-    """Whether a quantity of a run was recorded, that is, contains anything but NaN."""
-    return values is not None and bool(len(values)) and not np.isnan(values).all()
-
-
-def held(times: Array, values: Array, at: Array) -> Array:
-    """Sample-and-hold: the latest value at each of some times, the first value before that.
-
-    Args:
-        times: Sample times in any order, (n,).
-        values: (n,) or (n, k).
-        at: Times to evaluate at, (m,), in the unit of `times`.
-
-    Returns:
-        (m,) or (m, k).
-    """
-    if np.array_equal(times, at):
-        return values
-    order = np.argsort(times, kind="stable")  # stable: of equal times the last sample counts
-    latest = np.searchsorted(times[order], at, side="right") - 1
-    found: Array = values[order[np.clip(latest, 0, None)]]
-    return found
-
-
-def commanded(run: Run) -> tuple[Array, Array] | None:
-    """Times and values of the commanded wrench, (m,) and (m, 2); None where it was not recorded."""
-    values = run.control.get("commanded")
-    return None if values is None or not recorded(values) else (run.control["time"], values)
 
 
 def limits(scenario: Scenario | None) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:

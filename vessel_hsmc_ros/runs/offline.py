@@ -4,8 +4,8 @@ Values are exchanged between the parts as their messages would carry them, for i
 lockstep run of the nodes gives bit-identical results.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.run_data import Published, Run
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
@@ -22,12 +22,18 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law,
 from vessel_sim_node.disturbance import acceleration
 from vessel_sim_node.simulator import Simulator
 
-__all__ = ["Run", "load_scenario", "simulate"]
+__all__ = ["ClosedLoop", "Run", "load_scenario", "simulate"]
 
 Array = NDArray[np.float64]
 
-WIDTHS = (1, 6, 6, 6, 2, 3, 3)
-"""Columns of time, state, measured, reference, wrench, disturbance and unforced acceleration."""
+WIDTHS = {
+    **{"time": 1, "state": 6, "measured": 6, "reference": 6, "wrench": 2, "disturbance": 3, "unforced_acceleration": 3},
+    **{"headings": 2, "command": 2, "disturbing_wrench": 3},
+}
+"""Columns of a row, first those of `Run`, with states as their messages give them; `headings` are those of the state and of
+the measurement in the messages, not wrapped."""
+
+Progress = Callable[[int, int], None]
 
 
 @dataclass
@@ -37,24 +43,152 @@ class Desired:
     Attributes:
         ship: The generator of the reference trajectory.
         grid: The instants at which it is published.
-        index: Index of the latest published instant; -1 before the first one.
+        published: All states and accelerations so far, as published.
     """
 
     ship: Reference
     grid: RateGrid
-    index: int = -1
+    published: list[tuple[Array, Array]] = field(default_factory=list)
 
     def at(self, stamp: int) -> tuple[Motion, Acceleration]:
         """State and acceleration at the latest published instant that is not after a stamp, ns."""
-        while self.index < self.grid.index(stamp):
-            if self.index >= 0:
-                self.ship.advance()
-            self.index += 1
-            self._published = as_published(self.ship.state), as_acceleration(self.ship.acceleration())
-        return self._published
+        while len(self.published) <= self.grid.index(stamp):
+            self.publish()
+            state, acceleration = self.published[-1]
+            self._received = as_published(state), as_acceleration(acceleration)
+        return self._received
+
+    def publish(self) -> None:
+        """Publish the state of the next instant."""
+        if self.published:
+            self.ship.advance()
+        self.published.append((np.array(self.ship.state), np.array(self.ship.acceleration())))
 
 
-def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = None, law: Law[Any] | None = None) -> Run:
+class ClosedLoop:
+    """Plant, reference ship and controller in one process, with everything that they publish.
+
+    Args:
+        scenario: A scenario from `load_scenario`.
+        law: A control law that replaces the scenario's.
+
+    Attributes:
+        samples: Number of odometry messages of the complete run.
+        done: Number of steps completed so far.
+
+    Raises:
+        ScenarioError: the scenario has no duration.
+    """
+
+    def __init__(self, scenario: Scenario, law: Law[Any] | None = None) -> None:
+        sim, controller = scenario.vessel_sim, scenario.controller
+        if sim.duration <= 0.0:
+            raise ScenarioError("vessel_sim.duration = 0 s goes on for ever: offline it must be above 0 s")
+        self._grid = RateGrid(sim.rate_hz)
+        self._plant = Simulator(sim, self._grid.period)
+        self._vessel = sim.vessel.coefficients()
+        reference_grid = RateGrid(scenario.reference_ship.rate_hz)
+        self._desired = Desired(make_reference(scenario.reference_ship, reference_grid.period), reference_grid)
+        self._loop = ControlLoop(law or make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
+        self.samples = sample_count(sim.duration, self._grid)
+        self.done = 0
+        self._rows = np.empty((self.samples, sum(WIDTHS.values())))
+        self._terms: list[tuple[int, Terms]] = []
+        self._estimates: list[Motion] = []
+
+    @property
+    def time(self) -> float:
+        """Simulated time of the last step, s."""
+        return seconds(self._grid.stamp(max(self.done - 1, 0)))
+
+    def run(self, progress: Progress | None = None) -> None:
+        """Run to the end of the scenario.
+
+        Args:
+            progress: Called after each sample with the number of samples done and their total number.
+
+        Raises:
+            SimulationError: the motion is no longer finite.
+            ControlError: the law is not defined at a state of the run.
+        """
+        while self.done < self.samples:
+            wrench, disturbance = self._step(self._grid.stamp(self.done))
+            self.done += 1
+            if self.done < self.samples:  # the last sample is the final state
+                self._plant.advance(wrench, disturbance)
+            if progress is not None:
+                progress(self.done, self.samples)
+
+    def _step(self, stamp: int) -> tuple[tuple[float, float], tuple[float, float, float]]:
+        """Compute one row, as in the nodes: the plant publishes, the controller answers. Returns the wrenches on the ship."""
+        plant, loop = self._plant, self._loop
+        time = seconds(stamp)
+        disturbance = plant.disturbance(time)
+        state = as_published(plant.state)
+        sensed = plant.measured(stamp)
+        measured = state if plant.odometry_is_true else as_published(sensed)
+        reference, reference_acceleration = self._desired.at(stamp)
+        if loop.due(stamp):
+            self._terms.append((stamp, loop.step(stamp, measured, reference, reference_acceleration)))
+            if loop.estimate is not None:
+                self._estimates.append(loop.estimate)
+        wrench = plant.applied(loop.wrench)
+        unforced, disturbing = plant.unforced_acceleration(), acceleration(disturbance, self._vessel)
+        motion = (time, *state, *measured, *reference, *wrench, *disturbing, *unforced)
+        self._rows[self.done] = (*motion, plant.state[2], sensed[2], *loop.wrench, *disturbance)
+        return wrench, disturbance
+
+    def result(self) -> Run:
+        """The arrays of the run as far as it has come, one row for each odometry message."""
+        columns = self._columns()
+        control = {"time": np.array([seconds(stamp) for stamp, _ in self._terms]), **self._control()}
+        if self._estimates:
+            control["estimate"] = np.array([as_published(estimate) for estimate in self._estimates])
+        return Run(
+            columns["time"][:, 0],
+            columns["state"],
+            columns["measured"],
+            columns["reference"],
+            columns["wrench"],
+            columns["disturbance"],
+            columns["unforced_acceleration"],
+            control,
+        )
+
+    def published(self) -> Published:
+        """The content of all messages of the run as far as it has come; in lockstep the reference ship is one period ahead."""
+        columns, desired = self._columns(), self._desired
+        stamps = np.array([self._grid.stamp(k) for k in range(self.done)], np.int64)
+        last = int(stamps[-1]) if self.done else -1
+        while len(desired.published) < desired.grid.index(last) + 2:
+            desired.publish()
+        states, accelerations = zip(*desired.published, strict=True)
+        return Published(
+            stamps,
+            _with_heading(columns["measured"], columns["headings"][:, 1]),
+            None if self._plant.odometry_is_true else _with_heading(columns["state"], columns["headings"][:, 0]),
+            columns["command"],
+            columns["wrench"],
+            columns["disturbing_wrench"],
+            columns["unforced_acceleration"],
+            np.array([desired.grid.stamp(index) for index in range(len(states))]),
+            np.array(states),
+            np.array(accelerations),
+            np.array([stamp for stamp, _ in self._terms], np.int64),
+            self._control(),
+            np.array(self._estimates) if self._estimates else None,
+        )
+
+    def _columns(self) -> dict[str, Array]:
+        """The rows so far by the names of WIDTHS."""
+        parts = np.split(self._rows[: self.done], np.cumsum([*WIDTHS.values()])[:-1], axis=1)
+        return dict(zip(WIDTHS, parts, strict=True))
+
+    def _control(self) -> dict[str, Array]:
+        return {name: np.array([getattr(term, name) for _, term in self._terms]) for name in Terms._fields}
+
+
+def simulate(scenario: Scenario, progress: Progress | None = None, law: Law[Any] | None = None) -> Run:
     """Run a scenario offline.
 
     Args:
@@ -70,41 +204,9 @@ def simulate(scenario: Scenario, progress: Callable[[int, int], None] | None = N
         SimulationError: the motion is no longer finite.
         ControlError: the law is not defined at a state of the run.
     """
-    sim = scenario.vessel_sim
-    if sim.duration <= 0.0:
-        raise ScenarioError("vessel_sim.duration = 0 s goes on for ever: offline it must be above 0 s")
-    grid = RateGrid(sim.rate_hz)
-    plant = Simulator(sim, grid.period)
-    vessel = sim.vessel.coefficients()
-    reference_grid = RateGrid(scenario.reference_ship.rate_hz)
-    desired = Desired(make_reference(scenario.reference_ship, reference_grid.period), reference_grid)
-    observer = make_observer(scenario.controller)
-    loop = ControlLoop(law or make_law(scenario.controller), RateGrid(scenario.controller.rate_hz), observer)
-
-    samples = sample_count(sim.duration, grid)
-    rows = np.empty((samples, sum(WIDTHS)))
-    terms: list[tuple[float, Terms]] = []
-    estimates: list[Motion] = []
-    # As in the nodes: the plant publishes, the controller answers, and the plant applies the answer in the same step.
-    for k in range(samples):
-        stamp = grid.stamp(k)
-        time = seconds(stamp)
-        disturbance = plant.disturbance(time)
-        state = as_published(plant.state)
-        measured = state if plant.odometry_is_true else as_published(plant.measured(stamp))
-        reference, reference_acceleration = desired.at(stamp)
-        if loop.due(stamp):
-            terms.append((time, loop.step(stamp, measured, reference, reference_acceleration)))
-            if loop.estimate is not None:
-                estimates.append(as_published(loop.estimate))
-        wrench = plant.applied(loop.wrench)
-        unforced = plant.unforced_acceleration()
-        rows[k] = (time, *state, *measured, *reference, *wrench, *acceleration(disturbance, vessel), *unforced)
-        if k + 1 < samples:  # the last sample is the final state
-            plant.advance(wrench, disturbance)
-        if progress is not None:
-            progress(k + 1, samples)
-    return _run(rows, terms, estimates)
+    loop = ClosedLoop(scenario, law)
+    loop.run(progress)
+    return loop.result()
 
 
 def sample_count(duration: float, grid: RateGrid) -> int:
@@ -112,12 +214,6 @@ def sample_count(duration: float, grid: RateGrid) -> int:
     return round(duration * grid.rate_hz) + 1
 
 
-def _run(rows: Array, terms: Sequence[tuple[float, Terms]], estimates: Sequence[Motion]) -> Run:
-    """Assemble a run from its rows of WIDTHS columns, the law's terms with their times, and the observer's estimates."""
-    control = {"time": np.array([time for time, _ in terms])}
-    for name in Terms._fields:
-        control[name] = np.array([getattr(term, name) for _, term in terms])
-    if estimates:
-        control["estimate"] = np.array(estimates)
-    time, state, measured, reference, wrench, disturbance, unforced = np.split(rows, np.cumsum(WIDTHS)[:-1], axis=1)
-    return Run(time[:, 0], state, measured, reference, wrench, disturbance, unforced, control)
+def _with_heading(states: Array, heading: Array) -> Array:
+    """States with another heading, (n, 6)."""
+    return np.column_stack((states[:, :2], heading, states[:, 3:]))

@@ -4,6 +4,7 @@ import datetime
 import importlib
 import importlib.util
 import os
+import signal
 import socket
 import time
 from collections.abc import Callable, Mapping
@@ -12,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vessel_hsmc_ros.core.exceptions import BagError, ReportError, RunError
+from vessel_hsmc_ros.core.exceptions import BagError, ControlError, ReportError, RunError, SimulationError
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
@@ -97,32 +98,57 @@ def run_nodes(
     return result
 
 
-def run_offline(scenario: Scenario, parent: Path, progress: Progress) -> Result:
-    """Run a scenario in this process, without ROS, and write a run folder.
+def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True) -> Result:
+    """Run a scenario in this process, without ROS, and write a run folder with its bag.
+
+    A run that fails or is interrupted is recorded up to there, but no page and no figures are made.
 
     Args:
         scenario: A resolved scenario.
         parent: Folder in which the run folder is created.
         progress: Called with the simulated time.
+        with_bag: Whether to write a bag.
 
     Returns:
-        The result, with its metrics.
+        The result; a failed run is a result with a nonzero exit code.
 
     Raises:
         ScenarioError: the scenario has no duration.
-        SimulationError, ControlError: the closed loop diverges.
         RunError: the run folder cannot be created.
     """
     origin = _origin(scenario, "offline", "")
-    started = time.monotonic()
-    samples_per_second = scenario.vessel_sim.rate_hz
-    run = offline.simulate(scenario, lambda done, _: progress((done - 1) / samples_per_second))
-    wall = time.monotonic() - started
-    folder = make_run_folder(parent, f"{scenario.name}_offline")  # only now: a run that diverges leaves no empty folder
-    folder.write_parameters(scenario)
-    result = Result(folder, facts={"real_time_factor": float(run.time[-1]) / wall})
-    _evaluate_run(result, scenario, run, origin)
+    loop = offline.ClosedLoop(scenario)
+    result = Result(make_run_folder(parent, f"{scenario.name}_offline"))  # before the run: a folder is refused at once
+    result.folder.write_parameters(scenario)
+    _run_loop(loop, result, lambda done, _: progress((done - 1) / scenario.vessel_sim.rate_hz))
+    if with_bag:
+        _write_bag(loop, result, scenario)
+    _write_summary(result, origin)  # before the page, which takes seconds and may be interrupted
+    if not result.failure:
+        _evaluate_run(result, scenario, loop.result(), origin)
     return result
+
+
+def _run_loop(loop: offline.ClosedLoop, result: Result, progress: offline.Progress) -> None:
+    """Run a closed loop to its end, to its failure or to an interrupt."""
+    started = time.monotonic()
+    try:
+        loop.run(progress)
+    except (SimulationError, ControlError) as error:
+        result.exit_code, result.failure = 1, str(error)
+    except KeyboardInterrupt:
+        result.exit_code, result.failure = 128 + signal.SIGINT, f"interrupted by {signal.SIGINT.name}"
+    result.facts = {"steps": loop.done, "real_time_factor": loop.time / (time.monotonic() - started)}
+
+
+def _write_bag(loop: offline.ClosedLoop, result: Result, scenario: Scenario) -> None:
+    """Write the bag of a closed loop as far as it has come."""
+    from vessel_hsmc_ros.bags.run_to_bag import write_bag  # imports the libraries of bags
+
+    try:
+        result.facts["messages_recorded"] = write_bag(result.folder.bag, loop.published(), scenario)
+    except BagError as error:
+        result.exit_code, result.failure = 1, result.failure or str(error)
 
 
 def check_live_port(port: int) -> None:

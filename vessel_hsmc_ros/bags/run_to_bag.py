@@ -1,0 +1,139 @@
+"""A bag from the content of a run's messages, as the recorder writes it in lockstep; the counterpart of `run_from_bag`."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.bags.cdr_rows import MessageEncoder
+from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
+from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
+from vessel_hsmc_ros.core.run_data import Published
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.messages.conversions import BODY, WORLD
+from vessel_hsmc_ros.messages.definitions import definition
+from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
+
+Array = NDArray[Any]
+
+BLOCK = 4096
+"""Steps of the plant that are encoded together: the messages of a long run would not fit into memory."""
+
+LATCHED = ("/clock",)
+"""Topics whose publisher is transient local."""
+
+NODES = {"reference": "reference_ship", "controller": "controller", "cmd_wrench": "controller"}
+"""The node that publishes a topic, by the first part of its name; others are the plant's."""
+
+
+@dataclass
+class Stream:
+    """The messages of one topic: their stamps, ns, and columns of their fields."""
+
+    topic: Topic
+    encoder: MessageEncoder
+    stamps: NDArray[np.int64]
+    columns: Mapping[str, Array]
+
+    def messages(self, begin: int, end: int) -> Iterator[tuple[int, bytes]]:
+        """Stamps and serialised messages with begin <= stamp < end."""
+        first, last = np.searchsorted(self.stamps, (begin, end))
+        if first < last:
+            stamps = self.stamps[first:last]
+            sec, nanosec = np.divmod(stamps, NANOSECONDS)
+            stamp = "clock" if "clock.sec" in self.encoder.fields else "header.stamp"
+            times = {f"{stamp}.sec": sec, f"{stamp}.nanosec": nanosec}
+            columns = {name: values[first:last] for name, values in self.columns.items()}
+            yield from zip(stamps.tolist(), self.encoder.encode({**times, **columns}), strict=True)
+
+
+def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
+    """Write the messages of a run in the order of their stamps.
+
+    Args:
+        directory: The bag's folder, which is created.
+        published: Their content.
+        scenario: The scenario of the run, which is attached.
+
+    Returns:
+        The number of messages.
+
+    Raises:
+        BagError: the folder exists, or the bag cannot be written, or a message type is not installed.
+    """
+    streams = [_stream(name, *content, scenario) for name, content in contents(published).items()]
+    notes = {"mode": "offline", "scenario": scenario.name, "messages_dropped": "0"}
+    writer = BagWriter(directory, scenario.recorder.compression, notes=notes)
+    writer.attach(SCENARIO, dump_scenario(scenario))
+    for stream in streams:
+        writer.add_topic(stream.topic)
+    edges = [*published.stamp[::BLOCK].tolist(), np.iinfo(np.int64).max]
+    for begin, end in pairwise(edges):
+        block = [(stamp, i, data) for i, stream in enumerate(streams) for stamp, data in stream.messages(begin, end)]
+        for stamp, i, data in sorted(block):
+            writer.write(streams[i].topic, data, stamp, stamp)
+    writer.close()
+    return writer.message_count
+
+
+def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[str, Array]]]:
+    """Stamps and fields of the messages of each topic that the run has, by the names of RECORDED_TOPICS."""
+    p, reference = published, _motion(published.reference, "pose", "twist")
+    pose = {name: values for name, values in reference.items() if name.startswith("pose.")}
+    found = {
+        "odom": (p.stamp, _odometry(p.odometry)),
+        "cmd_wrench": (p.stamp, _wrench(p.command)),
+        "applied_wrench": (p.stamp, _wrench(p.applied)),
+        "disturbance": (p.stamp, _wrench(p.disturbance)),
+        "dynamics/truth": (p.stamp, _vectors("accel", p.unforced_acceleration)),
+        "reference": (p.reference_stamp, {**reference, **_vectors("acceleration", p.reference_acceleration)}),
+        "reference/pose": (p.reference_stamp, pose),
+        "controller/state": (p.control_stamp, {**p.control, "compute_time": np.full(len(p.control_stamp), math.nan)}),
+        "/clock": (p.stamp, {}),
+    }
+    if p.truth is not None:
+        found["odom/truth"] = p.stamp, _odometry(p.truth)
+    if p.estimate is not None:
+        found["controller/estimate"] = p.control_stamp, _odometry(p.estimate)
+    return {name: found[name] for name in RECORDED_TOPICS if name in found}
+
+
+def _stream(name: str, stamps: NDArray[np.int64], columns: dict[str, Array], scenario: Scenario) -> Stream:
+    kind = RECORDED_TOPICS[name]
+    text = definition(kind)
+    prefix = getattr(scenario, NODES.get(name.split("/")[0], "vessel_sim")).frame_prefix
+    # Poses are in the world frame, with the twist in the body's; all else is in the body frame.
+    posed = any(field.startswith("pose.") for field in columns)
+    texts = {"header.frame_id": prefix + (WORLD if posed else BODY), "child_frame_id": prefix + BODY}
+    lengths = {field: values.shape[1] for field, values in columns.items() if values.ndim > 1}
+    encoder = MessageEncoder(kind, text, texts, lengths)
+    topic = Topic("/" + name.lstrip("/"), kind, text, encoder.type_hash, [qos_entry(True, name in LATCHED)])
+    return Stream(topic, encoder, stamps, columns)
+
+
+def _odometry(states: Array) -> dict[str, Array]:
+    return _motion(states, "pose.pose", "twist.twist")
+
+
+def _motion(states: Array, pose: str, twist: str) -> dict[str, Array]:
+    """Columns of a pose and of a twist, of x, y, psi, u, v, r, (n, 6)."""
+    z, w = np.array([quaternion_from_heading(heading) for heading in states[:, 2].tolist()]).reshape(-1, 2).T
+    position = {f"{pose}.position.x": states[:, 0], f"{pose}.position.y": states[:, 1]}
+    return {**position, f"{pose}.orientation.z": z, f"{pose}.orientation.w": w, **_vectors(twist, states[:, 3:])}
+
+
+def _vectors(group: str, values: Array) -> dict[str, Array]:
+    """Columns of surge, sway and yaw of a twist or an acceleration."""
+    return {f"{group}.{name}": values[:, i] for i, name in enumerate(("linear.x", "linear.y", "angular.z"))}
+
+
+def _wrench(values: Array) -> dict[str, Array]:
+    """Columns of surge force, sway force if there is one, and yaw moment."""
+    names = ("force.x", "torque.z") if values.shape[1] == 2 else ("force.x", "force.y", "torque.z")
+    return {f"wrench.{name}": values[:, i] for i, name in enumerate(names)}

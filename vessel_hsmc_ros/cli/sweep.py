@@ -1,0 +1,71 @@
+"""`vessel-hsmc sweep`: a scenario for each value of a parameter, with a picture."""
+
+from collections.abc import Sequence
+from itertools import count
+from pathlib import Path
+
+import click
+
+from vessel_hsmc_ros.cli.compare import chosen
+from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.runs import sweep as sweeps
+from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+
+DEFAULT_METRICS = ("position_error_rms_last_quarter", "yaw_moment_rms")
+
+LONGEST = 60
+"""Largest number of runs that are printed in a table; those of a larger sweep are in its page and its files."""
+
+
+@click.command()
+@scenario_argument
+@click.argument("parameters", nargs=-1, required=True, metavar="NODE.PARAM=VALUES...")
+@click.option("--laws", help="Laws to repeat the sweep with, separated by commas [default: that of the scenario].")
+@click.option(
+    "--metric",
+    "metrics",
+    multiple=True,
+    default=DEFAULT_METRICS,
+    show_default=True,
+    help="Metric to draw, as in run.json; may be given several times.",
+)
+@click.option("--jobs", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
+@set_option
+@output_option
+def sweep(
+    scenario: str,
+    parameters: Sequence[str],
+    laws: str | None,
+    metrics: Sequence[str],
+    jobs: int | None,
+    changes: Sequence[str],
+    output: Path,
+) -> None:
+    """Simulate SCENARIO for each value of one parameter, or for each pair of values of two.
+
+    VALUES are start:stop:count, equally spaced; start:stop:count:log, with equal ratios; or a list such as 0.1,0.2,0.5.
+    Writes a picture, a page, and all metrics as CSV and JSON into a run folder. Runs that fail are marked.
+    """
+    axes = [sweeps.parse_axis(text) for text in parameters]
+    sweeps.check_metrics(metrics)
+    planned = sweeps.points(scenario, axes, parse_changes(changes), chosen(laws) if laws else ())
+    with progress_bar(f"sweep of {len(planned)} runs", len(planned), "runs") as update:
+        done = count(1)
+
+        def show(outcome: sweeps.Outcome) -> None:
+            number, values = next(done), ", ".join(map(str, outcome.point.values))
+            update(number, f"{number} of {len(planned)}: {values}")
+
+        outcomes = sweeps.run_all(planned, jobs, show)
+    from vessel_hsmc_ros.runs import sweep_page  # imports the libraries of reports
+
+    head, lines = sweep_page.table(axes, outcomes, metrics)
+    if len(lines) <= LONGEST:
+        # The table breaks names at spaces: a long name of a parameter must not displace numbers.
+        print_table([name.replace(".", " .") for name in head], lines, text_columns=int(head[0] == "law"))
+    for note in sweep_page.notes(axes, outcomes):
+        print_line(note)
+    files = sweep_page.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
+    for kind, path in files.items():
+        print_line(f"{kind}: {path}")
