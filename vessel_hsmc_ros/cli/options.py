@@ -7,6 +7,7 @@ import click
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 
 scenario_argument = click.argument("scenario")
@@ -16,6 +17,24 @@ bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 set_option = click.option(
     "--set", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Set a parameter; may be given several times."
 )
+
+
+def _load_law_files(_context: click.Context, _option: click.Parameter, paths: tuple[Path, ...]) -> None:
+    for path in paths:
+        load_law_file(path)
+
+
+law_file_option = click.option(
+    OPTION,
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Python file with a control law of your own; may be given several times.",
+    callback=_load_law_files,
+    expose_value=False,
+    is_eager=True,
+)
+"""Registers the laws before the verb starts, which therefore takes no argument for it."""
 
 output_option = click.option(
     "--output",

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import print_status, progress_bar
-from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import law_file_option, output_option, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.runs import scenario_run
@@ -20,6 +20,7 @@ NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 @click.command()
 @scenario_argument
 @set_option
+@law_file_option
 @output_option
 @click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
 @click.option("--namespace", default="", help="ROS namespace of the vessel.")

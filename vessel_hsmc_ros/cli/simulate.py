@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import progress_bar
-from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import law_file_option, output_option, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -14,6 +14,7 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 @click.command()
 @scenario_argument
 @set_option
+@law_file_option
 @output_option
 def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
     """Run SCENARIO in this process, without ROS; the results are bit-identical to those of `run`."""

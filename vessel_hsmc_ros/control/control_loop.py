@@ -6,6 +6,7 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.laws.guard import guarded_step
 from vessel_hsmc_ros.laws.terms import diagnosed
 
 NO_WRENCH = (0.0, 0.0)
@@ -71,14 +72,14 @@ class ControlLoop:
             The terms of the law, with weight norms and Lyapunov function added.
 
         Raises:
-            ControlError: the law is undefined for this input.
+            ControlError: the law is undefined for this input, its wrench is not finite, or its code fails.
         """
         elapsed = self._elapsed_periods(stamp)
         if self.observer:
             # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
             measured_at = stamp if measured_at is None else measured_at
             measured = self.estimate = self.observer.update(measured_at, measured, self.wrench)
-        self.wrench, terms = self.law.step(measured, desired, acceleration)
+        self.wrench, terms = guarded_step(self.law, measured, desired, acceleration)
         if not self.enabled:
             self.wrench = NO_WRENCH
             self.law.reset()

@@ -6,20 +6,23 @@ from typing import TYPE_CHECKING, Any
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
+from rclpy.logging import get_logger
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ControlLoop
-from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.laws.guard import refused_if_it_fails
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
-from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.scenario.parameters import ControllerParameters
+from vessel_hsmc_ros.nodes.process import CANNOT_START, run_node
+from vessel_hsmc_ros.scenario.law_file import load_named_files
+from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 if TYPE_CHECKING:
@@ -45,9 +48,9 @@ class ControllerNode(VesselNode):
     """
 
     NAME = "controller"
-    PARAMETERS = ControllerParameters
 
     def __init__(self, **options: Any) -> None:
+        self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
         super().__init__(**options)
         p = self.parameters
         self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz), make_observer(p))
@@ -180,6 +183,8 @@ class ControllerNode(VesselNode):
         reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
         try:
             return self._update(elapsed, state, reference, acceleration, stamp)
+        except LawError:  # an error in its code, after which its internal state cannot be trusted
+            raise
         except ControlError as error:
             self._loop.wrench = NO_WRENCH
             self._inputs.report(f"{error}; the wrench is zero")
@@ -218,7 +223,8 @@ class ControllerNode(VesselNode):
         Raises:
             ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
         """
-        self._loop.law.retune(getattr(parameters, parameters.law))
+        with refused_if_it_fails(self._loop.law):
+            self._loop.law.retune(getattr(parameters, parameters.law))
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._loop.forget()
@@ -245,7 +251,12 @@ class ControllerNode(VesselNode):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
+    """Read the laws of every `--law-file FILE`, and run the node until a signal ends it."""
+    try:
+        load_named_files(sys.argv[1:] if arguments is None else arguments)
+    except ParameterError as error:
+        get_logger(ControllerNode.NAME).fatal(str(error))
+        return CANNOT_START
     return run_node(ControllerNode, arguments)
 
 

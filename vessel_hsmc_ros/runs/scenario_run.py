@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs import offline
+from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -188,6 +189,7 @@ def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
         "mode": mode,
         "namespace": namespace,
         "seed": scenario.vessel_sim.seed,
+        **law_provenance(scenario.controller.law),
         "started": _now().isoformat(),
     }
 
