@@ -154,11 +154,12 @@ class Bag:
             raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
 
-    def scenario(self, changes: dict[str, object] | None = None) -> Scenario:
+    def scenario(self, changes: dict[str, object] | None = None, any_law: bool = False) -> Scenario:
         """The resolved scenario of the recording: attached to the bag, from the nodes' parameters, or from params.yaml beside it.
 
         Args:
             changes: Values by `node.parameter` that replace the recorded ones.
+            any_law: Accept a law whose code is not known here, for an evaluation that only needs its name: without changes.
 
         Raises:
             ScenarioError: there is none, or it cannot be read.
@@ -166,7 +167,7 @@ class Bag:
         """
         name = self.recording.get("scenario") or self.path.absolute().parent.name
         text = self.attachments.get(SCENARIO, b"").decode()
-        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changes)
+        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changes, any_law)
 
     def diagnostics(self, namespace: str | None = None) -> dict[str, dict[str, str]]:
         """The last diagnostics of each node of one vessel: values by name, `message` among them.
@@ -200,7 +201,7 @@ class Bag:
             ScenarioError: the vessel is not given and the bag has no scenario.
         """
         prefix = self.namespace(namespace)
-        vessel = vessel or self.scenario().vessel_sim.vessel.coefficients()
+        vessel = vessel or self.scenario(any_law=True).vessel_sim.vessel.coefficients()
         names = [name for name in run_from_bag.TOPICS if self.topics.get(prefix + name)]
         for name in run_from_bag.NEEDED:
             if name not in names:

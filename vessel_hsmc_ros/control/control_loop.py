@@ -6,7 +6,7 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
-from vessel_hsmc_ros.laws.guard import guarded_step
+from vessel_hsmc_ros.laws.guard import guarded_step, refused_if_it_fails
 from vessel_hsmc_ros.laws.terms import diagnosed
 
 NO_WRENCH = (0.0, 0.0)
@@ -48,6 +48,15 @@ class ControlLoop:
         self.estimate: Motion | None = None
         if self.observer:
             self.observer.reset()
+
+    def retune(self, parameters: object) -> None:
+        """Apply new parameters of the law, which keeps its internal state.
+
+        Raises:
+            ParameterError: the law rejects them, or its code fails.
+        """
+        with refused_if_it_fails(self.law):
+            self.law.retune(parameters)
 
     def due(self, stamp: int) -> bool:
         """Whether a time in nanoseconds lies in a control period that has not been served yet."""

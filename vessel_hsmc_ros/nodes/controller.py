@@ -6,21 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
-from rclpy.logging import get_logger
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ControlLoop
-from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
+from vessel_hsmc_ros.core.exceptions import ControlError, LawError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Terms
-from vessel_hsmc_ros.laws.guard import refused_if_it_fails
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
-from vessel_hsmc_ros.nodes.process import CANNOT_START, run_node
+from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
@@ -223,8 +221,7 @@ class ControllerNode(VesselNode):
         Raises:
             ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
         """
-        with refused_if_it_fails(self._loop.law):
-            self._loop.law.retune(getattr(parameters, parameters.law))
+        self._loop.retune(getattr(parameters, parameters.law))
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._loop.forget()
@@ -252,12 +249,7 @@ class ControllerNode(VesselNode):
 
 def main(arguments: list[str] | None = None) -> int:
     """Read the laws of every `--law-file FILE`, and run the node until a signal ends it."""
-    try:
-        load_named_files(sys.argv[1:] if arguments is None else arguments)
-    except ParameterError as error:
-        get_logger(ControllerNode.NAME).fatal(str(error))
-        return CANNOT_START
-    return run_node(ControllerNode, arguments)
+    return run_node(ControllerNode, arguments, before=load_named_files)
 
 
 if __name__ == "__main__":

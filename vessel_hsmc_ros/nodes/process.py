@@ -1,6 +1,7 @@
 """A node as a process: command line, signals, reported failures and exit codes."""
 
 import signal
+import sys
 from collections.abc import Callable
 from functools import partial
 from types import FrameType
@@ -19,7 +20,9 @@ FAILED, CANNOT_START = 1, 2
 """Exit codes: the node failed at work; it could not start, for instance because a parameter is not allowed."""
 
 
-def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
+def run_node(
+    node_class: type[VesselNode], arguments: list[str] | None = None, before: Callable[[list[str]], None] | None = None
+) -> int:
     """Run a node until it has finished, fails, or receives SIGINT or SIGTERM.
 
     The signals only request the shutdown: the node completes its work while its context is valid, whereas rclpy's own handlers
@@ -30,6 +33,7 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
     Args:
         node_class: The class of the node.
         arguments: Command-line arguments; those of the process if None.
+        before: Called with the arguments before the node is constructed.
 
     Returns:
         The exit code: 0, or 1 when the node failed, or 2 when it could not start.
@@ -42,19 +46,26 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
     for number in STOP_SIGNALS:
         signal.signal(number, request_stop)
     try:
-        return _run(node_class, arguments, lambda: not received)
+        return _run(node_class, arguments, lambda: not received, before)
     finally:
         for number in STOP_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
 
 
-def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Callable[[], bool]) -> int:
+def _run(
+    node_class: type[VesselNode],
+    arguments: list[str] | None,
+    running: Callable[[], bool],
+    before: Callable[[list[str]], None] | None,
+) -> int:
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except (RuntimeError, ValueError) as error:
         get_logger(node_class.NAME).fatal(f"cannot start: {' '.join(str(error).split())}")
         return CANNOT_START
     try:
+        if before:
+            before(sys.argv[1:] if arguments is None else arguments)
         node = node_class()
     except VesselHsmcError as error:
         get_logger(node_class.NAME).fatal(str(error))

@@ -14,7 +14,7 @@ from pathlib import Path
 from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
-from vessel_hsmc_ros.scenario.law_file import OPTION, loaded_law_files
+from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 MODULES = {name: LOOP[name].module for name in START_ORDER}
 """Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
@@ -72,7 +72,8 @@ class NodeGroup:
         environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         for name in names:
-            command = [sys.executable, "-m", (MODULES | WATCHERS)[name], *_law_files(name), *arguments]
+            options = law_file_options() if name == "controller" else []
+            command = [sys.executable, "-m", (MODULES | WATCHERS)[name], *options, *arguments]
             self._start(name, command, logs / f"{name}.log", environment)
 
     def _start(self, name: str, command: list[str], log: Path, environment: dict[str, str]) -> None:
@@ -117,11 +118,6 @@ class NodeGroup:
             except subprocess.TimeoutExpired:
                 process.popen.kill()
                 process.popen.wait()
-
-
-def _law_files(name: str) -> list[str]:
-    """Options for the files of laws that this process has read: the controller reads them as well."""
-    return [part for file in loaded_law_files() for part in (OPTION, str(file))] if name == "controller" else []
 
 
 def _die_with_parent() -> None:

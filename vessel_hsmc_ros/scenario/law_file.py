@@ -41,6 +41,11 @@ def load_law_file(path: Path | str) -> tuple[str, ...]:
     return tuple(law.name for law in laws)
 
 
+def law_file_options() -> list[str]:
+    """The command-line options by which the controller's process reads the same files as this one."""
+    return [part for file in loaded_law_files() for part in (OPTION, str(file))]
+
+
 def loaded_law_files() -> list[Path]:
     """The files of the laws that were read from files: another process of the same run reads them too."""
     origins = [kind.origin for kind in LAWS.others.values() if kind.origin and kind.origin.sha256]
@@ -63,6 +68,12 @@ def load_named_files(arguments: Iterable[str]) -> None:
             if not file:
                 raise ParameterError(f"{OPTION} is not allowed without a file: it takes a Python file")
             load_law_file(file)
+
+
+def is_present(source: str) -> bool:
+    """Whether the code that a bag's note `law_source` describes is registered now: the same content, wherever the file lies."""
+    origins = [kind.origin for kind in LAWS.others.values() if kind.origin]
+    return any((origin.sha256 or origin.source) in source for origin in origins)
 
 
 def law_provenance(law: str) -> dict[str, str]:

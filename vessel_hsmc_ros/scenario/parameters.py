@@ -5,6 +5,7 @@ from dataclasses import dataclass, make_dataclass
 from functools import cache
 
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import Hull
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws import (
@@ -109,7 +110,13 @@ def _with_groups(laws: tuple[tuple[str, type], ...]) -> type[ControllerParameter
     if not laws:
         return ControllerParameters
     added = [("law", str, choice_of_law((*LAWS.built_in, *dict(laws)))), *((name, cls, group(cls)) for name, cls in laws)]
-    return make_dataclass(ControllerParameters.__name__, added, bases=(ControllerParameters,), frozen=True)
+    # Pickled by its values: pickle finds a class by its name, which here is that of the base.
+    by_values = {"__reduce__": lambda self: (_restored, (schema.flatten(self),))}
+    return make_dataclass(ControllerParameters.__name__, added, bases=(ControllerParameters,), namespace=by_values, frozen=True)
+
+
+def _restored(values: dict[str, schema.Value]) -> ControllerParameters:
+    return schema.build(controller_parameters(), values, "controller")
 
 
 @dataclass(frozen=True)
