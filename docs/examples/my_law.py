@@ -15,7 +15,7 @@ from vessel_hsmc_ros import Acceleration, Law, Motion, Terms, clip, parameter, w
 class MyParameters:
     """Gains, each with its default, unit and range."""
 
-    lookahead: float = parameter(8.0, "Lookahead distance.", unit="m", low=0.1, high=1e3, tunable=True)
+    lookahead: float = parameter(12.0, "Lookahead distance.", unit="m", low=0.1, high=1e3, tunable=True)
     position_gain: float = parameter(
         0.3, "From the along-track error to the speed.", unit="1/s", low=0.0, high=10.0, tunable=True
     )
