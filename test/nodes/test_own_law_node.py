@@ -66,7 +66,7 @@ def test_new_gains_for_which_the_code_of_a_law_fails_are_refused(bench: Any, pla
     plant.connect(bench.start(ControllerNode, law="my_law"))
     result = set_parameter(bench, "my_law.lookahead", 5.0)
     assert not result.successful
-    assert "ZeroDivisionError: float division by zero; its parameters are not accepted" in result.reason
+    assert "ZeroDivisionError: float division by zero" in result.reason
 
 
 def failing(folder: Path, exception: str) -> None:

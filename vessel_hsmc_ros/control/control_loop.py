@@ -3,10 +3,11 @@
 from typing import Any
 
 from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
-from vessel_hsmc_ros.laws.guard import guarded_step, refused_if_it_fails
+from vessel_hsmc_ros.laws.guard import guarded, guarded_step
 from vessel_hsmc_ros.laws.terms import diagnosed
 
 NO_WRENCH = (0.0, 0.0)
@@ -44,7 +45,8 @@ class ControlLoop:
 
     def forget(self) -> None:
         """Reset law and observer; wrench, time and count continue."""
-        self.law.reset()
+        with guarded(self.law):
+            self.law.reset()
         self.estimate: Motion | None = None
         if self.observer:
             self.observer.reset()
@@ -55,7 +57,7 @@ class ControlLoop:
         Raises:
             ParameterError: the law rejects them, or its code fails.
         """
-        with refused_if_it_fails(self.law):
+        with guarded(self.law, ParameterError):
             self.law.retune(parameters)
 
     def due(self, stamp: int) -> bool:
@@ -91,7 +93,8 @@ class ControlLoop:
         self.wrench, terms = guarded_step(self.law, measured, desired, acceleration)
         if not self.enabled:
             self.wrench = NO_WRENCH
-            self.law.reset()
+            with guarded(self.law):
+                self.law.reset()
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
         self._lyapunov = terms.lyapunov
         return terms

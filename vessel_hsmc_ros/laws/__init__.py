@@ -6,7 +6,7 @@ from typing import Any
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws.course import CourseController, CourseLawParameters
-from vessel_hsmc_ros.laws.guard import refused_if_it_fails
+from vessel_hsmc_ros.laws.guard import guarded
 from vessel_hsmc_ros.laws.guided import GuidedController
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
@@ -71,5 +71,5 @@ def construct(law: str, parameters: object, vessel: KnownVessel, period: float) 
     Raises:
         ParameterError: the law rejects its parameters, or its code fails.
     """
-    with refused_if_it_fails(LAWS[law].controller):
+    with guarded(LAWS[law].controller, ParameterError):
         return LAWS[law].controller(parameters, vessel, period)

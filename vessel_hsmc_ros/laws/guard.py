@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError, VesselHsmcError
+from vessel_hsmc_ros.core.exceptions import ControlError, LawError, VesselHsmcError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.terms import Terms
@@ -54,14 +54,14 @@ def guarded_step(law: Law[Any], motion: Motion, desired: Motion, acceleration: A
 
 
 @contextmanager
-def refused_if_it_fails(law: type[Law[Any]] | Law[Any]) -> Iterator[None]:
-    """A context that constructs or retunes a law: an exception of its code becomes a ParameterError."""
+def guarded(law: type[Law[Any]] | Law[Any], kind: type[VesselHsmcError] = LawError) -> Iterator[None]:
+    """A context for other calls of a law: an exception of its code becomes an error of the given kind."""
     try:
         yield
     except VesselHsmcError:
         raise
     except Exception as error:
-        raise ParameterError(f"{described(law, error)}; its parameters are not accepted") from error
+        raise kind(described(law, error)) from error
 
 
 def named(law: type[Law[Any]] | Law[Any]) -> str:
