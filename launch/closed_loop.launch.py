@@ -21,6 +21,7 @@ from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs.supervisor import exclusive
+from vessel_hsmc_ros.scenario.law_file import law_file_options, load_law_file
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario, scenario_names
 
@@ -34,12 +35,16 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     Raises:
         RunError: another run on this machine uses the ROS domain and namespace.
     """
-    arguments = {name: LaunchConfiguration(name).perform(context) for name in ("scenario", "law", "output", "namespace")}
+    arguments = {
+        name: LaunchConfiguration(name).perform(context) for name in ("scenario", "law", "law_file", "output", "namespace")
+    }
     flags = {name: LaunchConfiguration(name).perform(context) == "true" for name in ("record", "real_time")}
     namespace = arguments["namespace"].strip("/")
     changes = for_nodes(flags["record"], flags["real_time"], namespace)
     if arguments["law"]:
         changes["controller.law"] = arguments["law"]
+    if arguments["law_file"]:
+        load_law_file(arguments["law_file"])
     scenario = load_scenario(arguments["scenario"], changes)
     HELD.enter_context(exclusive(namespace, scenario.controller.lockstep))
     folder = make_run_folder(Path(arguments["output"]), scenario.name)
@@ -51,6 +56,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
             name=name,
             namespace=namespace,
             parameters=[str(folder.parameters)],
+            arguments=law_file_options() if name == "controller" else [],
             output="screen",
             on_exit=end_with(name),
         )
@@ -89,9 +95,10 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "law",
                 default_value="",
-                choices=["", *LAWS],
-                description="The law; empty: the scenario's. In real time choose one that tolerates late steps, such as guided.",
+                description=f"One of {', '.join(LAWS)}, or one of law_file; empty: the scenario's. In real time choose one that"
+                " tolerates late steps, such as guided.",
             ),
+            DeclareLaunchArgument("law_file", default_value="", description="Python file with a control law of your own."),
             DeclareLaunchArgument("record", default_value="true", choices=flag, description="Record an MCAP bag."),
             DeclareLaunchArgument("real_time", default_value="false", choices=flag, description="Run at the pace of the clock."),
             DeclareLaunchArgument(

@@ -6,8 +6,12 @@ from collections.abc import Iterator
 from importlib.abc import MetaPathFinder
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.laws.registry import Registry
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -45,6 +49,16 @@ def ros_domain() -> Iterator[int | None]:
     with domain_id() as domain:
         os.environ["ROS_DOMAIN_ID"] = str(domain)
         yield domain
+
+
+@pytest.fixture
+def laws() -> Iterator["Registry"]:
+    """The registry of control laws; what a test adds is removed after it."""
+    from vessel_hsmc_ros.laws import LAWS
+
+    before = LAWS.others
+    yield LAWS
+    LAWS._others = dict(before)
 
 
 KINDS = {

@@ -8,6 +8,14 @@ The public interface, loaded when it is first used:
     open_bag         read a recorded bag as NumPy columns
     Run              the arrays of one run
     VesselHsmcError  base of all errors of this package; the others are in `vessel_hsmc_ros.core.exceptions`
+
+and for the author of a control law, docs/own_law.md:
+
+    Law, parameter        base class of a law, declaration of one of its parameters
+    Motion, Acceleration  what a law receives: states of ship and reference, derivatives of the reference's velocities
+    Terms                 what a law returns beside the wrench
+    wrap, clip            an angle to (-pi, pi]; a number to a limit
+    load_law_file         read the laws of a Python file, as `--law-file` does
 """
 
 from importlib import import_module
@@ -16,23 +24,55 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from vessel_hsmc_ros.bags.reader import open_bag as open_bag
     from vessel_hsmc_ros.core.exceptions import VesselHsmcError as VesselHsmcError
+    from vessel_hsmc_ros.core.kinematics import Acceleration as Acceleration
+    from vessel_hsmc_ros.core.kinematics import Motion as Motion
+    from vessel_hsmc_ros.core.kinematics import wrap as wrap
+    from vessel_hsmc_ros.core.limits import clip as clip
     from vessel_hsmc_ros.core.run_data import Run as Run
+    from vessel_hsmc_ros.core.schema import parameter as parameter
     from vessel_hsmc_ros.core.version import __version__ as __version__
     from vessel_hsmc_ros.laws import make_controller as make_controller
+    from vessel_hsmc_ros.laws.law import Law as Law
+    from vessel_hsmc_ros.laws.terms import Terms as Terms
     from vessel_hsmc_ros.runs.offline import simulate as simulate
+    from vessel_hsmc_ros.scenario.law_file import load_law_file as load_law_file
     from vessel_hsmc_ros.scenario.scenario import load_scenario as load_scenario
 
 _ROOMS = {
     "__version__": "core.version",
+    "Acceleration": "core.kinematics",
+    "Law": "laws.law",
+    "Motion": "core.kinematics",
     "Run": "core.run_data",
+    "Terms": "laws.terms",
     "VesselHsmcError": "core.exceptions",
+    "clip": "core.limits",
+    "load_law_file": "scenario.law_file",
     "load_scenario": "scenario.scenario",
     "make_controller": "laws",
     "open_bag": "bags.reader",
+    "parameter": "core.schema",
     "simulate": "runs.offline",
+    "wrap": "core.kinematics",
 }
 
-__all__ = ["Run", "VesselHsmcError", "__version__", "load_scenario", "make_controller", "open_bag", "simulate"]
+__all__ = [
+    "Acceleration",
+    "Law",
+    "Motion",
+    "Run",
+    "Terms",
+    "VesselHsmcError",
+    "__version__",
+    "clip",
+    "load_law_file",
+    "load_scenario",
+    "make_controller",
+    "open_bag",
+    "parameter",
+    "simulate",
+    "wrap",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -156,12 +156,15 @@ class Bag:
             raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
 
-    def scenario(self, changes: dict[str, object] | None = None, at: float = -math.inf) -> Scenario:
+    def scenario(
+        self, changes: dict[str, object] | None = None, at: float = -math.inf, any_law: bool = False
+    ) -> Scenario:
         """The resolved scenario of the recording: attached to the bag, from the nodes' parameters, or from params.yaml beside it.
 
         Args:
             changes: Values by `node.parameter` that replace the recorded ones.
             at: A time as in `events`, s: parameters that were changed until then have their new values. At the start by default.
+            any_law: Accept a law whose code is not known here, for an evaluation that only needs its name: without changes.
 
         Raises:
             ScenarioError: there is none, or it cannot be read.
@@ -170,7 +173,8 @@ class Bag:
         name = self.recording.get("scenario") or self.path.absolute().parent.name
         text = self.attachments.get(SCENARIO, b"").decode()
         live = changed_parameters(event for event in self.events() if event.time <= at) if at > -math.inf else {}
-        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, {**live, **(changes or {})})
+        changed = {**live, **(changes or {})}
+        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law)
 
     def events(self, namespace: str | None = None) -> list[Event]:
         """The events of one vessel: services called, parameters changed while the nodes ran, goals and paths accepted.
@@ -206,7 +210,7 @@ class Bag:
             ScenarioError: the vessel is not given and the bag has no scenario.
         """
         prefix = self.namespace(namespace)
-        vessel = vessel or self.scenario().vessel_sim.vessel.coefficients()
+        vessel = vessel or self.scenario(any_law=True).vessel_sim.vessel.coefficients()
         names = [name for name in run_from_bag.TOPICS if self.topics.get(prefix + name)]
         for name in run_from_bag.NEEDED:
             if name not in names:

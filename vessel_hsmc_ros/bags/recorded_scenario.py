@@ -1,6 +1,7 @@
 """The scenario and the parameters that a bag was recorded with."""
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +9,9 @@ import yaml
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.parameters_file import flat
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 
 Parameters = Mapping[str, Mapping[str, Any]]
@@ -28,6 +30,7 @@ def recorded_scenario(
     parameters: Parameters,
     namespaces: Collection[str],
     changes: dict[str, object] | None,
+    any_law: bool = False,
 ) -> Scenario:
     """The scenario of a bag, from the first of three sources that it has.
 
@@ -38,17 +41,31 @@ def recorded_scenario(
         parameters: The recorded parameters of every node, by its full name. The second source.
         namespaces: Those that hold a vessel.
         changes: Values by `node.parameter` that replace the recorded ones.
+        any_law: Accept a law whose code is not known here, without its parameters.
 
     Raises:
         ScenarioError: there is none, or it cannot be read.
         ParameterError: a parameter is unknown or out of range.
     """
     if text := text or _from_parameters(parameters, namespaces):
-        return parse_scenario(text, name, changes)
+        return _with_any_law(text, name) if any_law else parse_scenario(text, name, changes)
     beside = bag.absolute().parent / "params.yaml"
     if not beside.is_file():
         raise ScenarioError(f"bag {bag} was recorded without its scenario, and {beside} does not exist")
     return load_scenario(beside, changes)
+
+
+def _with_any_law(text: str, name: str) -> Scenario:
+    """A scenario for the evaluation of a run, which needs the name of its law but not its code."""
+    values = read_parameters(text, tuple(NODES), "the bag's scenario")
+    controller = values["controller"]
+    law = controller.get("law")
+    if not isinstance(law, str) or law in LAWS:
+        return parse_scenario(text, name)
+    # A stand-in that is valid at every rate takes the place of the law, while the other parameters are checked.
+    values["controller"] = {key: value for key, value in controller.items() if not key.startswith(f"{law}.")} | {"law": "pd"}
+    scenario = parse_scenario(dump_parameters(values), name)
+    return replace(scenario, controller=replace(scenario.controller, law=law))
 
 
 def _from_parameters(parameters: Parameters, namespaces: Collection[str]) -> str:

@@ -9,6 +9,7 @@ import yaml
 
 from vessel_hsmc_ros.cli.console import print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
@@ -24,6 +25,24 @@ set_option = click.option(
     metavar="NODE.PARAM=VALUE",
     help="Set a parameter, such as controller.law=guided, or by vessel.PARAM one of the ship for all nodes; may be given several times.",
 )
+
+
+def _load_law_files(_context: click.Context, _option: click.Parameter, paths: tuple[Path, ...]) -> None:
+    for path in paths:
+        load_law_file(path)
+
+
+law_file_option = click.option(
+    OPTION,
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Python file with a control law of your own; may be given several times.",
+    callback=_load_law_files,
+    expose_value=False,
+    is_eager=True,
+)
+"""Registers the laws before the verb starts, which therefore takes no argument for it."""
 
 output_option = click.option(
     "--output",

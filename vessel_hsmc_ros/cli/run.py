@@ -8,6 +8,7 @@ import click
 from vessel_hsmc_ros.cli.console import print_status, progress_bar
 from vessel_hsmc_ros.cli.options import (
     checked_namespace,
+    law_file_option,
     load_checked,
     output_option,
     parse_changes,
@@ -24,6 +25,7 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 @click.command()
 @scenario_argument
 @set_option
+@law_file_option
 @output_option
 @click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
 @vessel_option

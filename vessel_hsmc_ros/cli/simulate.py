@@ -6,7 +6,14 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import progress_bar
-from vessel_hsmc_ros.cli.options import load_checked, output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import (
+    law_file_option,
+    load_checked,
+    output_option,
+    parse_changes,
+    scenario_argument,
+    set_option,
+)
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.run_folder import check_writable
@@ -15,6 +22,7 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable
 @click.command()
 @scenario_argument
 @set_option
+@law_file_option
 @output_option
 @click.option("--no-bag", is_flag=True, help="Write no bag: only the parameters, the metrics, the page and the figures.")
 def simulate(scenario: str, changes: tuple[str, ...], output: Path, no_bag: bool) -> None:

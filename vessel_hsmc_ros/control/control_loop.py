@@ -3,9 +3,11 @@
 from typing import Any
 
 from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.laws.guard import guarded, guarded_step
 from vessel_hsmc_ros.laws.terms import diagnosed
 
 NO_WRENCH = (0.0, 0.0)
@@ -43,10 +45,20 @@ class ControlLoop:
 
     def forget(self) -> None:
         """Reset law and observer; wrench, time and count continue."""
-        self.law.reset()
+        with guarded(self.law):
+            self.law.reset()
         self.estimate: Motion | None = None
         if self.observer:
             self.observer.reset()
+
+    def retune(self, parameters: object) -> None:
+        """Apply new parameters of the law, which keeps its internal state.
+
+        Raises:
+            ParameterError: the law rejects them, or its code fails.
+        """
+        with guarded(self.law, ParameterError):
+            self.law.retune(parameters)
 
     def due(self, stamp: int) -> bool:
         """Whether a time in nanoseconds lies in a control period that has not been served yet."""
@@ -71,17 +83,18 @@ class ControlLoop:
             The terms of the law, with weight norms and Lyapunov function added.
 
         Raises:
-            ControlError: the law is undefined for this input.
+            ControlError: the law is undefined for this input, its wrench is not finite, or its code fails.
         """
         elapsed = self._elapsed_periods(stamp)
         if self.observer:
             # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
             measured_at = stamp if measured_at is None else measured_at
             measured = self.estimate = self.observer.update(measured_at, measured, self.wrench)
-        self.wrench, terms = self.law.step(measured, desired, acceleration)
+        self.wrench, terms = guarded_step(self.law, measured, desired, acceleration)
         if not self.enabled:
             self.wrench = NO_WRENCH
-            self.law.reset()
+            with guarded(self.law):
+                self.law.reset()
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
         self._lyapunov = terms.lyapunov
         return terms

@@ -25,6 +25,10 @@ class ControlError(VesselHsmcError):
     """The control law is undefined for this input."""
 
 
+class LawError(ControlError):
+    """The code of a control law is wrong: it raised an exception, or returned something else than a wrench and terms."""
+
+
 class GoalError(VesselHsmcError):
     """A goal or a path cannot be followed."""
 

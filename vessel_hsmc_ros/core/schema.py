@@ -34,6 +34,7 @@ class Entry:
     length: int | None
     symbol: str
     tunable: bool
+    remedy: str
 
     @property
     def allowed(self) -> str:
@@ -59,6 +60,7 @@ def parameter(
     length: int | None = None,
     symbol: str = "",
     tunable: bool = False,
+    remedy: str = "",
 ) -> T:
     """Declare one parameter as a dataclass field.
 
@@ -71,6 +73,7 @@ def parameter(
         length: The number of elements of a list; None for any.
         symbol: The symbol of this parameter in the equations.
         tunable: Whether it may be changed while the node runs.
+        remedy: What to do about a value that is not allowed, at the end of the error message.
 
     Returns:
         A dataclass field; declared as the type of the default, so that type checkers accept it as the field's default.
@@ -84,6 +87,7 @@ def parameter(
         "length": length,
         "symbol": symbol,
         "tunable": tunable,
+        "remedy": remedy,
     }
     declared: T = dataclasses.field(default=default, metadata=info)
     return declared
@@ -134,11 +138,12 @@ def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
         ParameterError: a name is unknown, or a value has the wrong type or is out of range.
     """
     known = entries(cls)
+    # All values are checked before an instance is made, so that a rejected change leaves no partial result; before the unknown
+    # names, because a choice that is not allowed may be the reason why names are unknown.
+    checked = {name: check(known[name], value, owner) for name, value in values.items() if name in known}
     for name in values:
         if name not in known:
             raise ParameterError(f"{owner}.{name} is not a parameter: {suggestion(name, known)}")
-    # All values are checked before an instance is made, so that a rejected change leaves no partial result.
-    checked = {name: check(known[name], value, owner) for name, value in values.items()}
     return _assemble(cls, checked, "")
 
 
@@ -181,7 +186,8 @@ def check(entry: Entry, value: object, owner: str) -> Value:
     outside = any(_outside(entry, number) for number in numbers)
     wrong_length = entry.length is not None and len(numbers) != entry.length
     if outside or wrong_length or (entry.choices and converted not in entry.choices):
-        raise ParameterError(f"{owner}.{entry.name} = {shown(converted)} is not allowed: it takes {entry.allowed}")
+        remedy = f"; {entry.remedy}" if entry.remedy else ""
+        raise ParameterError(f"{owner}.{entry.name} = {shown(converted)} is not allowed: it takes {entry.allowed}{remedy}")
     return converted
 
 

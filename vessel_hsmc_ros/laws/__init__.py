@@ -1,11 +1,12 @@
-"""Control laws, one per file, with a common interface and factory."""
+"""Control laws, one per file, with a common interface, registry and factory."""
 
 import dataclasses
-from typing import Any, NamedTuple
+from typing import Any
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws.course import CourseController, CourseLawParameters
+from vessel_hsmc_ros.laws.guard import guarded
 from vessel_hsmc_ros.laws.guided import GuidedController
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
@@ -15,6 +16,7 @@ from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.los_pid import LosPidController, LosPidParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
+from vessel_hsmc_ros.laws.registry import Registry
 from vessel_hsmc_ros.laws.terms import Terms
 
 __all__ = [
@@ -28,25 +30,12 @@ __all__ = [
     "NmpcParameters",
     "PdParameters",
     "Terms",
+    "construct",
     "make_controller",
 ]
 
-
-class LawKind(NamedTuple):
-    """The class of a law and the dataclass that declares its parameters."""
-
-    controller: Any
-    parameters: type
-
-
-LAWS = {
-    "hierarchical": LawKind(HierarchicalController, HierarchicalParameters),
-    "guided": LawKind(GuidedController, GuidedParameters),
-    "course": LawKind(CourseController, CourseLawParameters),
-    "pd": LawKind(PdController, PdParameters),
-    "los_pid": LawKind(LosPidController, LosPidParameters),
-    "nmpc": LawKind(NmpcController, NmpcParameters),
-}
+LAWS = Registry(HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController)
+"""Every law by its name."""
 
 
 def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
@@ -67,6 +56,20 @@ def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
     shared = {field.name for field in dataclasses.fields(KnownVessel)}
     vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in shared}, "controller.vessel")
     own = {k: v for k, v in parameters.items() if k not in shared}
-    kind = LAWS[law]
-    made: Law[Any] = kind.controller(schema.build(kind.parameters, own, f"controller.{law}"), vessel, period)
-    return made
+    return construct(law, schema.build(LAWS[law].parameters, own, f"controller.{law}"), vessel, period)
+
+
+def construct(law: str, parameters: object, vessel: KnownVessel, period: float) -> Law[Any]:
+    """Construct a law from instances of its parameters.
+
+    Args:
+        law: Name of the law, one of LAWS.
+        parameters: An instance of the dataclass that the law declares.
+        vessel: What the law knows of the ship.
+        period: Control period, s.
+
+    Raises:
+        ParameterError: the law rejects its parameters, or its code fails.
+    """
+    with guarded(LAWS[law].controller, ParameterError):
+        return LAWS[law].controller(parameters, vessel, period)

@@ -83,14 +83,16 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
         ParameterError: the reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
     """
 
+    name = "course"
+
     def retune(self, parameters: CourseLawParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.
 
         Raises:
             ParameterError: the reaching gain is unstable at the law's period.
         """
-        check_step(parameters, "reaching_gain", "heading_surface_slope", self._period, "course")
-        known = schema.symbols(self._vessel)
+        check_step(parameters, "reaching_gain", "heading_surface_slope", self.period, "course")
+        known = schema.symbols(self.vessel)
         self._gains = Gains(**schema.symbols(parameters), m33=known["m33"], switching=parameters.switching)
 
     def reset(self) -> None:
@@ -112,5 +114,5 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
             yaw_estimate=fr, yaw_weights=self.weights,
         )  # fmt: skip
         # Adaptation (29) after the wrench: a step uses the weights that its terms report.
-        self.weights = self.weights + (self._period * g.gamma * S) * H
+        self.weights = self.weights + (self.period * g.gamma * S) * H
         return (g.tau_1, tau_2), terms

@@ -203,9 +203,11 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
         ParameterError: the number of listed centres is not a multiple of three.
     """
 
+    name = "guided"
+
     def retune(self, parameters: GuidedParameters) -> None:
         """Take new gains and keep the internal state; the size of the network stays as constructed."""
-        self._gains = gains(parameters, self._vessel, self._period)
+        self._gains = gains(parameters, self.vessel, self.period)
 
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""

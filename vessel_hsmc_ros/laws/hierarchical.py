@@ -167,6 +167,8 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
     """
 
+    name = "hierarchical"
+
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.
 
@@ -175,8 +177,8 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         """
         self._side = 0.0  # new gains move the singularity z1 = b/a, so the ship may be on its other side
         for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
-            check_step(parameters, gain, slope, self._period, "hierarchical")
-        self._gains = gains(parameters, self._vessel)
+            check_step(parameters, gain, slope, self.period, "hierarchical")
+        self._gains = gains(parameters, self.vessel)
 
     def reset(self) -> None:
         """Set all weights to zero."""
@@ -199,7 +201,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         # The adaptation law takes the weight a with the sign that the control law has just used.
         g = g._replace(a=sway_weight(terms.sway_surface, terms.heading_surface, g))
         rate = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, H, g)
-        T = self._period
+        T = self.period
         W = self.weights
         self.weight_rates = rate
         self.weights = Weights(W.Wv + T * rate.Wv, W.Wr + T * rate.Wr, W.Wu + T * rate.Wu)

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,32 +31,44 @@ NetworkLawParameters = TypeVar("NetworkLawParameters", bound=WithNetwork)
 class Law(ABC, Generic[Parameters]):
     """A control law with its internal state.
 
+    A subclass names itself and its dataclass of parameters, `class MyLaw(Law[MyParameters])` with `name = "my_law"`, and defines
+    `step`; a law with an internal state also defines `reset`.
+
     Args:
         parameters: Gains and all other parameters that the law declares.
         vessel: What the law knows of the ship.
         period: Control period, the time between two steps, s.
 
+    Attributes:
+        name: Value of `controller.law` that selects the law, and name of the group of its parameters.
+        parameters: The present parameters, unless the law redefines `retune`.
+        vessel, period: As constructed.
+
     Raises:
         ParameterError: a gain is unstable at this period, or a list among the parameters has a wrong length.
     """
 
+    name: ClassVar[str] = ""
+
     def __init__(self, parameters: Parameters, vessel: KnownVessel, period: float) -> None:
-        self._vessel = vessel
-        self._period = period
+        self.vessel = vessel
+        self.period = period
         self.retune(parameters)
         self.reset()
 
-    @abstractmethod
     def retune(self, parameters: Parameters) -> None:
         """Take new gains and keep the internal state; the size of a network or of a horizon stays as constructed.
+
+        Called at construction and for each parameter that changes while the law runs. By default it sets `self.parameters`; a
+        law that derives constants from its parameters, or that rejects some combinations, redefines it.
 
         Raises:
             ParameterError: a gain is unstable at the law's period.
         """
+        self.parameters = parameters
 
-    @abstractmethod
     def reset(self) -> None:
-        """Return to the initial internal state: zero weights, zero integrals, no estimates."""
+        """Return to the initial internal state: zero weights, zero integrals, no estimates; by default there is none."""
 
     @abstractmethod
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:

@@ -171,9 +171,11 @@ class LosPidController(Law[LosPidParameters]):
         period: Control period, s.
     """
 
+    name = "los_pid"
+
     def retune(self, parameters: LosPidParameters) -> None:
         """Take new gains and keep the integrals."""
-        self._gains = Gains(**schema.symbols(parameters), **schema.symbols(self._vessel))
+        self._gains = Gains(**schema.symbols(parameters), **schema.symbols(self.vessel))
 
     def reset(self) -> None:
         """Set the integrals and the command filter to zero."""
@@ -197,8 +199,8 @@ class LosPidController(Law[LosPidParameters]):
         feedback_2 = -2.0 * g.zeta * g.w_psi * r_e - g.w_psi * g.w_psi * psi_e - m.yaw_integral
         demand_1 = g.m11 * (acceleration.du + feedback_1)
         demand_2 = g.m33 * (acceleration.dr + offset_acceleration + feedback_2)
-        tau_1 = clip(demand_1, self._vessel.surge_force_limit)
-        tau_2 = clip(demand_2, self._vessel.yaw_moment_limit)
+        tau_1 = clip(demand_1, self.vessel.surge_force_limit)
+        tau_2 = clip(demand_2, self.vessel.yaw_moment_limit)
         cut_1, cut_2 = tau_1 != demand_1, tau_2 != demand_2
         # Anti-windup: an integrator takes no error in while its actuator is saturated.
         self._integrate(aim, offset_acceleration, 0.0 if cut_1 else u_e, 0.0 if cut_2 else psi_e)
@@ -220,7 +222,7 @@ class LosPidController(Law[LosPidParameters]):
             offset_acceleration: Second derivative of the filtered heading offset, rad/s².
             u_e, psi_e: Inputs of the two integrators, m/s and rad.
         """
-        g, T, m = self._gains, self._period, self.memory
+        g, T, m = self._gains, self.period, self.memory
         self.memory = Memory(
             m.drift + T * aim.drift_rate,
             m.offset + T * m.offset_rate,

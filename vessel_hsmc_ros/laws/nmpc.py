@@ -105,6 +105,8 @@ class NmpcController(Law[NmpcParameters]):
         ParameterError: CasADi is not installed.
     """
 
+    name = "nmpc"
+
     def __init__(self, parameters: NmpcParameters, vessel: KnownVessel, period: float) -> None:
         limits = (vessel.surge_force_limit, vessel.yaw_moment_limit)
         self._model = Model(vessel.surge_inertia, vessel.yaw_inertia, *limits, **schema.symbols(parameters.model))
@@ -156,7 +158,7 @@ class NmpcController(Law[NmpcParameters]):
         Half of the error is attributed to either kind. On a turning hull this distinguishes the two: the share in the
         wrong estimate rotates with the wrong frame, causes an error again, and so moves to the right one.
         """
-        m, plan, T = self._model, self.plan, self._period
+        m, plan, T = self._model, self.plan, self.period
         if plan.state is None:
             return plan.b, plan.e
         # The law's own last input is taken as the applied one: actuator dynamics count as a disturbance.
@@ -179,7 +181,7 @@ class NmpcController(Law[NmpcParameters]):
         present = inputs[:, 0]
         rate = np.zeros(2)
         if self.plan.state is not None:
-            rate = (present - self.plan.U_d) / self._period
+            rate = (present - self.plan.U_d) / self.period
             rate[np.abs(rate) > SUDDEN] = 0.0
         U = present + np.minimum(self._middles, self._tuned.preview)[:, None] * rate
         start = np.array([0.0, 0.0, *desired[2:]])

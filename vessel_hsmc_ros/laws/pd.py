@@ -62,12 +62,11 @@ class PdController(Law[PdParameters]):
         period: Control period, s; the law does not depend on it.
     """
 
+    name = "pd"
+
     def retune(self, parameters: PdParameters) -> None:
         """Take new gains."""
-        self._gains = Gains(**schema.symbols(parameters), m33=schema.symbols(self._vessel)["m33"])
-
-    def reset(self) -> None:
-        """Do nothing: the law has no internal state."""
+        self._gains = Gains(**schema.symbols(parameters), m33=schema.symbols(self.vessel)["m33"])
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """The wrench for the present errors; see `Law.step`."""

@@ -51,7 +51,7 @@ class VesselNode(Node):
     """
 
     NAME: ClassVar[str]
-    PARAMETERS: ClassVar[type]
+    PARAMETERS: type
     POLL_PERIOD: ClassVar[float] = 0.0
 
     def __init__(self, **options: Any) -> None:

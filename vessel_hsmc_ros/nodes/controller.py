@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
-from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.exceptions import ControlError, LawError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Terms
@@ -18,7 +18,8 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.scenario.parameters import ControllerParameters
+from vessel_hsmc_ros.scenario.law_file import load_named_files
+from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 if TYPE_CHECKING:
@@ -44,9 +45,9 @@ class ControllerNode(VesselNode):
     """
 
     NAME = "controller"
-    PARAMETERS = ControllerParameters
 
     def __init__(self, **options: Any) -> None:
+        self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
         super().__init__(**options)
         p = self.parameters
         self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz), make_observer(p))
@@ -180,6 +181,8 @@ class ControllerNode(VesselNode):
         reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
         try:
             return self._update(elapsed, state, reference, acceleration, stamp)
+        except LawError:  # an error in its code, after which its internal state cannot be trusted
+            raise
         except ControlError as error:
             self._loop.skip(elapsed)
             self._inputs.report(f"{error}; the wrench is zero")
@@ -218,7 +221,7 @@ class ControllerNode(VesselNode):
         Raises:
             ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
         """
-        self._loop.law.retune(getattr(parameters, parameters.law))
+        self._loop.retune(getattr(parameters, parameters.law))
 
     def _reset(self) -> str:
         self._loop.forget()
@@ -243,8 +246,8 @@ class ControllerNode(VesselNode):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(ControllerNode, arguments)
+    """Read the laws of every `--law-file FILE`, and run the node until a signal ends it."""
+    return run_node(ControllerNode, arguments, take_options=load_named_files)
 
 
 if __name__ == "__main__":

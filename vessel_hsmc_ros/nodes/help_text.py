@@ -33,10 +33,13 @@ subscribes to  every topic of the run, and serves it to Foxglove""",
 }
 """The topics and services of each node. Names are relative to its namespace; ~ stands for the node's own name."""
 
+OPTIONS = {"controller": " [--law-file FILE]..."}
+"""Options of a node's own."""
+
 WIDTH = 110
 
 TEMPLATE = """\
-Usage: {executable} [--ros-args [-p NAME:=VALUE]... [--params-file FILE] [-r FROM:=TO]...]
+Usage: {executable}{options} [--ros-args [-p NAME:=VALUE]... [--params-file FILE] [-r FROM:=TO]...]
 
 {description}
 
@@ -62,6 +65,7 @@ def help_text(node_class: Any) -> str:
     example = next((entry for entry in entries.values() if entry.tunable), next(iter(entries.values())))
     return TEMPLATE.format(
         executable=program.executable,
+        options=OPTIONS.get(node_class.NAME, ""),
         description=inspect.getdoc(node_class),
         interface=_indented(INTERFACES[node_class.NAME]),
         node=node_class.NAME,
@@ -71,9 +75,13 @@ def help_text(node_class: Any) -> str:
     )
 
 
-def unknown_argument(arguments: Sequence[str]) -> str:
-    """The first command-line argument that is not one of ROS, empty if there is none; --help is returned as it is."""
-    others = [argument for argument in remove_ros_args(args=list(arguments)) if argument]
+def without_ros_arguments(arguments: Sequence[str]) -> list[str]:
+    """The command-line arguments that are not of ROS."""
+    return [argument for argument in remove_ros_args(args=list(arguments)) if argument]
+
+
+def unknown_argument(others: Sequence[str]) -> str:
+    """The first of the remaining arguments, empty if there is none; --help takes precedence over all others."""
     return next((argument for argument in others if argument in ("-h", "--help")), others[0] if others else "")
 
 

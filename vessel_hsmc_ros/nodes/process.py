@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
-from vessel_hsmc_ros.nodes.help_text import help_text, unknown_argument
+from vessel_hsmc_ros.nodes.help_text import help_text, unknown_argument, without_ros_arguments
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -22,7 +22,11 @@ FAILED, CANNOT_START = 1, 2
 """Exit codes: the node failed at work; it could not start, for instance because a parameter is not allowed."""
 
 
-def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
+def run_node(
+    node_class: type[VesselNode],
+    arguments: list[str] | None = None,
+    take_options: Callable[[Sequence[str]], list[str]] = list,
+) -> int:
     """Run a node until it has finished, fails, or receives SIGINT or SIGTERM.
 
     The signals only request the shutdown: the node completes its work while its context is valid, whereas rclpy's own handlers
@@ -33,11 +37,12 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
     Args:
         node_class: The class of the node.
         arguments: Command-line arguments; those of the process if None.
+        take_options: Takes the node's own options from the arguments that are not of ROS, and returns the others.
 
     Returns:
         The exit code: 0, or 1 when the node failed, or 2 when it could not start.
     """
-    if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments)) is not None:
+    if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments, take_options)) is not None:
         return code
     received: list[int] = []  # the numbers of the signals, appended by the handler
 
@@ -53,12 +58,17 @@ def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -
             signal.signal(number, signal.SIG_IGN)
 
 
-def _answer(node_class: type[VesselNode], arguments: Sequence[str]) -> int | None:
-    """Print the help text if that is requested, or an error if an argument is unknown; None if the node is to run."""
+def _answer(
+    node_class: type[VesselNode], arguments: Sequence[str], take_options: Callable[[Sequence[str]], list[str]]
+) -> int | None:
+    """Print the help text if that is requested, or an error if an argument is wrong; None if the node is to run."""
     try:
-        unknown = unknown_argument(arguments)
+        unknown = unknown_argument(take_options(without_ros_arguments(arguments)))
     except RuntimeError:  # invalid ROS arguments, which rclpy.init reports
         return None
+    except VesselHsmcError as error:
+        get_logger(node_class.NAME).fatal(str(error))
+        return CANNOT_START
     if unknown in ("-h", "--help"):
         sys.stdout.write(spelled(help_text(node_class), sys.stdout.encoding))
         return 0

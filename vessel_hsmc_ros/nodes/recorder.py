@@ -46,6 +46,7 @@ class RecorderNode(VesselNode):
         self._choice = TopicChoice([self.resolve_topic_name(t) for t in p.topics], p.all_topics, p.regex, p.exclude)
         scenario = _scenario(p.scenario_file)
         notes = {"mode": "lockstep" if p.lockstep else "real time", "scenario": p.scenario}
+        notes |= {"law_source": p.law_source} if p.law_source else {}
         self._writer = BagWriter(Path(p.directory), p.compression, Splitting(p.split_size, p.split_duration), notes)
         if scenario:
             self._writer.attach(SCENARIO, scenario)

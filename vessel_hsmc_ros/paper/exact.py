@@ -33,7 +33,7 @@ class ExactModelLaw(Law[HierarchicalParameters]):
 
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Replace the gains."""
-        self._gains = gains(parameters, self._vessel)
+        self._gains = gains(parameters, self.vessel)
 
     def reset(self) -> None:
         """There is no state to reset."""

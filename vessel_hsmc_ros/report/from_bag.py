@@ -78,7 +78,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
 def _scenario(bag: Bag) -> Scenario | None:
     """The scenario of the recording; None for bags without one, or with one of an incompatible version."""
     try:
-        return bag.scenario()
+        return bag.scenario(any_law=True)
     except (ScenarioError, ParameterError):
         return None
 

@@ -88,9 +88,8 @@ class Task(NamedTuple):
 
 
 def default_laws() -> list[str]:
-    """The laws that track a position; model predictive control only if CasADi is installed."""
-    usable = [law for law in TRACKING_LAWS if law in LAWS]
-    return [law for law in usable if law != "nmpc" or importlib.util.find_spec("casadi")]
+    """The laws that track a position, and those not of this package; model predictive control only if CasADi is installed."""
+    return [law for law in (*TRACKING_LAWS, *LAWS.others) if law != "nmpc" or importlib.util.find_spec("casadi")]
 
 
 def prepare(task: Task) -> tuple[Scenario, bool]:

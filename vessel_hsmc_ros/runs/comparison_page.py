@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ NUMBERS = (("rms", "m"), ("largest", "m"), ("final", "m"), ("heading", "°"), ("
 """Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals."""
 
 COLOURS = dict(zip(("guided", "hierarchical", "los_pid", "nmpc"), SERIES, strict=False))
-"""Colours of the laws, the same in every figure; other laws take the next one."""
+"""Colours of the laws, the same in every figure; other laws take the next ones."""
 
 
 def by_row(outcomes: Sequence[LawRun]) -> list[tuple[Row, list[LawRun]]]:
@@ -145,9 +146,11 @@ def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
         picture = Figure(figsize=(10.0, 4.6), layout="constrained")
         tracks, errors = picture.subplots(1, 2)
         drawn = [outcome for outcome in outcomes if len(outcome.lines)]
+        others = dict.fromkeys(outcome.law for outcome in drawn if outcome.law not in COLOURS)
+        colours = COLOURS | dict(zip(others, cycle(SERIES[len(COLOURS) :]), strict=False))
         for outcome in drawn:
             time, x, y, _, _, error = outcome.lines.T
-            look: Any = {"color": COLOURS.get(outcome.law, SERIES[len(COLOURS)]), "lw": 1.1, "label": outcome.law}
+            look: Any = {"color": colours[outcome.law], "lw": 1.1, "label": outcome.law}
             tracks.plot(x, y, **look)
             tracks.plot(x[0], y[0], "o", color=NEUTRAL, ms=4)
             errors.semilogy(time, error.clip(1e-5), **look)  # clipped: a logarithmic axis has no zero

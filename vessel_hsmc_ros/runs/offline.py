@@ -194,7 +194,8 @@ def simulate(scenario: Scenario, progress: Progress | None = None, law: Law[Any]
     Args:
         scenario: A scenario from `load_scenario`.
         progress: Called after each sample with the number of samples done and their total number.
-        law: A control law that replaces the scenario's.
+        law: An instance of a control law, also of your own, that replaces the scenario's; its period must be that of
+            `controller.rate_hz`.
 
     Returns:
         The arrays of the run, one row for each odometry message.
@@ -202,7 +203,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None, law: Law[Any]
     Raises:
         ScenarioError: the scenario has no duration.
         SimulationError: the motion is no longer finite.
-        ControlError: the law is not defined at a state of the run.
+        ControlError: the law is not defined at a state of the run, or its code fails.
     """
     loop = ClosedLoop(scenario, law)
     loop.run(progress)

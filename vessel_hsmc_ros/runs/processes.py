@@ -16,6 +16,7 @@ from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
+from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 MODULES = {name: LOOP[name].module for name in START_ORDER}
 """Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
@@ -79,7 +80,8 @@ class NodeGroup:
         self.processes: list[NodeProcess] = []
         try:
             for name in names:
-                command = [sys.executable, "-m", (MODULES | WATCHERS)[name], *arguments]
+                options = law_file_options() if name == "controller" else []
+                command = [sys.executable, "-m", (MODULES | WATCHERS)[name], *options, *arguments]
                 self._start(name, command, logs / f"{name}.log", environment)
         except OSError as error:
             self.stop()

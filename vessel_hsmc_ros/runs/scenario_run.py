@@ -18,6 +18,7 @@ from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs import offline
+from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -218,6 +219,7 @@ def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
         "mode": mode,
         "namespace": namespace,
         "seed": scenario.vessel_sim.seed,
+        **law_provenance(scenario.controller.law),
         "started": _now().isoformat(),
     }
 

@@ -20,6 +20,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
 
@@ -160,6 +161,9 @@ def version_note(bag: Bag) -> str:
     """
     recorded = {key: bag.recording.get(key, "of unknown version") for key in VERSIONS}
     then, now = (", ".join(f"{NAMES_OF_VERSIONS[key]} {versions[key]}" for key in VERSIONS) for versions in (recorded, VERSIONS))
+    law = bag.recording.get("law_source", "")
+    if law and not is_present(law):
+        return f"recorded with the law of {law}; its present code is another one"
     if recorded == VERSIONS:
         return f"recorded with the present versions: {now}"
     return f"recorded with {then}; recomputed with {now}: other versions may differ by rounding errors"

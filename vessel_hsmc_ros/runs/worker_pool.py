@@ -1,6 +1,7 @@
 """Parallel execution of a function over many tasks in worker processes, with progress, cancellation and errors."""
 
 import ctypes
+import logging
 import multiprocessing
 import os
 import signal
@@ -8,9 +9,11 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 from typing import Any, TypeVar
 
 from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.scenario.law_file import load_law_file, loaded_law_files
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -57,7 +60,7 @@ def run_all(
     # Shared memory without locks: each worker writes its own element, and a stale value is harmless.
     progress: Any = context.RawArray(ctypes.c_double, len(tasks))
     cancelled: Any = context.RawValue(ctypes.c_bool, False)
-    with ProcessPoolExecutor(workers, context, _prepare_worker, (progress, cancelled)) as pool:
+    with ProcessPoolExecutor(workers, context, _prepare_worker, (progress, cancelled, loaded_law_files())) as pool:
         futures = [pool.submit(_run_task, function, index, task) for index, task in enumerate(tasks)]
         try:
             _await(futures, on_result, lambda: on_progress and on_progress(sum(progress)))
@@ -107,11 +110,14 @@ def _await(
                 on_result(result)
 
 
-def _prepare_worker(progress: Any, cancelled: Any) -> None:
-    """Initialise a worker process."""
+def _prepare_worker(progress: Any, cancelled: Any, law_files: Sequence[Path]) -> None:
+    """Initialise a worker process, in which the laws of the parent's files are needed too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent cancels the tasks
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     _shared[:] = progress, cancelled
+    logging.disable(logging.WARNING)  # of installed laws that are left out: the parent has logged it
+    for file in law_files:
+        load_law_file(file)
 
 
 def _exit_with_parent() -> None:

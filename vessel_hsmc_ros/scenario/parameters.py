@@ -1,7 +1,9 @@
 """The parameters of every node, each declared once for ROS, YAML files, the command line and the docs."""
 
+from collections import UserDict
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, make_dataclass
+from functools import cache
 
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core import schema
@@ -70,11 +72,17 @@ class ReferenceParameters(ReferenceShipParameters, CommonParameters):
     rate_hz: float = rate("Rate of the reference messages.")
 
 
+def choice_of_law(names: tuple[str, ...]) -> str:
+    """Declare the parameter that selects the control law among some names."""
+    remedy = "a law of your own needs --law-file FILE.py on the command line, or its package installed"
+    return parameter("hierarchical", "The control law.", choices=names, remedy=remedy)
+
+
 @dataclass(frozen=True)
 class ControllerParameters(CommonParameters):
-    """Parameters of controller."""
+    """Parameters of controller; `controller_parameters` adds those of the laws that are not of this package."""
 
-    law: str = parameter("hierarchical", "The control law.", choices=tuple(LAWS))
+    law: str = choice_of_law(tuple(LAWS.built_in))
     rate_hz: float = rate("Rate of the control law.")
     input_timeout: float = parameter(
         0.5,
@@ -93,6 +101,26 @@ class ControllerParameters(CommonParameters):
     nmpc: NmpcParameters = group(NmpcParameters)
 
 
+def controller_parameters() -> type[ControllerParameters]:
+    """The parameters of controller with a group for every registered law."""
+    return _with_groups(tuple((name, kind.parameters) for name, kind in LAWS.others.items()))
+
+
+@cache
+def _with_groups(laws: tuple[tuple[str, type], ...]) -> type[ControllerParameters]:
+    """The parameters of controller with groups for further laws, by their names and dataclasses."""
+    if not laws:
+        return ControllerParameters
+    added = [("law", str, choice_of_law((*LAWS.built_in, *dict(laws)))), *((name, cls, group(cls)) for name, cls in laws)]
+    # Pickled by its values: pickle finds a class by its name, which here is that of the base.
+    by_values = {"__reduce__": lambda self: (_restored, (schema.flatten(self),))}
+    return make_dataclass(ControllerParameters.__name__, added, bases=(ControllerParameters,), namespace=by_values, frozen=True)
+
+
+def _restored(values: dict[str, schema.Value]) -> ControllerParameters:
+    return schema.build(controller_parameters(), values, "controller")
+
+
 @dataclass(frozen=True)
 class RecorderParameters(CommonParameters):
     """Parameters of recorder; in lockstep messages are stamped with simulated time, else with their time of receipt."""
@@ -109,6 +137,7 @@ class RecorderParameters(CommonParameters):
     )
     scenario: str = parameter("", "Name of the recorded scenario.")
     scenario_file: str = parameter("", "ROS parameters file to store in the bag, so that the run can be repeated.")
+    law_source: str = parameter("", "Where the code of the law comes from, for the notes of the bag; it is never imported.")
 
 
 @dataclass(frozen=True)
@@ -134,12 +163,22 @@ class MarkerParameters(CommonParameters):
 WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters}
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
-NODES: dict[str, type] = {
-    "vessel_sim": SimParameters,
-    "reference_ship": ReferenceParameters,
-    "controller": ControllerParameters,
-    "recorder": RecorderParameters,
-}
+
+class Declarations(UserDict[str, type]):
+    """The parameters of nodes by their names; those of controller follow the registry of laws."""
+
+    def __getitem__(self, node: str) -> type:
+        return controller_parameters() if node == "controller" else super().__getitem__(node)
+
+
+NODES = Declarations(
+    {
+        "vessel_sim": SimParameters,
+        "reference_ship": ReferenceParameters,
+        "controller": ControllerParameters,
+        "recorder": RecorderParameters,
+    }
+)
 
 VESSEL = "vessel."
 """Prefix of the hull data, which the nodes share."""

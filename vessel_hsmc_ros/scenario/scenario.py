@@ -11,8 +11,9 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import LAWS, Law
+from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
     ControllerParameters,
@@ -43,7 +44,10 @@ class Scenario:
 
     def with_bag(self, directory: Path, parameters: Path) -> "Scenario":
         """The same scenario, recorded into a directory, with a parameters file to store inside the bag."""
-        recorder = replace(self.recorder, directory=str(directory), scenario_file=str(parameters), scenario=self.name)
+        source = " ".join(law_provenance(self.controller.law).values())
+        recorder = replace(
+            self.recorder, directory=str(directory), scenario_file=str(parameters), scenario=self.name, law_source=source
+        )
         return replace(self, recorder=recorder)
 
 
@@ -140,11 +144,9 @@ def make_law(parameters: ControllerParameters) -> Law[Any]:
     """Make the law that the parameters of a controller select.
 
     Raises:
-        ParameterError: a gain is unstable at the controller's rate.
+        ParameterError: a gain is unstable at the controller's rate, or the code of the law fails.
     """
-    chosen = getattr(parameters, parameters.law)
-    law: Law[Any] = LAWS[parameters.law].controller(chosen, parameters.vessel, 1.0 / parameters.rate_hz)
-    return law
+    return construct(parameters.law, getattr(parameters, parameters.law), parameters.vessel, 1.0 / parameters.rate_hz)
 
 
 def make_observer(parameters: ControllerParameters) -> Observer | None:
