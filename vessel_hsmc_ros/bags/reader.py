@@ -156,9 +156,7 @@ class Bag:
             raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
 
-    def scenario(
-        self, changes: dict[str, object] | None = None, at: float = -math.inf, any_law: bool = False
-    ) -> Scenario:
+    def scenario(self, changes: dict[str, object] | None = None, at: float = -math.inf, any_law: bool = False) -> Scenario:
         """The resolved scenario of the recording: attached to the bag, from the nodes' parameters, or from params.yaml beside it.
 
         Args:
