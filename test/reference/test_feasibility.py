@@ -62,8 +62,8 @@ def test_without_limits_only_the_drift_angle_bounds_a_curve() -> None:
     assert reason("circle", 3.0, force=math.inf, moment=math.inf) == ""
     weak = BOAT._replace(d_v=20.0, d_v2=0.0)
     assert reason("circle", 3.0, weak, math.inf, math.inf) == (
-        "reference_ship.circle: radius 20 m at 3 m/s needs a drift angle of 76° (the largest is 60°);"
-        " the largest feasible speed is 1.31 m/s"
+        "reference_ship.circle: radius 20 m at 3 m/s needs a drift angle of 76° (the largest is 45°);"
+        " the largest feasible speed is 0.761 m/s"
     )
 
 

@@ -10,8 +10,8 @@ from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.shapes import Shape
 from vessel_sim_node.plant import Vessel
 
-LARGEST_DRIFT = math.radians(60.0)
-"""Largest drift angle, rad: beyond it the hull would skid sideways, where the model of (6) is not valid."""
+LARGEST_DRIFT = math.radians(45.0)
+"""Largest drift angle, rad: beyond it the hull would travel more sideways than ahead."""
 
 BISECTIONS = 20
 
