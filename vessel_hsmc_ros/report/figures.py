@@ -105,7 +105,7 @@ def group(name: str, found: Sequence[Overlay], alone: bool, marks: Sequence[Mark
     """
     height = 0.8 + 1.8 * len(found)
     figure = Figure(figsize=(8.0, height))
-    figure.subplots_adjust(left=0.13, right=0.98, bottom=0.45 / height, top=1.0 - 0.35 / height, hspace=0.12)
+    figure.subplots_adjust(left=0.13, right=0.98, bottom=0.45 / height, top=1.0 - 0.35 / height, hspace=0.22)
     first = figure.add_subplot(len(found), 1, 1)
     axes = [first, *(figure.add_subplot(len(found), 1, i + 1, sharex=first) for i in range(1, len(found)))]
     for axis, overlay in zip(axes, found, strict=True):
@@ -113,7 +113,7 @@ def group(name: str, found: Sequence[Overlay], alone: bool, marks: Sequence[Mark
         axis.tick_params(labelbottom=axis is axes[-1])
         for mark in marks:
             axis.axvline(mark.time, color=NEUTRAL, lw=0.8, ls=":")
-    axes[0].set(title=name)
+    axes[0].set_title(name, loc="left")
     axes[-1].set(xlabel="time [s]")
     return figure
 
@@ -137,7 +137,8 @@ def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
         text = f"peak {quantity(peak, panel.unit)}, beyond the scale"
         axis.text(0.02, 0.92, text, transform=axis.transAxes, va="top", fontsize=8)
     if len(axis.lines) > 1:
-        axis.legend(loc="upper right", ncols=3, fontsize=7)
+        # Above the panel, where it covers no line.
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=5, fontsize=7, borderaxespad=0.0)
 
 
 def _thinned(line: Line) -> tuple[Array, Array]:
