@@ -7,7 +7,6 @@ from typing import Any
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import SetBool, Trigger
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
@@ -45,8 +44,8 @@ class VesselSimNode(VesselNode):
         self._command_at: int | None = None
         self._answer_at = self._wall_start = self._wall_seconds = self._first_command_at = 0.0
         self._create_topics()
-        self.create_service(Trigger, "~/reset", self._on_reset)
-        self.create_service(SetBool, "~/pause", self._on_pause)
+        self.reporter.offer("reset", self._reset)
+        self.reporter.offer_switch("pause", "resume", self._pause)
 
     def _create_topics(self) -> None:
         lockstep = self.parameters.lockstep
@@ -192,18 +191,16 @@ class VesselSimNode(VesselNode):
         """Take changed disturbances from the next step on."""
         self._plant.retune(parameters.disturbance, seconds(self._grid.stamp(self._step)))
 
-    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _reset(self) -> str:
         self._plant.reset()
-        response.success, response.message = True, "the ship is back at its start; time goes on"
-        return response
+        return "the ship is back at its start; time goes on"
 
-    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._paused = request.data
+    def _pause(self, paused: bool) -> str:
+        self._paused = paused
         self._answer_at = time.monotonic()  # the time-out of a command begins anew
         if self.parameters.lockstep and self.connected:
             self._go_on()
-        response.success, response.message = True, "paused" if self._paused else "running"
-        return response
+        return "paused" if paused else "running"
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Progress and real-time factor of the run, for the diagnostics."""

@@ -108,25 +108,40 @@ def test_a_run_is_bit_identical_to_what_single_messages_give(recorded: Recorded)
     assert "surge_weights" not in open_bag(recorded[0]).run(VESSEL, weights=False).control
 
 
-def test_a_reference_with_another_stamp_is_extrapolated_to_that_of_the_odometry(tmp_path: Path) -> None:
+def write_apart(path: Path, steps: list[int], references: list[int]) -> dict[tuple[str, int], Any]:
+    """Write a bag whose references have other stamps than the steps of the plant; returns the messages by topic and stamp."""
     rng = np.random.default_rng(1)
-    writer = BagWriter(tmp_path / "bag")
-    topics = {name: topic(f"/{name}", TYPES[name]) for name in ("odom", "applied_wrench", "disturbance", "reference")}
+    writer = BagWriter(path)
     made = {}
-    for name, each in topics.items():
+    for name in ("odom", "applied_wrench", "disturbance", "reference"):
+        each = topic(f"/{name}", TYPES[name])
         writer.add_topic(each)
-        for k in range(4):
-            stamp = k * PERIOD + (PERIOD // 4 if name == "reference" else 0)
-            made[name, k] = message(each.kind, stamp, rng)
-            writer.write(each, serialized(made[name, k], each.kind), stamp, stamp)
+        for stamp in references if name == "reference" else steps:
+            made[name, stamp] = message(each.kind, stamp, rng)
+            writer.write(each, serialized(made[name, stamp], each.kind), stamp, stamp)
     writer.close()
+    return made
+
+
+def test_a_reference_with_another_stamp_is_extrapolated_to_that_of_the_odometry(tmp_path: Path) -> None:
+    steps = [k * PERIOD for k in range(4)]
+    references = [stamp + PERIOD // 4 for stamp in steps]
+    made = write_apart(tmp_path / "bag", steps, references)
     run = open_bag(tmp_path / "bag").run(VESSEL)
     for k in range(4):
-        state, acceleration = conversions.read_reference(made["reference", max(0, k - 1)])
+        state, acceleration = conversions.read_reference(made["reference", references[max(0, k - 1)]])
         interval = (-PERIOD // 4 if k == 0 else PERIOD - PERIOD // 4) * 1e-9
         np.testing.assert_array_equal(run.state[k], run.measured[k])
         assert np.isnan(run.unforced_acceleration[k]).all()
         np.testing.assert_array_equal(run.reference[k], extrapolate(state, acceleration, interval))
+
+
+def test_a_reference_is_not_extrapolated_over_a_pause(tmp_path: Path) -> None:
+    resumed = 1000 * PERIOD
+    made = write_apart(tmp_path / "bag", [0, resumed], [0, resumed + PERIOD // 4])
+    run = open_bag(tmp_path / "bag").run(VESSEL)
+    state, acceleration = conversions.read_reference(made["reference", resumed + PERIOD // 4])
+    np.testing.assert_array_equal(run.reference[1], extrapolate(state, acceleration, -PERIOD // 4 * 1e-9))
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4"])

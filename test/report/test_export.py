@@ -1,16 +1,23 @@
 """Tables for other programs, and figures as files."""
 
 import csv
+import re
 import sys
 from pathlib import Path
 
+import bag_making
 import numpy as np
 import pytest
 from pyarrow import parquet
 from records import circle, make_run, record
 
+from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report import export, figures
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.scenario import load_scenario
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_csv_reads_back_bit_identical(tmp_path: Path) -> None:
@@ -49,6 +56,31 @@ def test_quantities_that_were_not_recorded_have_no_columns() -> None:
     tables = export.tables(make_run(run.time, run.state))
     assert list(tables) == ["motion"]
     assert list(tables["motion"]) == ["time", *export.MOTION]
+
+
+def test_every_column_is_documented_and_every_documented_column_exists(tmp_path: Path) -> None:
+    bag_making.write_run(tmp_path / "bag", 20)
+    changes = {"vessel_sim.duration": 0.1}
+    # A bag has every topic; a simulation with noise and observer has the rest.
+    runs = [open_bag(tmp_path / "bag").run(load_scenario("realistic").vessel_sim.vessel.coefficients(), weights=False)]
+    runs.append(simulate(load_scenario("realistic", changes)))
+    runs[0].control["commanded"] = np.zeros((len(runs[0].control["time"]), 2))
+    found = [export.tables(run) for run in runs]
+    text = (ROOT / "docs" / "report.md").read_text(encoding="utf-8").partition("## Columns of the tables")[2]
+    motion, _, control = text.partition("`control`, a row")
+    for name, section in (("motion", motion), ("control", control.partition("\n## ")[0])):
+        documented = set(re.findall(r"`(\w+)`", "".join(line.split("|")[1] for line in section.splitlines() if "|" in line)))
+        assert documented == {column for tables in found for column in tables[name]}
+
+
+def test_errors_of_the_paper_cannot_be_mistaken_for_errors_in_the_body_frame() -> None:
+    run = simulate(load_scenario("case2_tracking", {"vessel_sim.duration": 1.0}))
+    tables = export.tables(run)
+    assert "surge_error" not in tables["control"]
+    np.testing.assert_array_equal(tables["control"]["paper_z1e"], run.control["surge_error"])
+    np.testing.assert_array_equal(tables["control"]["paper_z2e_rate"], run.control["sway_error_rate"])
+    error = np.hypot(tables["motion"]["body_error_x"], tables["motion"]["body_error_y"])
+    np.testing.assert_allclose(error, tables["motion"]["position_error"])
 
 
 def test_parquet_has_the_same_columns(tmp_path: Path) -> None:

@@ -6,12 +6,13 @@ import bag_making
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.metrics import evaluate
 from vessel_hsmc_ros.report.making import Wanted, make, page_of, read
 from vessel_hsmc_ros.report.panels import panels
+from vessel_hsmc_ros.report.record import Mark
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 
 
@@ -51,11 +52,36 @@ def test_metrics_of_a_bag_are_those_of_its_run(recorded: Path) -> None:
 
 
 def test_panels_of_a_bag_show_commands_measurements_and_truth(recorded: Path) -> None:
-    shown = {panel.title: [line.name for line in panel.lines] for panel in panels(read([recorded])[0].run)}
+    shown = {panel.title: [line.name for line in panel.lines] for panel in panels(read([recorded])[0])}
     assert shown["surge force"] == ["applied", "commanded"]
-    assert shown["surge dynamics f_u"] == ["estimate", "truth"]
+    assert shown["surge dynamics f_u and disturbance"] == ["estimate", "truth"]
     assert shown["sway velocity"] == ["measured", "ship", "reference"]
     assert shown["position, deviation from the truth"] == ["measured"]
+
+
+def test_events_of_a_bag_are_the_marks_of_its_record(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    change = "controller.guided.position_gain: 0.3 -> 0.5"
+    events = [
+        Event(1.0, "vessel_sim", "pause", "paused"),
+        Event(1.1, "reference_ship", "pause", "paused"),
+        Event(2.0, "controller", "parameter", change),
+        Event(2.0, "controller", "parameter", change),
+        Event(3.0, "vessel_sim", "resume", "running"),
+        Event(9.0, "vessel_sim", "pause", "paused"),
+    ]
+    monkeypatch.setattr(Bag, "events", lambda *_: events)
+    assert read([recorded])[0].marks == (
+        Mark(1.0, "pause", "vessel_sim, reference_ship"),
+        Mark(2.0, "parameter", change),
+        Mark(2.0, "parameter", change),
+        Mark(3.0, "resume", "vessel_sim"),
+        Mark(9.0, "pause", "vessel_sim"),
+    )
+
+
+def test_a_failure_in_the_summary_of_a_run_is_in_the_verdict(recorded: Path) -> None:
+    (recorded.parent / "run.json").write_text('{"failure": "vessel_sim died with exit code 1", "exit_code": 1}')
+    assert read([recorded])[0].verdict.startswith("The run failed after 2.99 s: vessel_sim died with exit code 1.")
 
 
 def test_files_of_a_run_folder_are_beside_its_bag(recorded: Path) -> None:
@@ -77,7 +103,7 @@ def test_a_bag_with_odometry_alone_has_a_page_without_metrics(tmp_path: Path) ->
 
 def test_commands_of_a_bag_without_control_state_keep_their_times(tmp_path: Path) -> None:
     write_odometry(tmp_path / "foreign", {**ODOMETRY, "/boat/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, commands_from=20)
-    force = next(panel for panel in panels(read([tmp_path / "foreign"])[0].run) if panel.title == "surge force")
+    force = next(panel for panel in panels(read([tmp_path / "foreign"])[0]) if panel.title == "surge force")
     assert [line.name for line in force.lines] == ["commanded"]
     assert force.lines[0].time == pytest.approx(np.arange(20, 50) * 0.01)
 

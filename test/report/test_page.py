@@ -57,7 +57,7 @@ def test_the_page_contains_the_numbers_of_the_run(tmp_path: Path) -> None:
     path = tmp_path / "report.html"
     report.write(path, [record("one", 3.0)], "One")
     content, array = numbers_of(path)
-    assert [panel["title"] for panel in content["panels"]][:2] == ["position error", "heading error"]
+    assert [panel["title"] for panel in content["panels"]][:2] == ["position error", "position error in the body frame"]
     distance = content["panels"][0]["lines"][0]
     np.testing.assert_array_equal(array(distance["time"]), circle(3.0).time)
     np.testing.assert_allclose(array(distance["values"]), 3.0, rtol=1e-6)
@@ -131,10 +131,10 @@ def test_lines_of_several_runs_are_labelled_and_a_common_reference_appears_once(
 def test_several_lines_of_a_run_in_one_panel_are_labelled_apart() -> None:
     records = [record("near", 1.0), record("far", 4.0)]
     for each in records:
-        each.run.control.update(surge_error=np.ones(250), sway_error=np.zeros(250))
-    errors = next(overlay for overlay in overlays(records) if overlay.panel.title == "position error in the body frame")
+        each.run.control.update(surge_surface=np.ones(250), sway_surface=np.zeros(250))
+    errors = next(overlay for overlay in overlays(records) if overlay.panel.title == "surge and sway surfaces")
     labels = [owned.label for owned in errors.lines]
-    assert labels == ["near: surge error", "near: sway error", "far: surge error", "far: sway error"]
+    assert labels == ["near: S₂ surge", "near: σ₁ sway", "far: S₂ surge", "far: σ₁ sway"]
 
 
 def test_a_page_that_cannot_be_written_is_an_error_with_its_path(tmp_path: Path) -> None:
@@ -145,7 +145,7 @@ def test_a_page_that_cannot_be_written_is_an_error_with_its_path(tmp_path: Path)
 def test_deviations_of_sensors_and_observer_from_the_truth_are_shown() -> None:
     def lines(**changes: object) -> dict[str, list[str]]:
         run = simulate(load_scenario("realistic", {"vessel_sim.duration": 2.0, **changes}))
-        return {panel.title: [line.name for line in panel.lines] for panel in panels(run)}
+        return {panel.title: [line.name for line in panel.lines] for panel in panels(Record("run", run))}
 
     shown = lines()
     assert shown["position, deviation from the truth"] == ["measured", "estimate"]

@@ -1,5 +1,6 @@
 """Tables of metrics, differences and parameters."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ from records import circle, record
 
 from vessel_hsmc_ros.core.metrics import evaluate
 from vessel_hsmc_ros.report import Record
-from vessel_hsmc_ros.report.record import held
+from vessel_hsmc_ros.report.record import Mark, held, measured
 from vessel_hsmc_ros.report.tables import MetricRow, metrics_table, parameter_tables
 
 
@@ -29,12 +30,12 @@ def test_metrics_of_several_runs_are_compared_with_the_first() -> None:
 
 def test_a_difference_within_a_percent_is_neither_better_nor_worse() -> None:
     row = row_of([record("near", 1.0), record("next", 1.005)], "position error, rms")
-    assert row.difference(1) == "+0.005 m (+0.5 %)"
+    assert row.difference(1) == "+5 mm (+0.5 %)"
     assert row.sense(1) == ""
 
 
 def test_a_difference_from_nearly_zero_is_not_expressed_in_percent() -> None:
-    assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms").difference(1) == "+3.999 m"
+    assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms").difference(1) == "+4 m"
 
 
 def test_facts_of_every_run_are_shown_in_its_own_column() -> None:
@@ -61,6 +62,17 @@ def test_metrics_of_runs_of_equal_duration_cover_the_whole_run() -> None:
     labels = [row.label for row in metrics_table([near, record("far", 2.0)])]
     assert near.metrics == evaluate(run.time, run.state, run.reference, run.wrench)
     assert not any("duration" in label for label in labels)
+
+
+def test_the_time_of_a_pause_does_not_count_as_time_to_settle() -> None:
+    run = circle(0.0)
+    run.state[:100, 0] += 10.0
+    paused = replace(run, time=np.where(run.time >= 0.5, run.time + 60.0, run.time))
+    marks = (Mark(0.495, "pause", "paused"), Mark(60.495, "resume", "running"))
+    without, with_marks = measured(run), measured(paused, marks=marks)
+    assert without is not None
+    assert with_marks is not None
+    assert with_marks.settling_time == pytest.approx(without.settling_time) == pytest.approx(1.0)
 
 
 def test_parameters_that_differ_between_runs_are_marked() -> None:

@@ -8,6 +8,7 @@ import pytest
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.report.quantities import quantity
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.runs.rerun import Rerun, rerun
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
@@ -37,9 +38,9 @@ def test_the_table_has_recorded_and_repeated_values_in_this_order(bag: Path, rep
     recorded = metrics_of(open_bag(bag).run())
     again = metrics_of(simulate(load_scenario("case2_tracking", {**CHANGE, "vessel_sim.duration": 1.99})))
     _, first, second, difference = next(line for line in repeated.table if line[0] == "position error, final")
-    assert first == f"{recorded.position_error_final:.4g} m"
-    assert second == f"{again.position_error_final:.4g} m"
-    assert difference.startswith(f"{again.position_error_final - recorded.position_error_final:+.4g} m")
+    assert first == quantity(recorded.position_error_final, "m")
+    assert second == quantity(again.position_error_final, "m")
+    assert difference.startswith(quantity(again.position_error_final - recorded.position_error_final, "m", sign=True))
 
 
 def test_quantities_that_only_the_recording_has_are_left_out(repeated: Rerun) -> None:

@@ -52,4 +52,5 @@ def circle(offset: float, samples: int = SAMPLES) -> Run:
 def record(name: str, offset: float, samples: int = SAMPLES, **changes: Any) -> Record:
     """The record of a ship on a circle, with the scenario of case 2."""
     run = circle(offset, samples)
-    return Record(name, run, measured(run), {}, load_scenario("case2_tracking", changes), {"version": "9.9"})
+    scenario = load_scenario("case2_tracking", changes)
+    return Record(name, run, measured(run, scenario), {}, scenario, {"version": "9.9"})

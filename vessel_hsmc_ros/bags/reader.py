@@ -10,12 +10,14 @@
     bag.run()                                 # core.run_data.Run: time, state, reference, wrench, ...
     bag.scenario(), bag.parameters            # the scenario and the parameters of the recording
     bag.diagnostics()                         # the last diagnostics of each node
+    bag.events()                              # services called, parameters changed, goals accepted, with their times
 
 Columns are read when they are first used. A topic's first column brings its other narrow ones along; lists such as the
 networks' weights or covariances are read only when they are used themselves.
 """
 
 import heapq
+import math
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -25,6 +27,7 @@ import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
+from vessel_hsmc_ros.bags.events import Event, changed_parameters, read_events
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
@@ -36,7 +39,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.plant import Vessel
 
-__all__ = ["Bag", "RawMessage", "Series", "open_bag"]
+__all__ = ["Bag", "Event", "RawMessage", "Series", "open_bag"]
 
 NEIGHBOURS = 4096
 """Size of the window, in messages, within which messages are sorted by log time."""
@@ -154,11 +157,12 @@ class Bag:
             raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
 
-    def scenario(self, changes: dict[str, object] | None = None) -> Scenario:
+    def scenario(self, changes: dict[str, object] | None = None, at: float = -math.inf) -> Scenario:
         """The resolved scenario of the recording: attached to the bag, from the nodes' parameters, or from params.yaml beside it.
 
         Args:
             changes: Values by `node.parameter` that replace the recorded ones.
+            at: A time as in `events`, s: parameters that were changed until then have their new values. At the start by default.
 
         Raises:
             ScenarioError: there is none, or it cannot be read.
@@ -166,7 +170,15 @@ class Bag:
         """
         name = self.recording.get("scenario") or self.path.absolute().parent.name
         text = self.attachments.get(SCENARIO, b"").decode()
-        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changes)
+        live = changed_parameters(event for event in self.events() if event.time <= at) if at >= 0.0 else {}
+        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, {**live, **(changes or {})})
+
+    def events(self, namespace: str | None = None) -> list[Event]:
+        """The events of one vessel: services called, parameters changed while the nodes ran, goals and paths accepted.
+
+        The arguments and exceptions are those of `diagnostics`.
+        """
+        return read_events(self, self.namespace(namespace))
 
     def diagnostics(self, namespace: str | None = None) -> dict[str, dict[str, str]]:
         """The last diagnostics of each node of one vessel: values by name, `message` among them.

@@ -20,6 +20,9 @@ from vessel_sim_node.plant import Vessel
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
+PAUSE = 500_000_000
+"""Age of a reference from which on a pause is assumed, ns."""
+
 NEEDED = ("odom", "reference", "applied_wrench", "disturbance")
 TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate")
 
@@ -137,10 +140,17 @@ def inputs_at(stamps: Stamps, reference: Series) -> tuple[NDArray[np.bool_], Arr
 
 
 def references_at(stamps: Stamps, series: Series) -> Array:
-    """The latest reference that is not newer than each stamp, or the first, extrapolated to the stamp; (n, 6)."""
+    """The latest reference that is not newer than each stamp, or the first, extrapolated to the stamp; (n, 6).
+
+    After a pause the next reference is taken where it is closer.
+    """
     order = np.argsort(series.stamp, kind="stable")
     times, reference, acceleration = series.stamp[order], states(series)[order], accelerations(series, "acceleration")[order]
     latest = np.maximum(np.searchsorted(times, stamps, side="right") - 1, 0)
+    following = np.minimum(latest + 1, len(times) - 1)
+    # A pause stops reference and ship, not the clock: extrapolated over it, the reference would be far away from where it waited.
+    resumed = (stamps - times[latest] > PAUSE) & (np.abs(times[following] - stamps) < stamps - times[latest])
+    latest = np.where(resumed, following, latest)
     rows: Array = reference[latest]
     # One by one and only where needed: in lockstep every reference has the stamp of its odometry.
     for row in np.flatnonzero(times[latest] != stamps):

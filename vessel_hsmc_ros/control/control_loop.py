@@ -22,7 +22,7 @@ class ControlLoop:
     Attributes:
         wrench: The present command, surge force [N] and yaw moment [N·m].
         estimate: The last state estimate that the law has received; None without an observer.
-        missed_periods: Control periods for which `step` was not called.
+        missed_periods: Control periods for which neither `step` nor `skip` was called.
         enabled: Whether the wrench is commanded; while disabled it is zero.
     """
 
@@ -85,6 +85,15 @@ class ControlLoop:
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
         self._lyapunov = terms.lyapunov
         return terms
+
+    def skip(self, stamp: int) -> None:
+        """Serve the control period that contains a time, ns, without the law, whose inputs are missing: the wrench is zero.
+
+        Such a period is not missed: during a pause of the plant, for instance, the controller is in time but has no odometry.
+        """
+        self._elapsed_periods(stamp)
+        self.wrench = NO_WRENCH
+        self._lyapunov = None  # its rate over the gap would belong to no single control period
 
     def _elapsed_periods(self, stamp: int) -> int:
         """Move on to the period that contains a time; the number of periods since the last step, at least 1."""

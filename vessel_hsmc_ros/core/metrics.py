@@ -1,18 +1,35 @@
-"""Performance metrics of a run: tracking errors and control effort.
+"""Performance metrics of a run: tracking errors, settling time, control effort, saturation.
 
 All arrays have one row per sample: time (n,), state and reference (n, 6), wrench (n, 2).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.hull import LENGTH
+
 Array = NDArray[np.float64]
 
 
+SETTLED_SHARE, SETTLED_LENGTHS = 0.05, (0.01, 0.1)
+"""The position error has settled below 5 % of its initial value, at least 1 % and at most 10 % of the hull's length."""
+
+AT_LIMIT = 1.0 - 1e-6
+"""A wrench is at its limit from this share of it on: the recorded number may be rounded."""
+
+UNLIMITED = (math.inf, math.inf)
+
+
 class Metrics(NamedTuple):
-    """Metrics of a run; in m, N and N·m, with the unit as a suffix where it is another."""
+    """Metrics of a run; in m, s, N and N·m, with the unit as a suffix where it is another.
+
+    Attributes:
+        settling_time: None if the position error has not settled at the end.
+        surge_force_at_limit, yaw_moment_at_limit: Share of the time from 0 to 1; None without a limit.
+    """
 
     position_error_rms: float
     position_error_rms_last_quarter: float
@@ -23,6 +40,10 @@ class Metrics(NamedTuple):
     surge_force_rms: float
     yaw_moment_peak: float
     yaw_moment_rms: float
+    position_error_peak_last_quarter: float
+    settling_time: float | None = None
+    surge_force_at_limit: float | None = None
+    yaw_moment_at_limit: float | None = None
 
 
 def position_error(state: Array, reference: Array) -> Array:
@@ -37,18 +58,77 @@ def heading_error(state: Array, reference: Array) -> Array:
     return difference - 2.0 * np.pi * np.ceil((difference - np.pi) / (2.0 * np.pi))
 
 
+def body_error(state: Array, reference: Array) -> Array:
+    """Position error resolved in the body frame of the ship, forward and to port, (n, 2) m.
+
+    e = R(psi)ᵀ·(p - p_d), with the heading psi of the ship. Unlike z_e of (11) it does not depend on the origin: its length is
+    the position error.
+    """
+    dx, dy = state[:, 0] - reference[:, 0], state[:, 1] - reference[:, 1]
+    c, s = np.cos(state[:, 2]), np.sin(state[:, 2])
+    return np.column_stack([c * dx + s * dy, c * dy - s * dx])
+
+
+def settling_bound(initial_error: float, hull_length: float) -> float:
+    """The position error below which a ship has settled, m.
+
+    5 % of the initial error, as is usual for a step response; within 1 % and 10 % of the hull's length, because a ship may start
+    on its reference or far away from it.
+
+    Args:
+        initial_error: Position error at the start, m.
+        hull_length: m; 0 where it is not known.
+    """
+    bound = SETTLED_SHARE * initial_error
+    return min(max(bound, SETTLED_LENGTHS[0] * hull_length), SETTLED_LENGTHS[1] * hull_length) if hull_length else bound
+
+
+def settling_time(time: Array, error: Array, bound: float) -> float | None:
+    """Time after which an error stays within a bound, from the first sample on.
+
+    Args:
+        time: Times of the samples, (n,) s.
+        error: The error, (n,).
+        bound: Its largest magnitude when settled.
+
+    Returns:
+        0 if it never exceeds the bound; None if the last sample does.
+    """
+    outside = np.flatnonzero(~(np.abs(error) <= bound))  # negated, so that NaN is outside
+    if not len(outside):
+        return 0.0
+    return float(time[outside[-1] + 1] - time[0]) if outside[-1] + 1 < len(time) else None
+
+
+def share_at_limit(wrench: Array, limit: float) -> float | None:
+    """Share of the samples, from 0 to 1, at which a force or moment (n,) is at its limit or beyond; None without a limit."""
+    return float(np.mean(np.abs(wrench) >= AT_LIMIT * limit)) if math.isfinite(limit) else None
+
+
 def rms(values: Array) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def evaluate(time: Array, state: Array, reference: Array, wrench: Array) -> Metrics:
+def evaluate(
+    time: Array,
+    state: Array,
+    reference: Array,
+    wrench: Array,
+    *,
+    commanded: Array | None = None,
+    limits: tuple[float, float] = UNLIMITED,
+    hull_length: float = LENGTH,
+) -> Metrics:
     """Compute all metrics of a run.
 
     Args:
         time: Times of the samples, (n,) s, n at least 1.
         state, reference: x, y, psi, u, v, r of ship and reference, (n, 6).
         wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
+        commanded: Commanded wrench, (m, 2), whose time at its limits is evaluated; by default the applied one.
+        limits: Limits of surge force [N] and yaw moment [N·m]; infinite for none.
+        hull_length: Length of the hull, m, to which the settled error is relative.
 
     Returns:
         The metrics; every rms value weighs all samples equally, so the samples should be evenly spaced.
@@ -57,6 +137,7 @@ def evaluate(time: Array, state: Array, reference: Array, wrench: Array) -> Metr
     angle = np.degrees(heading_error(state, reference))
     # The last quarter represents the steady state, after the transient of the initial error has decayed.
     last_quarter = time >= time[0] + 0.75 * (time[-1] - time[0])
+    demand = wrench if commanded is None else commanded  # with a lag, the applied wrench approaches its limit without reaching it
     return Metrics(
         rms(distance),
         rms(distance[last_quarter]),
@@ -67,6 +148,10 @@ def evaluate(time: Array, state: Array, reference: Array, wrench: Array) -> Metr
         rms(wrench[:, 0]),
         float(np.max(np.abs(wrench[:, 1]))),
         rms(wrench[:, 1]),
+        float(np.max(distance[last_quarter])),
+        settling_time(time, distance, settling_bound(float(distance[0]), hull_length)),
+        share_at_limit(demand[:, 0], limits[0]),
+        share_at_limit(demand[:, 1], limits[1]),
     )
 
 

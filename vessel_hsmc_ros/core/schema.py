@@ -177,7 +177,7 @@ def check(entry: Entry, value: object, owner: str) -> Value:
     outside = any(_outside(entry, number) for number in numbers)
     wrong_length = entry.length is not None and len(numbers) != entry.length
     if outside or wrong_length or (entry.choices and converted not in entry.choices):
-        raise ParameterError(f"{owner}.{entry.name} = {_shown(converted)} is not allowed: it takes {entry.allowed}")
+        raise ParameterError(f"{owner}.{entry.name} = {shown(converted)} is not allowed: it takes {entry.allowed}")
     return converted
 
 
@@ -196,7 +196,8 @@ def _outside(entry: Entry, number: object) -> bool:
     return (entry.low is not None and number < entry.low) or (entry.high is not None and number > entry.high)
 
 
-def _shown(value: Value) -> str:
+def shown(value: Value) -> str:
+    """A value as text; `build` accepts what YAML reads from it."""
     return str(list(value)) if isinstance(value, tuple) else f"{value}"
 
 

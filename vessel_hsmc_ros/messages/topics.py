@@ -1,5 +1,8 @@
 """The topics of a run and their message types; names without a leading slash are relative to the nodes' namespace."""
 
+EVENTS = "events"
+"""Calls of services, changed parameters, accepted goals and paths, of all nodes of a vessel."""
+
 RECORDED_TOPICS = {
     "odom": "nav_msgs/msg/Odometry",
     "odom/truth": "nav_msgs/msg/Odometry",
@@ -13,6 +16,7 @@ RECORDED_TOPICS = {
     "path": "nav_msgs/msg/Path",
     "controller/state": "vessel_hsmc_msgs/msg/ControlState",
     "controller/estimate": "nav_msgs/msg/Odometry",
+    EVENTS: "vessel_hsmc_msgs/msg/Event",
     "/clock": "rosgraph_msgs/msg/Clock",
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     "/rosout": "rcl_interfaces/msg/Log",
@@ -25,8 +29,13 @@ FOREIGN_TOPICS = ("goal_pose", "path")
 OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
 """Recorded topics that are not present in every run."""
 
-TYPES_OF_EVERY_NODE = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log", "rcl_interfaces/msg/ParameterEvent")
-"""Message types that every ROS node publishes; their stamps are not in the time of the run."""
+TYPES_OF_EVERY_NODE = (
+    "diagnostic_msgs/msg/DiagnosticArray",
+    "rcl_interfaces/msg/Log",
+    "rcl_interfaces/msg/ParameterEvent",
+    "vessel_hsmc_msgs/msg/Event",
+)
+"""Message types that several nodes publish on one topic: not numbered in sequence, and not stamped in the order of the run."""
 
 WATCHED_TOPICS = {
     **RECORDED_TOPICS,

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -17,10 +17,9 @@ from rclpy.qos import QoSProfile
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
-from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
+from vessel_hsmc_ros.nodes.reporting import Reporter
 from vessel_hsmc_ros.nodes.ros_parameters import declare
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ class VesselNode(Node):
         self._waiting = "waiting for the other nodes"
         # Not the node's clock: on simulated time no timer fires before the first /clock, which may wait for this very node.
         self._wall = Clock(clock_type=ClockType.STEADY_TIME)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+        self.reporter = Reporter(self, lambda: self.stamp if self.parameters.lockstep else self.now(), self.PARAMETERS)
         self.create_timer(1.0, self.publish_diagnostics, clock=self._wall)
         self._connecting = self.create_timer(0.02, self._check_connected, clock=self._wall)
 
@@ -202,14 +201,7 @@ class VesselNode(Node):
 
     def publish_diagnostics(self) -> None:
         """Publish the node's status."""
-        level, message, values = self._overall_status()
-        array = DiagnosticArray()
-        stamp = self.stamp if self.parameters.lockstep else self.now()
-        array.header.stamp = conversions.time_message(stamp)
-        pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-        name = self.get_fully_qualified_name().lstrip("/")
-        array.status = [DiagnosticStatus(level=level, name=name, message=message, hardware_id="", values=pairs)]
-        self._diagnostics.publish(array)
+        self.reporter.diagnose(*self._overall_status())
 
     def _overall_status(self) -> tuple[bytes, str, dict[str, Any]]:
         """The most important of: failure, missing connection, conflicting publisher, and the status of the node's own work."""
@@ -247,5 +239,6 @@ class VesselNode(Node):
             self.retune(parameters)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
+        self.reporter.changes(self.parameters, parameters)
         self.parameters = parameters
         return SetParametersResult(successful=True)

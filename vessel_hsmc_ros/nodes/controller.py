@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
-from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
-from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ControlLoop
+from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
@@ -59,8 +58,8 @@ class ControllerNode(VesselNode):
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
         self._create_topics(p.lockstep)
-        self.create_service(Trigger, "~/reset", self._on_reset)
-        self.create_service(SetBool, "~/enable", self._on_enable)
+        self.reporter.offer("reset", self._reset)
+        self.reporter.offer_switch("enable", "disable", self._enable)
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
@@ -168,7 +167,7 @@ class ControllerNode(VesselNode):
             return
         terms = None
         if missing := self._inputs.overdue(now):
-            self._loop.wrench = NO_WRENCH
+            self._loop.skip(now - self._start)
             self._inputs.report_overdue(missing)
         else:
             terms = self._update_in_real_time(now - self._start, *self._odometry)
@@ -181,7 +180,7 @@ class ControllerNode(VesselNode):
         try:
             return self._update(elapsed, state, reference, acceleration, stamp)
         except ControlError as error:
-            self._loop.wrench = NO_WRENCH
+            self._loop.skip(elapsed)
             self._inputs.report(f"{error}; the wrench is zero")
             return None
 
@@ -220,15 +219,13 @@ class ControllerNode(VesselNode):
         """
         self._loop.law.retune(getattr(parameters, parameters.law))
 
-    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _reset(self) -> str:
         self._loop.forget()
-        response.success, response.message = True, "weights and estimate are reset; time goes on"
-        return response
+        return "weights and estimate are reset; time goes on"
 
-    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._loop.enabled = request.data
-        response.success, response.message = True, "enabled" if request.data else "disabled: the wrench is zero"
-        return response
+    def _enable(self, enabled: bool) -> str:
+        self._loop.enabled = enabled
+        return "enabled" if enabled else "disabled: the wrench is zero"
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Updates, missed periods and computation time of the law; a warning or an error while an input is missing."""

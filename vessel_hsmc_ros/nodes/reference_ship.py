@@ -7,7 +7,6 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
@@ -36,7 +35,7 @@ class ReferenceShipNode(VesselNode):
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
         self._ship: Any = make_reference(p, self._grid.period)
-        self._refused = ""
+        self._refused = self._goal = ""
         self._index = 0
         self._start = 0
         profile = qos.data(p.lockstep)
@@ -50,7 +49,9 @@ class ReferenceShipNode(VesselNode):
             self.create_subscription(PoseStamped, "goal_pose", self._on_goal, qos.STREAM)
         elif p.mode == "path":
             self.create_subscription(Path, "path", self._on_path, qos.STREAM)
-        self.create_service(Trigger, "~/reset", self._on_reset)
+        self._paused = False
+        self.reporter.offer("reset", self._reset)
+        self.reporter.offer_switch("pause", "resume", self._pause)
 
     def describe(self) -> str:
         """The kind of reference and its rate."""
@@ -68,6 +69,9 @@ class ReferenceShipNode(VesselNode):
             self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)  # one period ahead
 
     def _on_timer(self) -> None:
+        # A pause shifts the start, so that no periods are overdue after it.
+        if self._paused:
+            self._start = self.now() - self._grid.stamp(self._index)
         self._advance_to(self._grid.index(self.now() - self._start))
 
     def _advance_to(self, index: int) -> None:
@@ -86,10 +90,25 @@ class ReferenceShipNode(VesselNode):
         self.send(self._pose_out, self._pose)
 
     def _on_goal(self, message: PoseStamped) -> None:
-        self._take(lambda: self._ship.set_goal(*read_goal(message, self._reference.header.frame_id)))
+        def work() -> None:
+            x, y, psi, stamp = read_goal(message, self._reference.header.frame_id)
+            self._ship.set_goal(x, y, psi, stamp)
+            # A stream of poses is one event, its first goal, and so is a goal that is published repeatedly.
+            goal = f"x = {x:g}, y = {y:g}, heading = {psi:g}"
+            if goal != self._goal and self._ship.target().speed == 0.0:
+                self.reporter.event("goal", goal)
+            self._goal = goal
+
+        self._take(work)
 
     def _on_path(self, message: Path) -> None:
-        self._take(lambda: self._ship.set_path(read_path(message, self._reference.header.frame_id)))
+        def work() -> None:
+            points = read_path(message, self._reference.header.frame_id)
+            self._ship.set_path(points)
+            x, y = points[-1]
+            self.reporter.event("path", f"{len(points)} waypoints, the last at x = {x:g}, y = {y:g}")
+
+        self._take(work)
 
     def _take(self, work: Callable[[], None]) -> None:
         """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
@@ -111,10 +130,15 @@ class ReferenceShipNode(VesselNode):
             raise ParameterError(f"reference_ship.mode = {parameters.mode} has no inputs: only the virtual ship has")
         self._ship.retune(parameters)
 
-    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _reset(self) -> str:
         self._ship.reset()
-        response.success, response.message = True, "the virtual ship is back at its start; time goes on"
-        return response
+        return "the virtual ship is back at its start; time goes on"
+
+    def _pause(self, paused: bool) -> str:
+        self._paused = paused
+        if self.parameters.lockstep:
+            return "in lockstep the reference pauses with the plant"
+        return "paused" if paused else "running"
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of messages and time of the latest reference; a warning after a goal or path that was ignored."""

@@ -5,5 +5,6 @@ from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.report.page import write
 from vessel_hsmc_ros.report.record import ORIGIN, Record
 from vessel_hsmc_ros.report.tables import rows
+from vessel_hsmc_ros.report.verdict import with_verdict
 
-__all__ = ["ORIGIN", "Hull", "Record", "of_bag", "rows", "write"]
+__all__ = ["ORIGIN", "Hull", "Record", "of_bag", "rows", "with_verdict", "write"]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.core.metrics import heading_error, position_error
+from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.record import commanded, held, recorded
 
@@ -18,6 +18,8 @@ Table = dict[str, Array]
 MOTION = ("x", "y", "heading", "surge_velocity", "sway_velocity", "yaw_rate")
 WRENCH = ("surge_force", "yaw_moment")
 ACCELERATION = ("surge_acceleration", "sway_acceleration", "yaw_acceleration")
+PAPER_ERRORS = {"surge_error": "paper_z1e", "sway_error": "paper_z2e", "heading_error": "paper_z3e"}
+"""Columns of z_e (11): the names in ControlState.msg would be taken for errors in the body frame, which they are not."""
 ROWS = 10_000
 """Rows that are converted to Python numbers at a time: those of a long run would not fit into memory."""
 
@@ -49,18 +51,20 @@ def _motion(run: Run) -> Table:
             table |= _columns(prefix, names, values)
     if recorded(run.reference):
         table["position_error"] = position_error(run.state, run.reference)
+        table |= _columns("body_error_", ("x", "y"), body_error(run.state, run.reference))
         table["heading_error"] = heading_error(run.state, run.reference)
     return table
 
 
 def _control(run: Run) -> Table:
-    """The terms of the law, except for the network weights, and the estimate of the observer."""
+    """The terms of the law that it computes, except for the network weights, and the estimate of the observer."""
     table: Table = {}
     for name, values in run.control.items():
         if name == "estimate":
             table |= _columns("estimated_", MOTION, values)
-        elif values.ndim == 1:
-            table[name] = values
+        elif values.ndim == 1 and recorded(values):
+            error = name.removesuffix("_rate")
+            table[PAPER_ERRORS.get(error, error) + name.removeprefix(error)] = values
     return table
 
 

@@ -1,8 +1,10 @@
 """The figures of a report as PNG or SVG files."""
 
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -12,10 +14,11 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report.jitter import histogram
-from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Owned, overlays, tracks
-from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Limit
-from vessel_hsmc_ros.report.record import Record
-from vessel_hsmc_ros.report.style import LIMIT, PLOT, ROLE_COLOURS, SHIP, series_colour
+from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, overlays, tracks
+from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Line
+from vessel_hsmc_ros.report.quantities import quantity, scaled
+from vessel_hsmc_ros.report.record import Limit, Mark, Record
+from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, ROLE_COLOURS, SHIP, series_colour
 from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time
 
 mpl.use("Agg")  # files only: no display is needed
@@ -49,7 +52,9 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
         groups.setdefault(overlay.panel.group, []).append(overlay)
     with mpl.rc_context(PLOT):
         pictures = {"track": track(records)}
-        pictures |= {name.lower(): group(name, found, len(records) == 1) for name, found in groups.items()}
+        alone = len(records) == 1
+        marks = records[0].marks if alone else ()
+        pictures |= {_file_name(name): group(name, found, alone, marks) for name, found in groups.items()}
         if (jitter := histogram(records)) is not None:
             pictures["jitter"] = jitter
         try:
@@ -57,6 +62,10 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
             return [_save(figure, directory / f"{name}.{kind}") for name, figure in pictures.items()]
         except OSError as error:
             raise ReportError(f"figures in {directory} cannot be written: {error.strerror}") from None
+
+
+def _file_name(group: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "_", group.lower().replace("'", ""))
 
 
 def _save(figure: Figure, path: Path) -> Path:
@@ -85,13 +94,14 @@ def track(records: Sequence[Record]) -> Figure:
     return figure
 
 
-def group(name: str, found: Sequence[Overlay], alone: bool) -> Figure:
+def group(name: str, found: Sequence[Overlay], alone: bool, marks: Sequence[Mark] = ()) -> Figure:
     """Draw the panels of a group below each other, with a common time axis.
 
     Args:
         name: Title of the figure.
         found: Its panels, from top to bottom.
         alone: Whether there is a single run: lines are then coloured by their role, else by their run.
+        marks: Events, drawn as vertical lines.
     """
     height = 0.8 + 1.8 * len(found)
     figure = Figure(figsize=(8.0, height))
@@ -101,38 +111,38 @@ def group(name: str, found: Sequence[Overlay], alone: bool) -> Figure:
     for axis, overlay in zip(axes, found, strict=True):
         _panel(axis, overlay, alone)
         axis.tick_params(labelbottom=axis is axes[-1])
+        for mark in marks:
+            axis.axvline(mark.time, color=NEUTRAL, lw=0.8, ls=":")
     axes[0].set(title=name)
     axes[-1].set(xlabel="time [s]")
     return figure
 
 
 def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
-    """Draw the lines of a panel."""
+    """Draw the lines of a panel, its values with the prefix that suits them."""
     panel = overlay.panel
-    values = np.concatenate([_line(axis, owned, panel.step, alone) for owned in overlay.lines])
+    drawn = [_thinned(owned.line) for owned in overlay.lines]
+    values = np.concatenate([found for _, found in drawn])
+    values = values[np.isfinite(values)]
+    low, high, peak = _range(values)
+    factor, unit = scaled(max(abs(low), abs(high)), panel.unit)
+    for owned, (time, found) in zip(overlay.lines, drawn, strict=True):
+        look: Any = {"color": _colour(owned.run, owned.line.role, alone), "ls": STYLES[owned.line.role], "lw": 1.1}
+        axis.plot(time, factor * found, label=owned.label, drawstyle="steps-post" if panel.step else "default", **look)
     title = textwrap.fill(panel.title, LABEL_WIDTH)
-    axis.set(ylabel=f"{title}\n[{panel.unit}]" if panel.unit else title)
-    if len(overlay.lines) > 1:
-        axis.legend(loc="upper right", ncols=min(3, len(overlay.lines)), fontsize=7)
-    _limit(axis, panel.limits, values)
-    _leave_out_peaks(axis, values[np.isfinite(values)], panel.unit)
+    axis.set(ylabel=f"{title}\n[{unit}]" if unit else title)
+    _limits(axis, panel.limits, max(abs(low), abs(high)), factor)
+    if peak is not None:
+        axis.set_ylim(factor * low, factor * high)
+        text = f"peak {quantity(peak, panel.unit)}, beyond the scale"
+        axis.text(0.02, 0.92, text, transform=axis.transAxes, va="top", fontsize=8)
+    if len(axis.lines) > 1:
+        axis.legend(loc="upper right", ncols=3, fontsize=7)
 
 
-def _line(axis: Axes, owned: Owned, step: bool, alone: bool) -> Array:
-    """Draw a line, thinned; returns the drawn values."""
-    line = owned.line
+def _thinned(line: Line) -> tuple[Array, Array]:
     chosen = buckets(len(line.time), VALUES)
-    values = thin(np.asarray(line.values, dtype=float), chosen)
-    axis.plot(
-        thin_time(line.time, chosen),
-        values,
-        color=_colour(owned.run, line.role, alone),
-        ls=STYLES[line.role],
-        lw=1.1,
-        label=owned.label,
-        drawstyle="steps-post" if step else "default",
-    )
-    return values
+    return thin_time(line.time, chosen), thin(np.asarray(line.values, dtype=float), chosen)
 
 
 def _colour(run: int | None, role: str, alone: bool) -> str:
@@ -140,21 +150,28 @@ def _colour(run: int | None, role: str, alone: bool) -> str:
     return ROLE_COLOURS[role] if alone else series_colour(run)
 
 
-def _limit(axis: Axes, limits: Sequence[Limit], values: Array) -> None:
-    """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines."""
-    for limit, _ in limits:
-        if limit <= 4.0 * np.nanmax(np.abs(values), initial=0.0):
-            for bound in (-limit, limit):
-                axis.axhline(bound, color=LIMIT, lw=0.8, ls="--")
+def _limits(axis: Axes, limits: Sequence[Limit], largest: float, factor: float) -> None:
+    """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines.
+
+    Args:
+        axis: Where to draw.
+        limits: The limits.
+        largest: Largest magnitude of the shown values, SI.
+        factor: From SI to the unit of the axis.
+    """
+    for i, limit in enumerate(limits):
+        if limit.value <= 4.0 * largest:
+            for bound, label in ((-limit.value, None), (limit.value, f"limit: {limit.name}")):
+                axis.axhline(factor * bound, color=LIMIT, lw=0.8, ls=("--", ":")[i % 2], label=label)
 
 
-def _leave_out_peaks(axis: Axes, values: Array, unit: str) -> None:
-    """Scale the axis to 96 % of the values where a short peak would flatten them, and print the peak's value."""
+def _range(values: Array) -> tuple[float, float, float | None]:
+    """Lower and upper end of the shown values; and a short peak beyond them that would flatten the others, if there is one."""
     if len(values) == 0:
-        return
+        return 0.0, 0.0, None
     low, high = np.percentile(values, [2.0, 98.0])
     margin = high - low
-    peak = values[np.argmax(np.abs(values))]
+    peak = float(values[np.argmax(np.abs(values))])
     if margin and not low - 4.0 * margin <= peak <= high + 4.0 * margin:
-        axis.set_ylim(low - 0.5 * margin, high + 0.5 * margin)
-        axis.text(0.02, 0.92, f"peak {peak:.3g} {unit}, beyond the scale", transform=axis.transAxes, va="top", fontsize=8)
+        return low - 0.5 * margin, high + 0.5 * margin, peak
+    return float(values.min()), float(values.max()), None

@@ -1,6 +1,6 @@
 """Reads the record of a run from a bag: of this package completely, of another recorder as far as its topics allow."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from pathlib import Path
@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.reader import Bag, open_bag
+from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.report.record import Record, held, measured
+from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, held, measured
+from vessel_hsmc_ros.report.verdict import with_verdict
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -23,6 +24,12 @@ Topics = Mapping[str, Series]
 
 FORCES = [0, 2]
 """Indices of the actuated components among surge force, sway force and yaw moment: the ship has no sway actuator."""
+
+WITH_VALUES = ("parameter", "goal", "path")
+"""Kinds of events whose text has values; that of the others repeats their kind."""
+
+TOGETHER = 1.0
+"""Events of one kind within this time are one call of several nodes, s."""
 
 DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
     "vessel_sim": (
@@ -63,8 +70,9 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     # In a run folder the bag is named `bag`, and the folder bears the name of the run.
     folder = path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
-    facts = _facts(bag, prefix, run, scenario)
-    return Record(name, run, measured(run), facts, scenario, _origin(bag, origin or {}))
+    marks = _marks(bag.events(prefix))
+    record = Record(name, run, measured(run, scenario, marks), {}, scenario, _origin(bag, origin or {}), marks)
+    return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
 
 
 def _scenario(bag: Bag) -> Scenario | None:
@@ -137,14 +145,28 @@ def _with_commands(run: Run, topics: Topics, start: int) -> Run:
     return replace(run, control={"time": times, "commanded": _forces(commands)[order]})
 
 
-def _facts(bag: Bag, prefix: str, run: Run, scenario: Scenario | None) -> dict[str, Any]:
+def _marks(events: Sequence[Event]) -> tuple[Mark, ...]:
+    """Events as marks: parameters, goals and paths with their values, others with their nodes; one for all nodes of a call."""
+    marks: list[Mark] = []
+    for time, node, kind, text in events:
+        last = marks[-1] if marks else None
+        if kind in WITH_VALUES:
+            marks.append(Mark(time, kind, text))
+        elif last is not None and last.kind == kind and time - last.time < TOGETHER:
+            marks[-1] = last._replace(text=f"{last.text}, {node}")
+        else:
+            marks.append(Mark(time, kind, node))
+    return tuple(marks)
+
+
+def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:
     """Values of the nodes' final diagnostics, and the largest deviation of the control interval from its nominal value."""
     status = bag.diagnostics(prefix)
     facts: dict[str, Any] = {"messages_recorded": bag.count}
     for node, names in DIAGNOSTICS.items():
         facts |= {ours: kind(status[node][theirs]) for theirs, ours, kind in names if theirs in status.get(node, {})}
-    times = run.control.get("time", np.empty(0))
-    if scenario and not scenario.controller.lockstep and "compute_time" in run.control and len(times) > 1:
-        deviation = np.abs(np.diff(times) - 1.0 / scenario.controller.rate_hz)
+    _, intervals = control_intervals(record)
+    if record.scenario and not record.scenario.controller.lockstep and len(intervals):
+        deviation = np.abs(intervals - 1.0 / record.scenario.controller.rate_hz)
         facts["control_interval_deviation_max"] = float(np.max(deviation))
     return facts

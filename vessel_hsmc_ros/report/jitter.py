@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.record import Record
+from vessel_hsmc_ros.report.quantities import quantity, scaled
+from vessel_hsmc_ros.report.record import Record, control_intervals
 from vessel_hsmc_ros.report.style import SHIP
 
 Array = NDArray[np.float64]
@@ -18,12 +19,9 @@ CONSTANT = 1e-6
 
 
 def intervals(record: Record) -> Array | None:
-    """Intervals between control steps, (n - 1,) s; None where they are constant or the law's terms were not recorded."""
-    times = record.run.control.get("time", np.empty(0))
-    if "compute_time" not in record.run.control or len(times) < 3:
-        return None
-    found: Array = np.diff(times)
-    return found if np.ptp(found) > CONSTANT else None
+    """Intervals between control steps, (n,) s; None where they are constant or the law's terms were not recorded."""
+    _, found = control_intervals(record)
+    return found if len(found) > 1 and np.ptp(found) > CONSTANT else None
 
 
 def histogram(records: Sequence[Record]) -> Any:
@@ -37,13 +35,15 @@ def histogram(records: Sequence[Record]) -> Any:
     for i, (name, found) in enumerate(uneven):
         axis = figure.add_subplot(len(uneven), 1, i + 1)
         period = round(float(np.median(found)), 4)  # the median: late steps do not shift it
-        deviation = 1e3 * (found - period)
+        deviation = found - period
         # Outliers are counted in the outermost bins; the title shows their values.
         low, high = np.percentile(deviation, [0.1, 99.9])
-        pad = 0.1 * (high - low) or 1.0
-        axis.hist(np.clip(deviation, low - pad, high + pad), bins=60, color=SHIP)
-        axis.set_title(f"{name}: smallest {deviation.min():.3g} ms, largest {deviation.max():.3g} ms", fontsize=9)
-        axis.set(xlabel=f"control interval minus {1e3 * period:.4g} ms [ms]", ylabel="count", yscale="log")
+        factor, unit = scaled(max(-low, high), "s")
+        pad = 0.1 * (high - low) or 1e-3
+        axis.hist(factor * np.clip(deviation, low - pad, high + pad), bins=60, color=SHIP)
+        smallest, largest = quantity(deviation.min(), "s", sign=True), quantity(deviation.max(), "s", sign=True)
+        axis.set_title(f"{name}: smallest {smallest}, largest {largest}", fontsize=9)
+        axis.set(xlabel=f"control interval minus {quantity(period, 's')} [{unit}]", ylabel="count", yscale="log")
     return figure
 
 

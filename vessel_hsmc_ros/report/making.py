@@ -90,7 +90,9 @@ def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
     records = []
     for bag in bags:
         summary = RunFolder(bag.absolute().parent).read_summary()
-        records.append(of_bag(bag, namespace, {name: summary[name] for name in ORIGIN if summary.get(name) not in (None, "")}))
+        records.append(
+            of_bag(bag, namespace, {name: summary[name] for name in (*ORIGIN, "failure") if summary.get(name) not in (None, "")})
+        )
     return over_shared_interval(distinguished(records))
 
 

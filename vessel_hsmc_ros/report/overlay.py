@@ -50,7 +50,7 @@ def overlays(records: Sequence[Record]) -> list[Overlay]:
     """
     merged: dict[tuple[str, str], Overlay] = {}
     for run, record in enumerate(records):
-        for panel in panels(record.run, record.limits):
+        for panel in panels(record):
             overlay = merged.get((panel.group, panel.title), Overlay(panel, ()))
             merged[panel.group, panel.title] = _with(overlay, panel, record.name, run)
     order = list(dict.fromkeys(overlay.panel.group for overlay in merged.values()))

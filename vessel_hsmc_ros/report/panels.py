@@ -1,15 +1,15 @@
 """The diagrams of a report: the panels over time and their lines, for the quantities that a run contains."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.metrics import heading_error, position_error
+from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.report.record import commanded, held, recorded
+from vessel_hsmc_ros.report.help_texts import HELP
+from vessel_hsmc_ros.report.record import Limit, Record, commanded, control_intervals, held, recorded
 
 Array = NDArray[np.float64]
 
@@ -20,8 +20,8 @@ AXES = ("surge", "sway", "yaw")
 VELOCITIES = ("surge velocity", "sway velocity", "yaw rate")
 ACCELERATION_UNITS = ("m/s²", "m/s²", "rad/s²")
 
-JITTER = 1e-3
-"""Control intervals whose spread is below this are constant, as in lockstep, and not drawn, ms."""
+JITTER = 1e-6
+"""Control intervals whose spread is below this are constant, as in lockstep, and not drawn, s."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,6 @@ class Line:
     time: Array
     values: Array
     role: str = MAIN
-
-
-class Limit(NamedTuple):
-    """A bound drawn at plus and minus its value, with whose bound it is."""
-
-    value: float
-    name: str
 
 
 @dataclass(frozen=True)
@@ -62,50 +55,54 @@ class Panel:
     help: str = ""
 
 
-def panels(run: Run, limits: tuple[float, float] = (np.inf, np.inf)) -> list[Panel]:
-    """All panels of a run, group by group.
-
-    Args:
-        run: Quantities that were not recorded are NaN.
-        limits: Saturation limits of surge force [N] and yaw moment [N·m]; infinite for none.
-    """
+def panels(record: Record) -> list[Panel]:
+    """All panels of a run, group by group; quantities that were not recorded, that is, are NaN, have none."""
+    run = record.run
     groups = (
         _errors(run),
         _velocities(run),
         _sensors(run),
+        _error_variables(run),
         _surfaces(run),
-        _wrench(run, limits),
+        _wrench(run, record.limits),
         _networks(run),
         _disturbance(run),
-        _timing(run),
+        _timing(record),
     )
-    return [panel for group in groups for panel in group if panel.lines]
+    return [replace(panel, help=HELP[panel.title]) for group in groups for panel in group if panel.lines]
 
 
-def _control(run: Run, names: Sequence[tuple[str, str]], scale: float = 1.0) -> tuple[Line, ...]:
+def _control(run: Run, names: Sequence[tuple[str, str]]) -> tuple[Line, ...]:
     """Lines of terms of the law, as far as it computes them.
 
     Args:
         run: The run.
         names: Keys of `Run.control` with their labels, at most three.
-        scale: Factor of the values, for instance 1e3 from s to ms.
     """
     lines: list[Line] = []
     for key, label in names:
         values = run.control.get(key)
         if values is not None and values.ndim == 1 and recorded(values):
-            lines.append(Line(label, run.control["time"], scale * values, (MAIN, OTHER, THIRD)[len(lines)]))
+            lines.append(Line(label, run.control["time"], values, (MAIN, OTHER, THIRD)[len(lines)]))
     return tuple(lines)
 
 
 def _errors(run: Run) -> Iterator[Panel]:
-    group = "Errors"
-    if recorded(run.reference):
-        distance, angle = position_error(run.state, run.reference), np.degrees(heading_error(run.state, run.reference))
-        yield Panel(group, "position error", "m", (Line("distance", run.time, distance),))
-        yield Panel(group, "heading error", "°", (Line("heading error", run.time, angle),))
-    errors = _control(run, (("surge_error", "surge error"), ("sway_error", "sway error")))
-    yield Panel(group, "position error in the body frame", "m", errors)
+    if not recorded(run.reference):
+        return
+    body, angle = body_error(run.state, run.reference), np.degrees(heading_error(run.state, run.reference))
+    distance = Line("distance", run.time, position_error(run.state, run.reference))
+    forward, port = Line("forward", run.time, body[:, 0]), Line("to port", run.time, body[:, 1], OTHER)
+    yield Panel("Errors", "position error", "m", (distance,))
+    yield Panel("Errors", "position error in the body frame", "m", (forward, port))
+    yield Panel("Errors", "heading error", "°", (Line("heading error", run.time, angle),))
+
+
+def _error_variables(run: Run) -> Iterator[Panel]:
+    # Every law may record z_e, but only one with the sway surface (12) uses it: elsewhere it would only be misread.
+    if recorded(run.control.get("sway_surface")):
+        lines = _control(run, (("surge_error", "z₁ₑ"), ("sway_error", "z₂ₑ")))
+        yield Panel("Error variables of the paper's law", "z_e of (11)", "m", lines)
 
 
 def _velocities(run: Run) -> Iterator[Panel]:
@@ -166,7 +163,7 @@ def _surfaces(run: Run) -> Iterator[Panel]:
     yield panel("Lyapunov function, time derivative", "1/s", ("lyapunov_rate", "dV/dt"))
 
 
-def _wrench(run: Run, limits: tuple[float, float]) -> Iterator[Panel]:
+def _wrench(run: Run, limits: tuple[tuple[Limit, ...], tuple[Limit, ...]]) -> Iterator[Panel]:
     # Drawn as steps: the wrench is held between two commands (zero-order hold).
     command = commanded(run)
     for i, (name, unit) in enumerate((("surge force", "N"), ("yaw moment", "N·m"))):
@@ -175,19 +172,18 @@ def _wrench(run: Run, limits: tuple[float, float]) -> Iterator[Panel]:
             lines.append(Line("applied", run.time, run.wrench[:, i]))
         if command is not None:
             lines.append(Line("commanded", command[0], command[1][:, i], OTHER if lines else MAIN))
-        bounds = (Limit(limits[i], "actuator"),) if np.isfinite(limits[i]) else ()
-        yield Panel("Wrench", name, unit, tuple(lines), bounds, step=True)
+        yield Panel("Wrench", name, unit, tuple(lines), limits[i], step=True)
 
 
 def _networks(run: Run) -> Iterator[Panel]:
-    group = "Networks"
+    # Networks cannot separate what acts together: they learn f_u, f_v, f_r of (7) and the disturbance tau_uw, tau_vw, tau_rw.
+    truth = run.unforced_acceleration + run.disturbance
     for i, axis in enumerate(AXES):
         lines = list(_control(run, ((f"{axis}_estimate", "estimate"),)))
-        # The networks estimate f_u, f_v, f_r of (7): the acceleration without control forces and disturbances.
-        if lines and recorded(run.unforced_acceleration):
-            lines.append(Line("truth", run.time, run.unforced_acceleration[:, i], DESIRED))
-        yield Panel(group, f"{axis} dynamics f_{'uvr'[i]}", ACCELERATION_UNITS[i], tuple(lines))
-    yield Panel(group, "weight norms", "", _control(run, [(f"{axis}_weight_norm", axis) for axis in AXES]))
+        if lines and recorded(truth):
+            lines.append(Line("truth", run.time, truth[:, i], DESIRED))
+        yield Panel("Networks", f"{axis} dynamics f_{'uvr'[i]} and disturbance", ACCELERATION_UNITS[i], tuple(lines))
+    yield Panel("Networks", "weight norms", "", _control(run, [(f"{axis}_weight_norm", axis) for axis in AXES]))
 
 
 def _disturbance(run: Run) -> Iterator[Panel]:
@@ -197,11 +193,8 @@ def _disturbance(run: Run) -> Iterator[Panel]:
             yield Panel("Disturbance", f"{axis} disturbance", ACCELERATION_UNITS[i], (line,))
 
 
-def _timing(run: Run) -> Iterator[Panel]:
-    computing = _control(run, (("compute_time", "law"),), 1e3)
-    yield Panel("Timing", "computation time of the law", "ms", computing)
-    if computing and len(run.control["time"]) > 1:
-        times = run.control["time"]
-        intervals = 1e3 * np.diff(times)
-        if np.ptp(intervals) > JITTER:
-            yield Panel("Timing", "control interval", "ms", (Line("interval", times[1:], intervals),))
+def _timing(record: Record) -> Iterator[Panel]:
+    yield Panel("Timing", "computation time of the law", "s", _control(record.run, (("compute_time", "law"),)))
+    times, intervals = control_intervals(record)
+    if len(intervals) and np.ptp(intervals) > JITTER:
+        yield Panel("Timing", "control interval", "s", (Line("interval", times, intervals),))

@@ -3,13 +3,14 @@
 A report reads everything from a `Run`, simulated or recorded. NaN marks quantities that a bag does not contain.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.hull import LENGTH
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -18,6 +19,17 @@ Array = NDArray[Any]
 
 ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_commit", "host", "system", "python")
 """Keys of run.json that describe the origin of a run."""
+
+
+WITHOUT_LIMITS = ("hierarchical", "course", "pd")
+"""The paper's own laws: they do not use the limits of the vessel that they know."""
+
+
+class Limit(NamedTuple):
+    """A bound drawn at plus and minus its value, with whose bound it is."""
+
+    value: float
+    name: str
 
 
 class Mark(NamedTuple):
@@ -53,12 +65,9 @@ class Record:
     verdict: str = ""
 
     @property
-    def limits(self) -> tuple[float, float]:
-        """Saturation limits of surge force [N] and yaw moment [N·m]; infinite where they are not known."""
-        if self.scenario is None:
-            return float("inf"), float("inf")
-        actuators = self.scenario.vessel_sim.actuators
-        return actuators.surge_force_limit, actuators.yaw_moment_limit
+    def limits(self) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:
+        """Named limits of surge force [N] and yaw moment [N·m]; those of the actuators and of the law, if they are known."""
+        return limits(self.scenario)
 
     @property
     def duration(self) -> float:
@@ -96,11 +105,35 @@ def commanded(run: Run) -> tuple[Array, Array] | None:
     return None if values is None or not recorded(values) else (run.control["time"], values)
 
 
-def measured(run: Run, until: float = np.inf) -> Metrics | None:
+def limits(scenario: Scenario | None) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:
+    """Limits of surge force [N] and yaw moment [N·m], of the actuators and of the law, as far as they are finite."""
+    return _limits(scenario, "surge_force_limit"), _limits(scenario, "yaw_moment_limit")
+
+
+def _limits(scenario: Scenario | None, name: str) -> tuple[Limit, ...]:
+    if scenario is None:
+        return ()
+    plant, controller = scenario.vessel_sim, scenario.controller
+    # The plant has limits of its actuators and of its vessel, where it declares them; the tighter one applies.
+    actuator = min(getattr(plant.actuators, name), getattr(plant.vessel, name, np.inf))
+    law = np.inf if controller.law in WITHOUT_LIMITS else getattr(controller.vessel, name)
+    if actuator == law:
+        return (Limit(law, "actuator and law"),) if np.isfinite(law) else ()
+    return tuple(Limit(value, of) for value, of in ((actuator, "actuator"), (law, "law")) if np.isfinite(value))
+
+
+def hull_length(scenario: Scenario | None) -> float:
+    """Length of the hull, m; 0 where it is not known."""
+    return 0.0 if scenario is None else getattr(scenario.vessel_sim.vessel, "length", LENGTH)
+
+
+def measured(run: Run, scenario: Scenario | None = None, marks: Sequence[Mark] = (), until: float = np.inf) -> Metrics | None:
     """Evaluate the metrics of a run with the applied wrench, or with the commanded one where no other was recorded.
 
     Args:
         run: The run.
+        scenario: Its limits and hull; None where they are not known.
+        marks: Its events; the time of pauses does not count.
         until: End of the evaluated interval, s.
 
     Returns:
@@ -112,7 +145,48 @@ def measured(run: Run, until: float = np.inf) -> Metrics | None:
     if not recorded(run.reference) or not recorded(wrench):
         return None
     part = run.time <= until
-    return evaluate(run.time[part], run.state[part], run.reference[part], wrench[part])
+    surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
+    return evaluate(
+        _running(run.time[part], marks),
+        run.state[part],
+        run.reference[part],
+        wrench[part],
+        commanded=None if command is None else command[1][command[0] <= until],
+        limits=(surge, yaw),
+        hull_length=hull_length(scenario),
+    )
+
+
+def _running(time: Array, marks: Sequence[Mark]) -> Array:
+    """Times (n,) without the pauses before them, s."""
+    running = time
+    for begin, end in _pauses(marks):
+        running = running - np.clip(time - begin, 0.0, end - begin)
+    return running
+
+
+def control_intervals(record: Record) -> tuple[Array, Array]:
+    """Ends (n,) and lengths (n,) of the intervals between control steps, s; without those that a pause interrupts."""
+    times = record.run.control.get("time", np.empty(0))
+    if "compute_time" not in record.run.control or len(times) < 2:  # commands alone do not give the times of the law
+        return np.empty(0), np.empty(0)
+    running = np.ones(len(times) - 1, bool)
+    for begin, end in _pauses(record.marks):
+        running &= (times[1:] < begin) | (times[:-1] > end)
+    return times[1:][running], np.diff(times)[running]
+
+
+def _pauses(marks: Sequence[Mark]) -> Iterator[tuple[float, float]]:
+    """Begin and end of each pause, s; the last one may have no end."""
+    begin: float | None = None
+    for mark in marks:
+        if mark.kind == "pause" and begin is None:
+            begin = mark.time
+        elif mark.kind == "resume" and begin is not None:
+            yield begin, mark.time
+            begin = None
+    if begin is not None:
+        yield begin, np.inf
 
 
 def over_shared_interval(records: Sequence[Record]) -> list[Record]:
@@ -130,7 +204,7 @@ def over_shared_interval(records: Sequence[Record]) -> list[Record]:
     return [
         replace(
             record,
-            metrics=measured(record.run, shared) if record.metrics else None,
+            metrics=measured(record.run, record.scenario, record.marks, shared) if record.metrics else None,
             facts={**record.facts, "run_duration": record.duration, "metrics_interval": shared},
         )
         for record in records

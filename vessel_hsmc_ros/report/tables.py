@@ -5,24 +5,36 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.report.quantities import quantity
 from vessel_hsmc_ros.report.record import Record, over_shared_interval
 from vessel_hsmc_ros.scenario.parameters import NODES
 
-UNITS = {"deg": "°", "position": " m", "force": " N", "moment": " N·m"}
-LABELS = {
-    "position_error_rms_last_quarter": "position error, rms of the last quarter",
-    "heading_error_rms_deg": "heading error, rms",
-    "heading_error_final_deg": "heading error, final",
+METRICS = {
+    "position_error_rms": ("position error, rms", "m"),
+    "position_error_rms_last_quarter": ("position error, rms of the last quarter", "m"),
+    "position_error_peak_last_quarter": ("position error, largest of the last quarter", "m"),
+    "position_error_final": ("position error, final", "m"),
+    "settling_time": ("position error, settling time", "s"),
+    "heading_error_rms_deg": ("heading error, rms", "°"),
+    "heading_error_final_deg": ("heading error, final", "°"),
+    "surge_force_peak": ("surge force, peak", "N"),
+    "surge_force_rms": ("surge force, rms", "N"),
+    "surge_force_at_limit": ("surge force, time at its limit", "%"),
+    "yaw_moment_peak": ("yaw moment, peak", "N·m"),
+    "yaw_moment_rms": ("yaw moment, rms", "N·m"),
+    "yaw_moment_at_limit": ("yaw moment, time at its limit", "%"),
 }
+"""Labels and units of the metrics, in the order of the table; for all of them less is better."""
+
 FACTS = {
-    "run_duration": ("duration of the run", "g", " s"),
-    "metrics_interval": ("metrics above: over the first, which all runs share", "g", " s"),
-    "missed_periods": ("control periods missed", ".0f", ""),
-    "control_interval_deviation_max": ("control interval, largest deviation", ".2g", " s"),
-    "messages_recorded": ("messages recorded", ".0f", ""),
-    "messages_dropped": ("messages dropped", ".0f", ""),
-    "start_up": ("from the command to the first control step", ".2f", " s"),
-    "real_time_factor": ("real-time factor", ".1f", ""),
+    "run_duration": ("duration of the run", "s"),
+    "metrics_interval": ("metrics above: over the first, which all runs share", "s"),
+    "missed_periods": ("control periods missed", ""),
+    "control_interval_deviation_max": ("control interval, largest deviation", "s"),
+    "messages_recorded": ("messages recorded", ""),
+    "messages_dropped": ("messages dropped", ""),
+    "start_up": ("from the command to the first control step", "s"),
+    "real_time_factor": ("real-time factor", ""),
 }
 COSTS = ("missed_periods", "messages_dropped")
 """Facts for which less is better, as for every metric."""
@@ -40,21 +52,21 @@ class Quantity(NamedTuple):
     """A number to show.
 
     Attributes:
-        label, value: Its name and its number.
-        form, unit: Format specification and unit of its text.
+        label, value, unit: Its name, its number and its unit.
         cost: Whether less is better.
+        relative: Whether a difference is also expressed in percent.
     """
 
     label: str
     value: float
-    form: str
     unit: str
     cost: bool
+    relative: bool
 
     @property
     def text(self) -> str:
         """The value with its unit."""
-        return f"{self.value:{self.form}}{self.unit}"
+        return quantity(self.value, self.unit)
 
 
 class MetricRow(NamedTuple):
@@ -75,9 +87,8 @@ class MetricRow(NamedTuple):
             return ""
         change, size = other.value - first.value, abs(first.value)
         # Relative to a value near zero, any difference is huge: the percentage would only show that the value is near zero.
-        meaningful = other.form == ".4g" and abs(change) < LARGEST_SHARE * size
-        share = f" ({100.0 * change / size:+.3g} %)" if meaningful else ""
-        return f"{change:+{other.form}}{other.unit}{share}"
+        share = f" ({100.0 * change / size:+.3g} %)" if other.relative and abs(change) < LARGEST_SHARE * size else ""
+        return quantity(change, other.unit, sign=True) + share
 
     def sense(self, run: int) -> str:
         """`better` or `worse` than the first run; empty where that is not notable or not defined."""
@@ -92,14 +103,15 @@ class MetricRow(NamedTuple):
 
 def quantities(metrics: Metrics | None, facts: Mapping[str, Any]) -> list[Quantity]:
     """Every metric and fact of a run that tables show."""
+    values = metrics._asdict() if metrics else {}
     found = []
-    for name, value in metrics._asdict().items() if metrics else ():
-        unit = next((unit for part, unit in UNITS.items() if part in name.split("_")), "")
-        *words, last = name.split("_")
-        found.append(Quantity(LABELS.get(name, f"{' '.join(words)}, {last}"), float(value), ".4g", unit, True))
-    for name, (label, form, unit) in FACTS.items():
+    for name, (label, unit) in METRICS.items():
+        if values.get(name) is not None:
+            value = 100.0 * values[name] if unit == "%" else values[name]
+            found.append(Quantity(label, float(value), unit, cost=True, relative=unit != "%"))
+    for name, (label, unit) in FACTS.items():
         if facts.get(name) is not None:
-            found.append(Quantity(label, float(facts[name]), form, unit, name in COSTS))
+            found.append(Quantity(label, float(facts[name]), unit, cost=name in COSTS, relative=False))
     return found
 
 

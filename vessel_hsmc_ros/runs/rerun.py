@@ -53,7 +53,7 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
     recorded = replace(report.of_bag(bag.path, namespace), name="recorded")
     run = simulate(scenario)
     change = ", ".join(f"{name} = {value}" for name, value in changes.items())
-    repeated = report.Record(f"with {change}", run, measured(run), scenario=scenario)
+    repeated = report.with_verdict(report.Record(f"with {change}", run, measured(run, scenario), scenario=scenario))
     folder = make_run_folder(output, f"{scenario.name}_again")
     folder.write_parameters(scenario)
     report.write(folder.report, [recorded, repeated], f"{scenario.name}, recorded and with {change}")

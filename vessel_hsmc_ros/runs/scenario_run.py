@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.core.exceptions import BagError, RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
-from vessel_hsmc_ros.core.metrics import Metrics, evaluate
+from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs import offline
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, provenance
@@ -163,9 +163,11 @@ def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float
 def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any]) -> None:
     """Evaluate a run that was computed in this process, and write page and figures."""
     from vessel_hsmc_ros import report
+    from vessel_hsmc_ros.report.record import measured
 
-    metrics = evaluate(run.time, run.state, run.reference, run.wrench)
-    _write_report(result, report.Record(scenario.name, run, metrics, scenario=scenario), origin)
+    metrics = measured(run, scenario)
+    record = report.with_verdict(report.Record(scenario.name, run, metrics, scenario=scenario))
+    _write_report(result, record, origin)
 
 
 def _write_report(result: Result, record: "Record", origin: Mapping[str, Any]) -> None:

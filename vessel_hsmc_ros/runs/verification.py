@@ -1,21 +1,26 @@
 """Verification of a bag: recomputes the recorded commands from the recorded inputs, and requires bit-identical values.
 
-The inputs pass through `ControlLoop`, as in the node, with the parameters stored in the bag.
+The inputs pass through `ControlLoop`, as in the node, with the parameters stored in the bag. What happened to the node during the
+recording, such as a changed gain, takes effect at the same step.
 """
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
+from vessel_hsmc_ros.bags.events import Event, changed_parameters
 from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
 
 Array = NDArray[np.float64]
@@ -91,7 +96,8 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
     if not answered.any():
         raise BagError(f"bag {bag.path} has no command that answers an odometry message")
     last = int(np.flatnonzero(answered)[-1]) + 1  # a truncated bag may end before the command
-    steps = _steps(scenario, stamps[:last], states, run_from_bag.inputs_at(stamps[:last], reference))
+    events = [event for event in bag.events(namespace) if event.node == "controller"]
+    steps = _steps(scenario, events, stamps[:last], states, run_from_bag.inputs_at(stamps[:last], reference))
     computed = np.array([*steps]).reshape(-1, 2)
     chosen = np.flatnonzero(answered[: len(computed)])
     if not len(chosen):
@@ -102,18 +108,40 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
 
 
 def _steps(
-    scenario: Scenario, stamps: NDArray[np.int64], states: Array, inputs: tuple[NDArray[np.bool_], Array, Array]
+    scenario: Scenario,
+    events: Sequence[Event],
+    stamps: NDArray[np.int64],
+    states: Array,
+    inputs: tuple[NDArray[np.bool_], Array, Array],
 ) -> Iterator[tuple[float, float]]:
     """The wrench for each odometry message, as the node would compute it, up to the first missing reference."""
     controller = scenario.controller
     loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
     known, references, accelerations = inputs
+    # An event has the stamp of the node's latest command, so it takes effect from the next odometry message on.
+    pending = [(time, [*group]) for time, group in itertools.groupby(events, key=lambda event: event.time)]
     for row, stamp in enumerate(stamps.tolist()):
+        while pending and pending[0][0] < seconds(stamp - int(stamps[0])):
+            controller = _apply(loop, controller, pending.pop(0)[1])
         if loop.due(stamp):  # the law has a state: from a missing input on, no later command can be recomputed
             if not known[row]:
                 return
             loop.step(stamp, as_motion(states[row]), as_motion(references[row]), as_acceleration(accelerations[row]))
         yield loop.wrench
+
+
+def _apply(loop: ControlLoop, controller: ControllerParameters, events: Sequence[Event]) -> ControllerParameters:
+    """Apply what happened to the controller between two steps; returns its new parameters."""
+    # All changes of a request together, as in the node: a limit may depend on another parameter.
+    if changes := {name.partition(".")[2]: value for name, value in changed_parameters(events).items()}:
+        controller = schema.build(ControllerParameters, schema.flatten(controller) | changes, "controller")
+        loop.law.retune(getattr(controller, controller.law))
+    for kind in (event.kind for event in events):
+        if kind == "reset":
+            loop.forget()
+        elif kind in ("enable", "disable"):
+            loop.enabled = kind == "enable"
+    return controller
 
 
 def parameter_changes(bag: Bag, namespace: str | None = None) -> list[float]:

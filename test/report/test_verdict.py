@@ -1,0 +1,108 @@
+"""The verdict on a run in words."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from records import make_run
+
+from vessel_hsmc_ros.report import Record, with_verdict
+from vessel_hsmc_ros.report.record import measured
+from vessel_hsmc_ros.scenario.scenario import load_scenario
+
+Array = NDArray[Any]
+GUIDED = {"controller.law": "guided"}
+
+
+def judged(
+    error: Callable[[Array], Array],
+    force: Callable[[Array], Array] = np.zeros_like,
+    *,
+    duration: float = 200.0,
+    speed: float = 2.0,
+    changes: dict[str, object] | None = None,
+    **known: Any,
+) -> str:
+    """The verdict on a ship that lags its straight reference by an error, with a surge force; both are functions of the time."""
+    time = np.arange(0.0, duration, 0.05)
+    zero = np.zeros_like(time)
+    reference = np.column_stack([speed * time, zero, zero, zero + speed, zero, zero])
+    state = reference - np.column_stack([error(time), *[zero] * 5])
+    run = make_run(time, state, reference=reference, wrench=np.column_stack([force(time), zero]))
+    scenario = load_scenario("case2_tracking", {**GUIDED, **(changes or {})})
+    return with_verdict(Record("run", run, measured(run, scenario), scenario=scenario, **known)).verdict
+
+
+def test_a_run_that_converges_tracks_the_reference_from_its_settling_time_on() -> None:
+    assert judged(lambda t: np.maximum(10.0 * np.exp(-t / 5.0), 0.003)) == (
+        "The ship tracks the reference: the position error is 3 mm rms in the last quarter, at most 3 mm,"
+        " and below 0.5 m after 15 s."
+    )
+
+
+def test_a_run_that_drifts_away_does_not_track_and_its_error_grows() -> None:
+    assert judged(lambda t: 0.1 * t) == (
+        "The ship does not track the reference: the position error is 17.6 m rms in the last quarter, at most 20 m, and grows."
+    )
+
+
+@pytest.mark.parametrize(
+    ("error", "trend"),
+    [(lambda t: 50.0 * np.exp(-t / 100.0), "still decreases"), (lambda t: 5.0 + 0.0 * t, "neither grows nor decreases")],
+)
+def test_a_run_that_has_not_settled_has_a_trend(error: Callable[[Array], Array], trend: str) -> None:
+    assert judged(error).endswith(f"and {trend}.")
+
+
+def test_a_run_that_failed_states_when_and_why() -> None:
+    text = judged(lambda t: np.exp(t / 4.0), duration=40.0, provenance={"failure": "the motion is no longer finite"})
+    assert text.startswith("The run failed after 40 s: the motion is no longer finite. The ship does not track the reference:")
+    assert text.endswith("and grows.")
+
+
+def test_a_reference_at_rest_is_station_keeping() -> None:
+    text = judged(lambda t: 0.0 * t + 0.01, speed=0.0)
+    assert text.startswith("The ship keeps station: the position error is 10 mm rms in the last quarter")
+    assert text.endswith("and below 0.32 m all the time.")
+
+
+def test_a_short_run_is_not_judged() -> None:
+    assert judged(lambda t: 1.0 + t, duration=5.0) == (
+        "The run of 4.95 s is too short to judge convergence: the position error goes from 1 m to 5.95 m."
+    )
+
+
+def test_saturation_is_stated_with_its_share_of_the_time() -> None:
+    text = judged(np.zeros_like, lambda t: np.where(t < 50.0, 2e5, 1e4))
+    assert text.endswith("The surge force is at its limit 25 % of the time.")
+
+
+def test_the_papers_law_has_no_limit_at_which_it_could_be() -> None:
+    text = judged(np.zeros_like, lambda t: 0.0 * t + 2e5, changes={"controller.law": "hierarchical"})
+    assert "limit" not in text
+
+
+def test_chattering_is_stated_with_its_size_and_numerical_noise_is_not() -> None:
+    switching: Array = np.where(np.arange(4000) % 2, 1.0, -1.0)
+    assert "The surge force chatters, with 20 reversals per second of 20 kN on average." in judged(
+        np.zeros_like, lambda _: 1e5 + 1e4 * switching
+    )
+    assert "chatter" not in judged(np.zeros_like, lambda _: 1e5 + 1e-6 * switching)
+
+
+def test_missed_periods_and_dropped_messages_are_stated() -> None:
+    text = judged(np.zeros_like, facts={"missed_periods": 7, "messages_dropped": 3})
+    assert text.endswith("7 of 7 control periods were missed; the recorder dropped 3 messages.")
+
+
+def test_a_law_that_controls_the_heading_only_is_judged_by_its_heading() -> None:
+    text = judged(lambda t: t, changes={"controller.law": "pd"})
+    assert text == "The law controls the heading only: the heading error is 0° rms, 0° at the end."
+
+
+def test_a_run_without_a_reference_cannot_be_judged() -> None:
+    time = np.arange(10.0)
+    record = with_verdict(Record("bag", make_run(time, np.zeros((10, 6)))))
+    assert record.verdict == "Without a recorded reference and wrench, the tracking cannot be judged."

@@ -1,0 +1,54 @@
+"""What happened to the nodes during a recording: calls of services, changed parameters, accepted goals and paths."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.messages.conversions import nanoseconds
+from vessel_hsmc_ros.messages.topics import EVENTS
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.bags.reader import Bag
+
+
+class Event(NamedTuple):
+    """Something that happened to a node.
+
+    Attributes:
+        time: Since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect.
+        node: Name of the node, without its namespace.
+        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal` or `path`.
+        text: Details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`.
+    """
+
+    time: float
+    node: str
+    kind: str
+    text: str
+
+
+def read_events(bag: "Bag", prefix: str) -> list[Event]:
+    """The events of one vessel in the order of their times; none if the bag was recorded without the topic `events`.
+
+    Args:
+        bag: An opened bag.
+        prefix: The vessel's namespace, with its slashes.
+    """
+    if not bag.topics.get(prefix + EVENTS):
+        return []
+    odometry = bag.topics[f"{prefix}odom"]
+    start = int(odometry.stamp.min()) if len(odometry) else bag.start_time
+    messages = [message for _, _, message in bag.messages(prefix + EVENTS)]
+    events = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]
+    return sorted(events, key=lambda event: event.time)
+
+
+def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
+    """The new values of the parameters that events changed, by `node.parameter`."""
+    changes: dict[str, object] = {}
+    for event in events:
+        if event.kind == "parameter":
+            name, _, values = event.text.partition(": ")
+            changes[name] = read_yaml(values.partition(" -> ")[2])
+    return changes

@@ -1,0 +1,130 @@
+"""The verdict on a run: its metrics in one to three plain sentences."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.metrics import Metrics, position_error, reversals_per_second, rms, settling_bound
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.report.quantities import number, quantity
+from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded
+
+Array = NDArray[np.float64]
+
+HEADING_LAWS = ("course", "pd")
+"""Laws that control the heading only; their position error is no measure of them."""
+
+SHORT = 10.0
+"""A shorter run is too short for a verdict, in units of sqrt(length/g), the time scale of a hull."""
+
+GRAVITY = 9.81
+GROWING, SHRINKING = 1.2, 0.8
+"""Ratio of the rms errors of the last and the third quarter from which on, or up to which, the error has a trend."""
+
+TURNED_DEG = 20.0
+"""Heading error at the end from which on it is mentioned."""
+
+NOTABLE = 0.01
+"""Share of the time, or of the control periods, from which on saturation and missed periods are mentioned."""
+
+CHATTER_PER_SECOND, CHATTER_SHARE = 2.0, 0.05
+"""A force chatters if it reverses more often than this and if it changes by this share of its range between two reversals."""
+
+
+def with_verdict(record: Record) -> Record:
+    """The record with its verdict."""
+    return replace(record, verdict=" ".join(_sentences(record)))
+
+
+def _sentences(record: Record) -> Iterator[str]:
+    if failure := record.provenance.get("failure"):
+        yield f"The run failed after {quantity(record.duration, 's')}: {str(failure).rstrip('.')}."
+    if record.metrics is None:
+        yield "Without a recorded reference and wrench, the tracking cannot be judged."
+        return
+    yield _tracking(record, record.metrics)
+    if remarks := [*_actuators(record.run, record.metrics), *_losses(record)]:
+        text = "; ".join(remarks)
+        yield f"{text[0].upper()}{text[1:]}."
+
+
+def _tracking(record: Record, metrics: Metrics) -> str:
+    """One sentence on the tracking error."""
+    run = record.run
+    if record.scenario and record.scenario.controller.law in HEADING_LAWS:
+        error = f"{quantity(metrics.heading_error_rms_deg, '°')} rms, {quantity(metrics.heading_error_final_deg, '°')} at the end"
+        return f"The law controls the heading only: the heading error is {error}."
+    distance = position_error(run.state, run.reference)
+    length = hull_length(record.scenario)
+    if record.duration < SHORT * np.sqrt(length / GRAVITY) or len(run.time) < SHORT:
+        ends = f"from {quantity(float(distance[0]), 'm')} to {quantity(metrics.position_error_final, 'm')}"
+        return f"The run of {quantity(record.duration, 's')} is too short to judge convergence: the position error goes {ends}."
+    error = (
+        f"the position error is {quantity(metrics.position_error_rms_last_quarter, 'm')} rms in the last quarter,"
+        f" at most {quantity(metrics.position_error_peak_last_quarter, 'm')}"
+    )
+    bound = settling_bound(float(distance[0]), length)
+    keeps = "keeps station" if _resting(run) else "tracks the reference"
+    if metrics.settling_time is not None and metrics.position_error_peak_last_quarter <= bound:
+        since = f"after {quantity(metrics.settling_time, 's')}" if metrics.settling_time > 0.0 else "all the time"
+        return f"The ship {keeps}: {error}, and below {quantity(bound, 'm')} {since}{_heading(metrics)}."
+    not_yet = "does not keep station" if _resting(run) else "does not track the reference"
+    return f"The ship {not_yet}: {error}, {_trend(run.time, distance)}{_heading(metrics)}."
+
+
+def _heading(metrics: Metrics) -> str:
+    angle = metrics.heading_error_final_deg
+    return f", with a heading error of {quantity(angle, '°')} at the end" if abs(angle) >= TURNED_DEG else ""
+
+
+def _resting(run: Run) -> bool:
+    """Whether the reference rests during the last quarter: station keeping."""
+    last = run.reference[3 * len(run.reference) // 4 :, 3:5]
+    return bool(np.max(np.hypot(*last.T)) < 1e-3)
+
+
+def _trend(time: Array, distance: Array) -> str:
+    """How the error changes from the third to the last quarter."""
+    share = (time - time[0]) / (time[-1] - time[0])
+    before, last = rms(distance[(share >= 0.5) & (share < 0.75)]), rms(distance[share >= 0.75])
+    if last > GROWING * before:
+        return "and grows"
+    return "and still decreases" if last < SHRINKING * before else "and neither grows nor decreases"
+
+
+def _actuators(run: Run, metrics: Metrics) -> Iterator[str]:
+    """Remarks on saturation and chattering."""
+    command = commanded(run) or (run.time, run.wrench)
+    shares = metrics.surge_force_at_limit, metrics.yaw_moment_at_limit
+    for i, (name, unit) in enumerate((("surge force", "N"), ("yaw moment", "N·m"))):
+        share = shares[i] or 0.0
+        if share >= NOTABLE:
+            yield f"the {name} is at its limit {quantity(100.0 * share, '%')} of the time"
+        found = _chatter(command[0], command[1][:, i])
+        if found is not None:
+            yield f"the {name} chatters, with {number(found[0])} reversals per second of {quantity(found[1], unit)} on average"
+
+
+def _chatter(time: Array, values: Array) -> tuple[float, float] | None:
+    """Reversals per second in the last quarter and the mean change between two of them; None for a smooth force."""
+    if not recorded(values) or len(time) < 2:
+        return None
+    last = time >= time[0] + 0.75 * (time[-1] - time[0])
+    per_second = reversals_per_second(time[last], values[last])
+    if per_second <= CHATTER_PER_SECOND:
+        return None
+    size = float(np.sum(np.abs(np.diff(values[last])))) / (per_second * float(np.ptp(time[last])))
+    return (per_second, size) if size >= CHATTER_SHARE * float(np.max(np.abs(values))) else None
+
+
+def _losses(record: Record) -> Iterator[str]:
+    """Remarks on what was lost: control periods, messages, the end of the bag."""
+    missed, steps = record.facts.get("missed_periods") or 0, len(record.run.control.get("time", ()))
+    if missed and missed >= NOTABLE * (missed + steps):
+        yield f"{missed} of {missed + steps} control periods were missed"
+    if dropped := record.facts.get("messages_dropped"):
+        yield f"the recorder dropped {dropped} messages"
+    if "state" in record.provenance:
+        yield "the bag was cut off"
