@@ -128,6 +128,13 @@ def test_lines_of_several_runs_are_labelled_and_a_common_reference_appears_once(
     assert [track["label"] for track in content["tracks"]] == ["near", "far", "reference"]
 
 
+def test_limits_of_every_run_are_drawn_once() -> None:
+    changes: list[dict[str, Any]] = [{"controller.law": law} for law in ("hierarchical", "guided", "los_pid")]
+    runs = [record(str(i), 1.0, **changes[i]) for i in range(3)]
+    force = next(overlay for overlay in overlays(runs) if overlay.panel.title == "surge force")
+    assert force.panel.limits == ((2e5, "law"),)
+
+
 def test_several_lines_of_a_run_in_one_panel_are_labelled_apart() -> None:
     records = [record("near", 1.0), record("far", 4.0)]
     for each in records:

@@ -15,8 +15,8 @@ from records import record
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.report import overlay
-from vessel_hsmc_ros.report.panels import Limit, Panel, panels
-from vessel_hsmc_ros.report.record import Mark
+from vessel_hsmc_ros.report.panels import Panel, panels
+from vessel_hsmc_ros.report.record import Limit, Mark
 
 ActionChains: Any = pytest.importorskip("selenium.webdriver").ActionChains
 

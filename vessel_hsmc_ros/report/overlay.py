@@ -25,7 +25,7 @@ class Owned:
 
 @dataclass(frozen=True)
 class Overlay:
-    """A panel with the lines of all runs; the panel itself is that of the first run that has it."""
+    """A panel with the lines of all runs; the panel itself is that of the first run that has it, with the limits of all."""
 
     panel: Panel
     lines: tuple[Owned, ...]
@@ -87,7 +87,8 @@ def _with(overlay: Overlay, panel: Panel, name: str, run: int) -> Overlay:
             lines.append(Owned(line, label, run))
         else:
             lines[same] = replace(lines[same], label=line.name, run=None)
-    return Overlay(overlay.panel, tuple(lines))
+    limits = tuple(dict.fromkeys((*overlay.panel.limits, *panel.limits)))
+    return Overlay(replace(overlay.panel, limits=limits), tuple(lines))
 
 
 def _index_of_equal(line: Line, lines: Sequence[Owned]) -> int | None:
