@@ -121,9 +121,10 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     _run_loop(loop, result, lambda done, _: progress((done - 1) / scenario.vessel_sim.rate_hz))
     if with_bag:
         _write_bag(loop, result, scenario)
+    _write_summary(result, origin)  # before page and figures: an interrupt while they are written leaves the outcome
     if not result.failure:
         _evaluate_run(result, scenario, loop.result(), origin)
-    _write_summary(result, origin)
+        _write_summary(result, origin)
     return result
 
 
