@@ -15,6 +15,7 @@ from vessel_hsmc_ros.runs import comparison_page
 from vessel_hsmc_ros.runs.comparison import LawRun, Task, default_laws
 from vessel_hsmc_ros.runs.comparison import compare as compare_laws
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
+from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 FEW = 3
@@ -76,16 +77,16 @@ def compare(
 
 def is_recorded(name: str) -> bool:
     """Whether an argument is a folder or an MCAP file and not a scenario, which has a name or is a YAML file."""
-    return Path(name).is_dir() or Path(name).suffix == ".mcap"
+    return (Path(name).is_dir() and name not in scenario_names()) or Path(name).suffix == ".mcap"
 
 
-def compare_runs(bags: Sequence[Path], output: Path) -> None:
+def compare_runs(runs: Sequence[Path], output: Path) -> None:
     """Print the metrics of recorded runs, and write their common page."""
-    from vessel_hsmc_ros.bags.files import bag_path
-    from vessel_hsmc_ros.runs.recorded_comparison import compare_recorded  # imports the libraries of bags
+    from vessel_hsmc_ros.bags.files import bag_path  # imports the libraries of bags
+    from vessel_hsmc_ros.runs.recorded_comparison import compare_bags
 
-    bags = [bag_path(bag) for bag in bags]  # before the folder is created: a wrong path leaves nothing behind
-    done = compare_recorded(bags, make_run_folder(output, "compare"))
+    bags = [bag_path(run) for run in runs]  # before the folder is created: a wrong path leaves nothing behind
+    done = compare_bags(bags, make_run_folder(output, "compare"))
     print_table(done.head, done.table)
     for kind, path in done.files.items():
         print_line(f"{kind}: {path}")
