@@ -13,7 +13,8 @@ from vessel_hsmc_ros.core.exceptions import BagError
 def recover(bag: Path) -> None:
     """Repair a recording that was cut off or damaged.
 
-    BAG is the folder of the recording. It is repaired in place: index and metadata are restored, damaged parts are omitted. A complete and undamaged bag is left unchanged.
+    BAG is the folder of the recording. It is repaired in place: index and metadata are restored, damaged parts are omitted.
+    A complete and undamaged bag is left unchanged.
     """
     from vessel_hsmc_ros.bags.repair import repair  # imports the MCAP library
 

@@ -19,8 +19,8 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 def simulate(scenario: str, changes: tuple[str, ...], output: Path) -> None:
     """Simulate a scenario quickly, without ROS.
 
-    The results are bit-identical to those of `run`. SCENARIO is one that comes with the package, such as case2_tracking, or the path
-    of a YAML file.
+    The results are bit-identical to those of `run`. SCENARIO is one that comes with the package, such as case2_tracking, or the
+    path of a YAML file.
     """
     loaded = load_scenario(scenario, parse_changes(changes))
     check_writable(output)
