@@ -31,8 +31,8 @@ def run(
     """Simulate a scenario by ROS 2 nodes and record it.
 
     SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The
-    nodes take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives the
-    recording, all parameters, a page with diagrams, and the metrics.
+    nodes take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives
+    the recording, all parameters, a page with diagrams, and the metrics.
     """
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
