@@ -36,8 +36,8 @@ class Boat(Node):
         self.x = self.y = self.psi = self.u = self.v = self.r = 0.0
         self.wrench, self.reference = WrenchStamped().wrench, PoseStamped().pose.position
         self.odometry = self.create_publisher(Odometry, "odom", 10)
-        self.create_subscription(WrenchStamped, "cmd_wrench", self.on_command, 10)
-        self.create_subscription(PoseStamped, "reference/pose", self.on_reference, 10)
+        self.create_subscription(WrenchStamped, "cmd_wrench", self._on_command, 10)
+        self.create_subscription(PoseStamped, "reference/pose", self._on_reference, 10)
         self.create_timer(PERIOD, self._step)
         self.create_timer(1.0, self._report)
 

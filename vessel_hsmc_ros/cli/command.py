@@ -40,7 +40,7 @@ def cli() -> None:
 
     A SCENARIO describes a run: ship, environment, reference, control law. A BAG is the recording of a run. docs/glossary.md
     explains the other terms, docs/parameters.md lists all parameters.
-    """
+    """  # noqa: D301 - the escape keeps click from joining the lines
 
 
 for verb in (compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate, sweep):

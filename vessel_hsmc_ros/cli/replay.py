@@ -49,8 +49,8 @@ def replay(
 ) -> None:
     """Play a recording back, check it or repeat it.
 
-    Without options the messages of BAG are published over ROS 2, at the pace at which they were recorded, with the simulated time on
-    /clock. With --verify every command of the controller is computed again and compared with the recorded one. With --with the
+    Without options the messages of BAG are published over ROS 2, at the pace at which they were recorded, with the simulated time
+    on /clock. With --verify every command of the controller is computed again and compared with the recorded one. With --with the
     simulation is repeated with a changed parameter, and a page compares both runs. The last two need no ROS.
     """
     if bool(verified) + bool(changes) + bool(rate or loop or paused or topics) > 1:

@@ -36,9 +36,9 @@ def run(
 ) -> None:
     """Simulate a scenario by ROS 2 nodes and record it.
 
-    SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The nodes
-    take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives the
-    recording, all parameters, a page with diagrams, and the metrics.
+    SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The
+    nodes take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives
+    the recording, all parameters, a page with diagrams, and the metrics.
     """
     namespace = checked_namespace(namespace)
     loaded = load_checked(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
