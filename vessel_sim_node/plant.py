@@ -111,7 +111,7 @@ class VesselParameters:
 class ShipParameters(Hull, VesselParameters):
     """The coefficients of the ship with its dimensions, which the waves use."""
 
-    draught: float = parameter(1.3, "Draught of the hull, for waves.", unit="m", low=0.01, high=1e2)
+    draught: float = parameter(1.3, "Draught of the hull, for waves.", unit="m", low=1e-3, high=1e2)
 
 
 def initial_pose(default: tuple[float, float, float]) -> tuple[float, ...]:

@@ -122,13 +122,16 @@ def _reference(d: MainData, hull: dict[str, float]) -> dict[str, float]:
 
 
 def _gains(d: MainData, hull: dict[str, float]) -> dict[str, float]:
-    """Gains of the guided law: those of the paper's ship in units of T, length and speed; and decay rates of the observer."""
+    """Gains of the guided law: those of the paper's ship in units of T, length and speed; and decay rates of the observer.
+
+    The position gain is smaller: most hulls damp sway less than the paper's ship, and station keeping in wind would oscillate.
+    """
     T = math.sqrt(hull["yaw_inertia"] / d.yaw_moment_limit)
     return {
         "unit_time": T,
-        "position_gain": 1.5 / T,
+        "position_gain": 0.6 / T,
         "approach_speed": 0.36 * d.speed,
-        "drift_gain": 0.23 / T**2,
+        "drift_gain": 0.09 / T**2,
         "drift_limit": 0.03 * d.speed,
         "heading_surface_slope": 1.9 / T,
         "turn_rate_limit": 0.8 * hull["turn_rate"],

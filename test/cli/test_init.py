@@ -1,0 +1,66 @@
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from vessel_hsmc_ros.cli.main import cli
+from vessel_hsmc_ros.cli.options import parse_changes
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.scenario.scenario import load_scenario
+
+DATA = ["--length", "4", "--mass", "500", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--wind", "5"]
+
+
+def call(*arguments: str) -> str:
+    return CliRunner().invoke(cli, arguments, standalone_mode=False, catch_exceptions=False).output
+
+
+def test_init_writes_a_scenario_that_loads_and_names_the_next_command(tmp_path: Path) -> None:
+    (tmp_path / "boats").mkdir()
+    output = call("init", str(tmp_path / "boats" / "my_boat"), *DATA)
+    path = tmp_path / "boats" / "my_boat.yaml"
+    assert output.strip() == f"scenario: {path}; next: vessel-hsmc simulate {path}"
+    assert load_scenario(path).controller.vessel.surge_force_limit == 300.0
+
+
+def test_init_overwrites_no_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("precious")
+    with pytest.raises(ScenarioError, match=r"mine\.yaml exists and is not overwritten"):
+        call("init", str(path))
+    assert path.read_text() == "precious"
+
+
+def test_init_into_a_folder_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"nowhere/mine\.yaml cannot be written: No such file or directory"):
+        call("init", str(tmp_path / "nowhere" / "mine"))
+
+
+def test_init_rejects_data_out_of_range_and_writes_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match=r"init\.mass = -5\.0 is not allowed"):
+        call("init", str(tmp_path / "mine"), "--mass", "-5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_simulate_warns_of_a_part_of_a_hull_on_standard_error(tmp_path: Path) -> None:
+    path = tmp_path / "part.yaml"
+    path.write_text("/**: {ros__parameters: {vessel: {surge_inertia: 5e3}}}\nvessel_sim: {ros__parameters: {duration: 1e9}}\n")
+    result = CliRunner().invoke(cli, ["simulate", str(path)], standalone_mode=False)
+    assert isinstance(result.exception, ParameterError)
+    path.write_text("/**: {ros__parameters: {vessel: {surge_inertia: 5e3}}}\n")
+    result = CliRunner().invoke(cli, ["simulate", str(path), "--output", str(tmp_path)], standalone_mode=False)
+    assert "duration = 0 s" in str(result.exception)
+    assert result.stderr.count("warning: ") == 3
+
+
+def test_the_commands_of_the_page_on_ones_own_ship_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "own_ship.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    (arguments,) = re.findall(r"^vessel-hsmc (init .*)$", page, re.MULTILINE)
+    call(*arguments.split())
+    ((scenario, changes),) = re.findall(r"^vessel-hsmc run (\S+) --set (\S+)", page, re.MULTILINE)
+    loaded = load_scenario(scenario, parse_changes([changes, "vessel.surge_inertia=550"]))
+    assert (loaded.reference_ship.circle.radius, loaded.reference_ship.circle.speed) == (20.0, 1.0)
+    for mode in re.findall(r"`(?:reference_ship\.mode=)?(figure_eight|square|straight|goal)`", page):
+        load_scenario(scenario, {"reference_ship.mode": mode})

@@ -1,0 +1,84 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.metrics import position_error
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.scenario.warnings import check_scenario
+from vessel_sim_node.plant import unforced_acceleration
+
+BOAT = MainData(length=4.0, mass=500.0, surge_force_limit=300.0, yaw_moment_limit=250.0, wind=5.0)
+HULLS = {
+    "1.2 m": MainData(length=1.2, mass=15.0),
+    "4 m": MainData(length=4.0, mass=500.0, surge_force_limit=300.0, yaw_moment_limit=250.0),
+    "8 m": MainData(length=8.0, mass=3000.0),
+    "32 m": MainData(length=32.0, mass=118e3, surge_force_limit=2e5, yaw_moment_limit=3e6, speed=3.3),
+    "76 m": MainData(length=76.0, mass=6e6),
+}
+
+AT_20_HZ: dict[str, object] = {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}
+
+
+def scenario_of(data: MainData, changes: dict[str, object] | None = None) -> Scenario:
+    return parse_scenario(scenario_text("mine", data), "mine", changes)
+
+
+@pytest.mark.parametrize("data", HULLS.values(), ids=HULLS.keys())
+def test_a_new_scenario_keeps_its_circle_within_a_hundredth_of_the_length(data: MainData) -> None:
+    # The settling time scales with the square root of the length.
+    duration = 25.0 * np.sqrt(data.length)
+    run = simulate(scenario_of(data, {"vessel_sim.duration": round(float(duration)), **AT_20_HZ}))
+    settled = run.time > 0.8 * run.time[-1]
+    assert position_error(run.state, run.reference)[settled].max() < 0.01 * data.length
+
+
+def test_a_boat_of_4_m_keeps_a_circle_of_20_m_at_1_m_per_s_in_wind_within_2_cm() -> None:
+    run = simulate(scenario_of(BOAT, {"reference_ship.circle.speed": 1.0, "vessel_sim.duration": 160.0, **AT_20_HZ}))
+    last_lap = run.time > run.time[-1] - 126.0
+    assert position_error(run.state, run.reference)[last_lap].max() < 0.02
+    assert np.hypot(*(run.reference[-1, :2] - [0.0, 20.0])) == pytest.approx(20.0, abs=1e-6)
+
+
+def test_the_full_surge_force_gives_the_top_speed() -> None:
+    ship = scenario_of(MainData(length=8.0, speed=5.0)).vessel_sim.vessel
+    f_u, _, _ = unforced_acceleration(5.0, 0.0, 0.0, ship.coefficients())
+    assert f_u + ship.surge_force_limit / ship.surge_inertia == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("length", [0.3, 4.0, 300.0])
+def test_a_new_scenario_is_complete_and_gives_no_warning(length: float) -> None:
+    scenario = scenario_of(MainData(length=length))
+    assert check_scenario(scenario) == []
+    for node in ("vessel_sim", "reference_ship", "controller"):
+        names = {f"{node}.{name}" for name in schema.entries(type(getattr(scenario, node))) if name.startswith("vessel.")}
+        assert names - scenario.given <= {f"{node}.vessel.as_printed"}
+
+
+def test_what_is_given_is_taken_as_it_is_and_comments_are_in_one_column() -> None:
+    text = scenario_text("mine", BOAT)
+    assert yaml.safe_load(text)["/**"]["ros__parameters"]["vessel"]["surge_force_limit"] == 300.0
+    assert scenario_of(BOAT).controller.vessel.yaw_moment_limit == 250.0
+    columns = {line.index("  #") for line in text.splitlines() if "  #" in line and line.lstrip()[0] != "#"}
+    assert len(columns - {max(columns)}) <= 4
+    assert max(map(len, text.splitlines())) < 130
+
+
+def test_wind_is_written_as_a_force_with_gusts() -> None:
+    wind = scenario_of(BOAT).vessel_sim.disturbance.earth_fixed
+    assert (wind.east_force, wind.gust_deviation) == (36.0, 3.6)
+    assert not scenario_of(HULLS["4 m"]).vessel_sim.disturbance.earth_fixed.active()
+
+
+def test_main_data_out_of_range_are_rejected() -> None:
+    with pytest.raises(ParameterError, match=r"init\.length = -4\.0 is not allowed: .* from 0\.1 to 1000 m"):
+        schema.build(MainData, {"length": -4.0}, "init")
+
+
+def test_the_template_is_data_of_the_package() -> None:
+    assert (Path(__file__).parents[2] / "config" / "templates" / "ship.yaml").is_file()
