@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from vessel_hsmc_ros.cli.main import cli
+from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.scenario import load_scenario

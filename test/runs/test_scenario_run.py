@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.cli.main import cli
+from vessel_hsmc_ros.cli.command import cli
 from vessel_sim_node.simulator import Simulator
 
 SHORT = ["case2_tracking", "--set", "vessel_sim.duration=1"]

@@ -10,7 +10,7 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.scenario.parameters import NODES
+from vessel_hsmc_ros.scenario.parameters import NODES, declared
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 
@@ -57,7 +57,7 @@ def recorded_scenario(
 
 def _with_any_law(text: str, name: str) -> Scenario:
     """A scenario for the evaluation of a run, which needs the name of its law but not its code."""
-    values = read_parameters(text, tuple(NODES), "the bag's scenario")
+    values = read_parameters(text, declared(), "the bag's scenario")
     controller = values["controller"]
     law = controller.get("law")
     if not isinstance(law, str) or law in LAWS:

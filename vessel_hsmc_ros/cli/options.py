@@ -23,7 +23,8 @@ set_option = click.option(
     "changes",
     multiple=True,
     metavar="NODE.PARAM=VALUE",
-    help="Set a parameter, such as controller.law=guided, or by vessel.PARAM one of the ship for all nodes; may be given several times.",
+    help="Set a parameter, such as controller.law=guided; vessel.PARAM sets one of the ship for all nodes. May be given several"
+    " times.",
 )
 
 

@@ -8,9 +8,9 @@ import click
 
 from vessel_hsmc_ros.cli.compare import chosen
 from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
-from vessel_hsmc_ros.cli.options import output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import law_file_option, load_checked, output_option, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.runs import sweep as sweeps
-from vessel_hsmc_ros.scenario.run_folder import make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 DEFAULT_METRICS = ("position_error_rms_last_quarter", "yaw_moment_rms")
 
@@ -32,6 +32,7 @@ LONGEST = 60
 )
 @click.option("--jobs", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
 @set_option
+@law_file_option
 @output_option
 def sweep(
     scenario: str,
@@ -47,9 +48,12 @@ def sweep(
     VALUES are start:stop:count, equally spaced; start:stop:count:log, with equal ratios; or a list such as 0.1,0.2,0.5.
     Writes a picture, a page, and all metrics as CSV and JSON into a run folder. Runs that fail are marked.
     """
+    given = parse_changes(changes)
+    load_checked(scenario, given)
+    check_writable(output)
     axes = [sweeps.parse_axis(text) for text in parameters]
     sweeps.check_metrics(metrics)
-    planned = sweeps.points(scenario, axes, parse_changes(changes), chosen(laws) if laws else ())
+    planned = sweeps.points(scenario, axes, given, chosen(laws) if laws else ())
     with progress_bar(f"sweep of {len(planned)} runs", len(planned), "runs") as update:
         done = count(1)
 

@@ -16,6 +16,7 @@ from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import vessel_option
 from vessel_hsmc_ros.cli.running import running_vessel
 from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.core.quantities import quantity
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.core.kinematics import Motion
@@ -92,8 +93,8 @@ def quantities(snapshot: Snapshot) -> dict[str, str]:
     if snapshot.wrench is not None:
         units = (("surge force", "N"), ("yaw moment", "N·m"))
         for (name, unit), value, limit in zip(units, snapshot.wrench, snapshot.limits, strict=True):
-            part = f", {abs(value) / limit:.0%} of {limit:.4g} {unit}" if math.isfinite(limit) and limit else ""
-            shown[name] = f"{value:.4g} {unit}{part}"
+            part = f", {abs(value) / limit:.0%} of {quantity(limit, unit)}" if math.isfinite(limit) and limit else ""
+            shown[name] = f"{quantity(value, unit)}{part}"
     return shown
 
 

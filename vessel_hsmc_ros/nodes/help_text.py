@@ -13,15 +13,15 @@ from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 INTERFACES = {
     "vessel_sim": """\
 subscribes to  cmd_wrench
-publishes      odom, applied_wrench, disturbance, dynamics/truth; odom/truth with sensor noise; /clock in lockstep
+publishes      odom, applied_wrench, disturbance, dynamics/truth; odom/truth with sensor noise; events; /clock in lockstep
 services       ~/pause, ~/reset""",
     "reference_ship": """\
 subscribes to  goal_pose or path, in these modes; /clock in lockstep
-publishes      reference, reference/pose
-services       ~/reset""",
+publishes      reference, reference/pose, events
+services       ~/pause, ~/reset""",
     "controller": """\
 subscribes to  odom, reference
-publishes      cmd_wrench, ~/state; ~/estimate with an observer
+publishes      cmd_wrench, ~/state; ~/estimate with an observer; events
 services       ~/enable, ~/reset""",
     "recorder": """\
 subscribes to  the topics of the parameters topics, all_topics and regex, and writes them into a bag""",

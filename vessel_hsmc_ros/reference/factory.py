@@ -1,6 +1,5 @@
 """The common interface of all references, and their factory."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -65,8 +64,9 @@ def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
 def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
     chosen = getattr(parameters, parameters.mode)
     shape, vessel = chosen.shape(), parameters.vessel.coefficients()
-    force, moment = (getattr(parameters.vessel, f"{name}_limit", math.inf) for name in ("surge_force", "yaw_moment"))
-    pace, limits = Pace(chosen.speed, chosen.rise_time), Demand(LARGEST_DRIFT, force, moment)
+    given = parameters.vessel
+    pace = Pace(chosen.speed, chosen.rise_time)
+    limits = Demand(LARGEST_DRIFT, given.surge_force_limit, given.yaw_moment_limit)
     check_feasible(f"reference_ship.{parameters.mode}", shape, pace, vessel, limits)
     return CurveReference(shape, pace, vessel, parameters.initial_pose, period)
 

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.jitter import histogram
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Line
-from vessel_hsmc_ros.report.quantities import quantity, scaled
 from vessel_hsmc_ros.report.record import Limit, Mark, Record
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, ROLE_COLOURS, SHIP, series_colour
 from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.quantities import quantity, scaled
+from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.record import Record, control_intervals
 from vessel_hsmc_ros.report.style import SHIP
 

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.hull import LENGTH
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.run_tables import commanded as commanded
@@ -87,8 +86,8 @@ def _limits(scenario: Scenario | None, name: str) -> tuple[Limit, ...]:
     if scenario is None:
         return ()
     plant, controller = scenario.vessel_sim, scenario.controller
-    # The plant has limits of its actuators and of its vessel, where it declares them; the tighter one applies.
-    actuator = min(getattr(plant.actuators, name), getattr(plant.vessel, name, np.inf))
+    # The plant has limits of its actuators and of its vessel; the tighter one applies.
+    actuator = min(getattr(plant.actuators, name), getattr(plant.vessel, name))
     law = np.inf if controller.law in WITHOUT_LIMITS else getattr(controller.vessel, name)
     if actuator == law:
         return (Limit(law, "actuator and law"),) if np.isfinite(law) else ()
@@ -97,7 +96,7 @@ def _limits(scenario: Scenario | None, name: str) -> tuple[Limit, ...]:
 
 def hull_length(scenario: Scenario | None) -> float:
     """Length of the hull, m; 0 where it is not known."""
-    return 0.0 if scenario is None else getattr(scenario.vessel_sim.vessel, "length", LENGTH)
+    return 0.0 if scenario is None else scenario.vessel_sim.vessel.length
 
 
 def measured(run: Run, scenario: Scenario | None = None, marks: Sequence[Mark] = (), until: float = np.inf) -> Metrics | None:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.report.quantities import quantity
+from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report.record import Record, over_shared_interval
 from vessel_hsmc_ros.scenario.parameters import NODES
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import Metrics, position_error, reversals_per_second, rms, settling_bound
+from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.report.quantities import number, quantity
 from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded
 
 Array = NDArray[np.float64]

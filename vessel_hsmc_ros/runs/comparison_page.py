@@ -8,7 +8,7 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-from vessel_hsmc_ros.report.quantities import number, quantity, scaled
+from vessel_hsmc_ros.core.quantities import number, quantity, scaled
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, PLOT, SERIES
 from vessel_hsmc_ros.runs.comparison import LawRun
 from vessel_hsmc_ros.scenario.run_folder import provenance

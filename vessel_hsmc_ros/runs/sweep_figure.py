@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.quantities import quantity
+from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, SERIES
 from vessel_hsmc_ros.report.tables import METRICS, MISSING
 from vessel_hsmc_ros.runs.sweep import Axis, Outcome

@@ -184,6 +184,11 @@ VESSEL = "vessel."
 """Prefix of the hull data, which the nodes share."""
 
 
+def declared() -> dict[str, dict[str, schema.Entry]]:
+    """The declarations of the nodes of a scenario, by node and dotted name."""
+    return {node: schema.entries(cls) for node, cls in NODES.items()}
+
+
 def vessel_names() -> list[str]:
     """The hull data that any node declares, by their dotted names."""
     every = (name for cls in (NODES | WATCHERS).values() for name in schema.entries(cls))

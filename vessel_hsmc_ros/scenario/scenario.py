@@ -20,6 +20,7 @@ from vessel_hsmc_ros.scenario.parameters import (
     RecorderParameters,
     ReferenceParameters,
     SimParameters,
+    declared,
     without_foreign_hull_data,
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
@@ -94,13 +95,13 @@ def parse_scenario(
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    declared = {node: schema.entries(cls) for node, cls in NODES.items()}
-    values = read_parameters(text, declared, source)
+    names = declared()
+    values = read_parameters(text, names, source)
     for key, value in (changes or {}).items():
         node, _, parameter = key.partition(".")
         if parameter and node == "vessel":
             for each in NODES:
-                values[each] |= without_foreign_hull_data({key: value}, declared[each])
+                values[each] |= without_foreign_hull_data({key: value}, names[each])
         elif parameter and node in NODES:
             values[node][parameter] = value
         else:

@@ -1,4 +1,4 @@
-// Numbers as people write them, by the rule of report/quantities.py: three significant digits, units with SI prefixes.
+// Numbers as people write them, by the rule of core/quantities.py: three significant digits, units with SI prefixes.
 
 const GREATER = [[1e9, "G"], [1e6, "M"], [1e3, "k"]];
 const SMALLER = [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vessel_hsmc_ros.report.quantities import quantity, scaled
+from vessel_hsmc_ros.core.quantities import quantity, scaled
 
 
 @pytest.mark.parametrize(
