@@ -12,6 +12,7 @@ import rclpy
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 from vessel_hsmc_ros.nodes import help_text as help_module
+from vessel_hsmc_ros.scenario import parameters
 
 CLASSES = {
     "vessel_sim": "vessel_sim_node.node:VesselSimNode",
@@ -57,7 +58,7 @@ def test_help_describes_task_topics_and_parameters_without_starting_the_node(
     assert (node_class.__doc__ or "").splitlines()[0] in shown
     assert "--ros-args" in shown
     assert "docs/parameters.md" in shown
-    assert all(f" {parameter} = " in shown for parameter in schema.entries(node_class.PARAMETERS))
+    assert all(f" {parameter} = " in shown for parameter in schema.entries((parameters.NODES | parameters.WATCHERS)[name]))
 
 
 @pytest.mark.parametrize("name", ["vessel_sim", "reference_ship", "controller"])

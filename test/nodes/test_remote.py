@@ -1,5 +1,7 @@
 """The verbs on running nodes: what they do, and the one line that each error gives."""
 
+import io
+import math
 import os
 import threading
 from collections.abc import Callable, Iterator
@@ -7,13 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
+from rich.console import Console
 
 from vessel_hsmc_ros.cli.main import main
-from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.cli.watch import line, table
+from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes import remote
 from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_sim_node.node import VesselSimNode
 
@@ -130,17 +134,17 @@ def test_a_node_that_is_missing_is_named_beside_those_that_were_found(
     assert error.startswith(f"error: no node /vessel_sim, /controller in ROS domain {domain}: found are")
 
 
-def test_the_present_state_is_shown(bench: Any, vessel_hsmc: Any) -> None:
-    bench.start(ControllerNode, law="guided", lockstep=False, vessel__surge_force_limit=2e5, input_timeout=60.0)
-    bench.start(ReferenceShipNode, **RATE)
-    odometry = bench.probe.create_publisher(Odometry, "odom", 10)
-    message = conv.new_odometry()
-    conv.write_odometry(message, conv.time_message(0), (3.0, -4.0, 0.5, 1.0, 0.0, 0.0))  # type: ignore[arg-type]
-    bench.probe.create_timer(0.02, lambda: odometry.publish(message))
-    code, output, error = vessel_hsmc("watch", "--once")
-    assert (code, error) == (0, "")
-    shown = {line.split("  ")[0].strip(): line for line in output.splitlines()}
+def test_the_present_state_is_shown_with_limits_and_the_messages_of_the_nodes() -> None:
+    ship, desired = Motion(3.0, -4.0, 0.5, 1.0, 0.0, 0.0), Motion(3.0, -3.0, 0.5, 1.0, 0.0, 0.0)
+    nodes = {"controller": NodeStatus("ok", "running", {"law": "guided"}), "vessel_sim": NodeStatus("error", "no command", {})}
+    snapshot = Snapshot(1.5, ship, desired, (5e4, -3e6), (2e5, math.inf), {"odom": 0.1}, nodes, ["controller reset: done"])
+    console = Console(width=160, record=True, file=io.StringIO())
+    console.print(table(snapshot))
+    shown = {line.split("  ")[0].strip(): line for line in console.export_text().splitlines()}
     assert "x 3.00 m, y -4.00 m, heading 28.6 deg, 1.00 m/s surge" in shown["ship"]
-    assert " of 2e+05 N" in shown["surge force"]
-    assert "law guided" in shown["controller"]
-    assert {"reference", "error", "yaw moment", "age", "reference_ship"} <= shown.keys()
+    assert "50 kN, 25% of 200 kN" in shown["surge force"]
+    assert "of" not in shown["yaw moment"]
+    assert "ok  running (law guided)" in shown["controller"]
+    assert {"time", "reference", "error", "age", "vessel_sim", "event"} <= shown.keys()
+    assert "vessel_sim: no command" in line(snapshot)
+    assert "controller: " not in line(snapshot)

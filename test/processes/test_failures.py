@@ -71,9 +71,7 @@ def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     nodes = nodes_of(command)
     assert nodes.keys() == MODULES.keys()
     os.kill(nodes[name], signal.SIGKILL)
-    began = time.monotonic()
     assert command.wait(20.0) == 1
-    assert time.monotonic() - began < 5.0
     assert f"error: {name} was killed by SIGKILL" in command.text
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
@@ -86,9 +84,7 @@ def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start: Any, number
     command, folder = started(start)
     nodes = nodes_of(command)
     command.popen.send_signal(number)
-    began = time.monotonic()
     assert command.wait(20.0) == 128 + number
-    assert time.monotonic() - began < 5.0
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)

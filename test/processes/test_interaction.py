@@ -5,6 +5,7 @@ from typing import Any
 from harness import run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.report.from_bag import of_bag
 
 LIMIT, NAMESPACE = 60.0, "moving"
 
@@ -22,6 +23,21 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any) -> 
     for action in actions:
         done = start("vessel-hsmc", *action, "--namespace", NAMESPACE)
         assert done.wait(LIMIT) == 0, done.text
+    watched = start("vessel-hsmc", "watch", "--once", "--namespace", NAMESPACE)
+    assert watched.wait(LIMIT) == 0, watched.text
+    shown = (
+        "time",
+        "ship",
+        "reference",
+        "error",
+        "surge force",
+        "yaw moment",
+        "vessel_sim",
+        "reference_ship",
+        "controller",
+        "event",
+    )
+    assert all(f"{name} " in watched.text for name in shown), watched.text
     run.popen.send_signal(2)
     assert run.wait(LIMIT) == 130, run.text
     folder = run_folder(run.output.parent / "runs")
@@ -40,4 +56,5 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any) -> 
     ]
     end = float(bag.run().time[-1])
     assert all(event.time <= end for event in bag.events())
+    assert {mark.kind for mark in of_bag(folder / "bag").marks} == {"parameter", "pause", "resume", "goal", "reset"}
     assert bag.scenario(at=end).controller.guided.position_gain == 0.5

@@ -89,7 +89,7 @@ def test_the_origin_of_the_law_is_recorded_with_the_run(folder: Path, recorded: 
     assert summary["law_source"] == str(folder / "my_law.py")
     bag = open_bag(recorded / "bag")
     assert bag.recording["law_source"] == f"{folder / 'my_law.py'} {summary['law_sha256']}"
-    assert bag.parameters["/controller"]["my_law.lookahead"] == 10.0
+    assert b"lookahead: 10.0" in bag.attachments["scenario.yaml"]
 
 
 def test_a_bag_of_an_own_law_is_verified_with_its_file_only(recorded: Path, verb: Verb, capsys: Captured) -> None:

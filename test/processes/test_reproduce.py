@@ -30,4 +30,4 @@ def test_help_describes_the_verb_and_its_options() -> None:
     done = subprocess.run([BIN / "vessel-hsmc", "reproduce", "--help"], capture_output=True, text=True, timeout=60.0)
     assert done.returncode == 0
     assert "--ros" in done.stdout
-    assert "Run every case of the paper" in done.stdout
+    assert "Repeat every case and figure of the paper" in done.stdout

@@ -18,6 +18,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.conversions import BODY, WORLD
 from vessel_hsmc_ros.messages.definitions import definition
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS
+from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 Array = NDArray[Any]
@@ -69,6 +70,7 @@ def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
     """
     streams = [_stream(name, *content, scenario) for name, content in contents(published).items()]
     notes = {"mode": "offline", "scenario": scenario.name, "messages_dropped": "0"}
+    notes |= {"law_source": source} if (source := law_source(scenario.controller.law)) else {}
     writer = BagWriter(directory, scenario.recorder.compression, notes=notes)
     writer.attach(SCENARIO, dump_scenario(scenario))
     for stream in streams:

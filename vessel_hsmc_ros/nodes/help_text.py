@@ -9,6 +9,7 @@ from rclpy.utilities import remove_ros_args
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.scenario import parameters
 
 INTERFACES = {
     "vessel_sim": """\
@@ -61,7 +62,7 @@ A parameters file has a section `{node}: ros__parameters:`. Documentation: READM
 def help_text(node_class: Any) -> str:
     """The help text of a node: its task, its topics and its parameters."""
     program = (LOOP | WATCHERS)[node_class.NAME]
-    entries = schema.entries(node_class.PARAMETERS)
+    entries = schema.entries((parameters.NODES | parameters.WATCHERS)[node_class.NAME])
     example = next((entry for entry in entries.values() if entry.tunable), next(iter(entries.values())))
     return TEMPLATE.format(
         executable=program.executable,

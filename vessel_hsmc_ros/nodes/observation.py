@@ -24,8 +24,11 @@ from vessel_hsmc_ros.nodes.remote_parameters import get_parameters
 INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}
 """Topics of which the latest message is shown."""
 
-SHORTEST_LOOK, FIRST_LOOK = 1.2, 4.0
+SHORTEST_LOOK, FIRST_LOOK = 1.2, 5.0
 """Shortest and longest wait for the diagnostics of all nodes, s, which publish them once a second."""
+
+NECESSARY = set(LOOP) - {"recorder"}
+"""The nodes without which there is no closed loop."""
 
 EVENTS_SHOWN = 5
 
@@ -120,11 +123,10 @@ class Observation:
         return topic, self._remote.node.create_subscription(kind, self._remote.name(topic), lambda _: None, profile)
 
     def _complete(self) -> bool:
-        """Whether every node that is present has published its diagnostics."""
+        """Whether every node of a closed loop has published its diagnostics, and the controller its command."""
         self._take()
-        there = self._remote.nodes()
-        present = {name for name in LOOP if self._remote.name(name) in there}
-        return bool(present) and present <= self._nodes.keys()
+        # Without one of them, the first look takes as long as it may: discovery finds the nodes one after the other.
+        return self._nodes.keys() >= NECESSARY and "cmd_wrench" in self._latest
 
     def _take(self) -> None:
         for topic, subscription in self._subscriptions:

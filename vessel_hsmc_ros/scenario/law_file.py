@@ -83,6 +83,11 @@ def law_provenance(law: str) -> dict[str, str]:
     return {} if origin is None else {"law_source": origin.source, "law_sha256": origin.sha256}
 
 
+def law_source(law: str) -> str:
+    """Origin of the code of a law in one line, for the notes of a bag; empty for a law of this package."""
+    return " ".join(law_provenance(law).values())
+
+
 def _executed(path: Path, content: bytes) -> ModuleType:
     """The module that a file defines; not by the import system, which would write a cache beside the file."""
     # The full path keeps apart two files of the same name; dataclasses find their module by its name.

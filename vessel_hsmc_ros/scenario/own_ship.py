@@ -110,6 +110,7 @@ def _reference(d: MainData, hull: dict[str, float]) -> dict[str, float]:
     return {
         "radius": radius,
         "cruise": cruise,
+        "rise_time": max(cruise * hull["surge_inertia"] / (0.25 * d.surge_force_limit), 10.0),
         "duration": 4.0 * math.pi * radius / cruise,
         "eight": 15.0 * d.length,
         "side": 10.0 * d.length,

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
-from vessel_hsmc_ros.scenario.law_file import law_provenance
+from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
     ControllerParameters,
@@ -45,7 +45,7 @@ class Scenario:
 
     def with_bag(self, directory: Path, parameters: Path) -> "Scenario":
         """The same scenario, recorded into a directory, with a parameters file to store inside the bag."""
-        source = " ".join(law_provenance(self.controller.law).values())
+        source = law_source(self.controller.law)
         recorder = replace(
             self.recorder, directory=str(directory), scenario_file=str(parameters), scenario=self.name, law_source=source
         )

@@ -1,0 +1,55 @@
+"""What a newcomer does in the first hour, by the command alone, as the README has it."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from harness import Command, executable, run_folder
+
+LIMIT = 120.0
+BOAT = ("--length", 4, "--mass", 500, "--surge-force-limit", 300, "--yaw-moment-limit", 250, "--wind", 5)
+
+Execute = Callable[..., str]
+
+
+@pytest.fixture
+def execute(tmp_path: Path) -> Execute:
+    """Execute a command in one folder for all commands; a command that fails fails the test."""
+
+    def executed(*arguments: object) -> str:
+        command = Command([executable("vessel-hsmc"), *arguments], tmp_path, {})
+        assert command.wait(LIMIT) == 0, command.text
+        return command.text
+
+    return executed
+
+
+def summary(output: Path) -> dict[str, Any]:
+    folder = run_folder(output)
+    assert folder is not None
+    content: dict[str, Any] = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    return content
+
+
+def test_three_commands_lead_from_a_boats_main_data_to_a_page_with_less_than_2_cm_of_error(
+    execute: Execute, tmp_path: Path
+) -> None:
+    execute("init", "my_boat", *BOAT)
+    shown = execute("run", "./my_boat.yaml", "--set", "reference_ship.circle.speed=1", "--set", "vessel_sim.duration=60")
+    assert "warning" not in shown
+    metrics = summary(tmp_path / "runs")["metrics"]
+    assert metrics["position_error_peak_last_quarter"] < 0.02
+    folder = run_folder(tmp_path / "runs")
+    assert folder is not None
+    assert str(folder / "report.html") in execute("report", folder)
+
+
+def test_one_command_sweeps_ten_values_and_draws_them(execute: Execute, tmp_path: Path) -> None:
+    values = "controller.guided.position_gain=0.1:1.0:10"
+    shown = execute("sweep", "case2_tracking", values, "--set", "controller.law=guided", "--set", "vessel_sim.duration=2")
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert (folder / "sweep.png").stat().st_size > 0
+    assert len((folder / "sweep.csv").read_text(encoding="utf-8").splitlines()) == 11
+    assert "0.1" in shown
