@@ -1,6 +1,7 @@
 """Each pytest process has a ROS domain of its own, nodes find each other fast, and each test has the mark of its kind."""
 
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from importlib.abc import MetaPathFinder
@@ -59,6 +60,15 @@ def laws() -> Iterator["Registry"]:
     before = LAWS.others
     yield LAWS
     LAWS._others = dict(before)
+
+
+@pytest.fixture(autouse=True)
+def _signal_handlers() -> Iterator[None]:
+    """Restore the handlers after each test: the command and the nodes ignore signals at their end."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 KINDS = {
