@@ -16,12 +16,11 @@ Start = Callable[..., Command]
 C_LOCALE = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 SECOND = ["--set", "vessel_sim.duration=1"]
 LAWS = ["hierarchical", "guided"]
+COMPARE = ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS)]
 
 VERBS = {
     "help": ["--help"],
     "parameters": ["parameters"],
-    "simulate": ["simulate", "case2_tracking", *SECOND],
-    "compare": ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS)],
     "report": ["report", "../bag", "--csv", "--figures", "svg"],
     "run": ["run", "case2_tracking", *SECOND],
     "replay": ["replay", "../bag", "--verify"],
@@ -41,7 +40,7 @@ def test_in_the_c_locale_every_verb_works_and_spells_units_out(start: Start, tmp
         assert command.text.startswith("error: ")
         return
     assert code == 0, command.text
-    if verb in ("simulate", "run"):
+    if verb == "run":
         assert "N*m" in command.text
         (page,) = command.output.parent.glob("runs/*/report.html")
         assert "N·m" in page.read_text(encoding="utf-8")
@@ -49,11 +48,11 @@ def test_in_the_c_locale_every_verb_works_and_spells_units_out(start: Start, tmp
 
 @pytest.mark.parametrize("redirection", ["<&-", "<&- >&- 2>&-"])
 def test_closed_standard_streams_do_not_disturb_a_simulation(tmp_path: Path, redirection: str) -> None:
-    line = f'"$0" simulate case2_tracking --set vessel_sim.duration=1 {redirection}'
+    line = f'"$0" compare case2_tracking --set vessel_sim.duration=1 --laws pd --jobs 1 {redirection}'
     done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, timeout=60.0)
     assert done.returncode == 0
     assert b"Traceback" not in done.stderr
-    assert list(tmp_path.glob("runs/*/run.json"))
+    assert list(tmp_path.glob("runs/*/compare.json"))
 
 
 def test_a_run_of_the_nodes_works_with_closed_standard_input(tmp_path: Path) -> None:
@@ -88,13 +87,13 @@ def on_a_terminal(arguments: list[str], folder: Path, **environment: str) -> str
 
 
 def test_a_dumb_terminal_gets_lines_without_control_sequences(tmp_path: Path) -> None:
-    text = on_a_terminal(VERBS["simulate"], tmp_path, TERM="dumb")
+    text = on_a_terminal(["simulate", "case2_tracking", *SECOND], tmp_path, TERM="dumb")
     assert "\x1b" not in text
     assert text.startswith("simulating case2_tracking, 1 s\r\n")
 
 
 def test_in_a_narrow_terminal_every_law_is_named(tmp_path: Path) -> None:
-    text = on_a_terminal(VERBS["compare"], tmp_path, TERM="xterm", COLUMNS="60", NO_COLOR="1")
+    text = on_a_terminal(COMPARE, tmp_path, TERM="xterm", COLUMNS="60", NO_COLOR="1")
     tables = text[text.index("case2_tracking  ") :]
     assert all(law in tables for law in LAWS)
     assert "…" not in tables

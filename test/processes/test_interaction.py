@@ -1,5 +1,6 @@
 """A running real-time simulation that is controlled by the command alone; each action is an event in its bag."""
 
+from pathlib import Path
 from typing import Any
 
 from harness import run_folder
@@ -10,14 +11,15 @@ from vessel_hsmc_ros.report.from_bag import of_bag
 LIMIT, NAMESPACE = 60.0, "moving"
 
 
-def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any) -> None:
-    settings = ("--set", "reference_ship.goal.times=[-1,-1]", "--set", "vessel_sim.duration=0")
-    run = start("vessel-hsmc", "run", "goal", "--real-time", "--namespace", NAMESPACE, *settings)
+def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any, tmp_path: Path) -> None:
+    (tmp_path / "route.csv").write_text("40,10\n60,-20\n", encoding="utf-8")
+    settings = ("--set", "vessel_sim.duration=0")
+    run = start("vessel-hsmc", "run", "waypoints", "--real-time", "--namespace", NAMESPACE, *settings)
     actions = (
         ("set", "controller.guided.position_gain=0.5"),
         ("call", "pause"),
         ("call", "resume"),
-        ("goto", "20", "-5", "1.5"),
+        ("path", tmp_path / "route.csv"),
         ("call", "reset"),
     )
     for action in actions:
@@ -49,12 +51,12 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any) -> 
         ("reference_ship", "pause"),
         ("vessel_sim", "resume"),
         ("reference_ship", "resume"),
-        ("reference_ship", "goal"),
+        ("reference_ship", "path"),
         ("vessel_sim", "reset"),
         ("reference_ship", "reset"),
         ("controller", "reset"),
     ]
     end = float(bag.run().time[-1])
     assert all(event.time <= end for event in bag.events())
-    assert {mark.kind for mark in of_bag(folder / "bag").marks} == {"parameter", "pause", "resume", "goal", "reset"}
+    assert {mark.kind for mark in of_bag(folder / "bag").marks} == {"parameter", "pause", "resume", "path", "reset"}
     assert bag.scenario(at=end).controller.guided.position_gain == 0.5
