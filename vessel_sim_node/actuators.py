@@ -10,7 +10,9 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
 
@@ -36,8 +38,24 @@ class ActuatorParameters:
     yaw_lag: float = lag("the yaw moment")
 
 
-class Actuator:
-    """One actuator in discrete time.
+class Actuator(NamedTuple):
+    """The constants of one actuator in discrete time.
+
+    Attributes:
+        limit: Largest value, in either direction.
+        largest_change: Largest change in a period.
+        share: 1 - exp(-T/T_l), the share of a step that the lag completes in a period.
+        instant: Whether there is no lag.
+    """
+
+    limit: float
+    largest_change: float
+    share: float
+    instant: bool
+
+
+def actuator(limit: float, rate: float, lag: float, period: float) -> Actuator:
+    """The constants of an actuator.
 
     Args:
         limit: Largest value, in either direction.
@@ -45,32 +63,28 @@ class Actuator:
         lag: T_l, s.
         period: T, s.
     """
+    return Actuator(limit, rate * period, 1.0 if lag == 0.0 else -math.expm1(-period / lag), lag == 0.0)
 
-    def __init__(self, limit: float, rate: float, lag: float, period: float) -> None:
-        self._limit = limit
-        self._largest_change = rate * period
-        self._instant = lag == 0.0
-        self._share = 1.0 if self._instant else -math.expm1(-period / lag)
-        self.value = 0.0
 
-    def step(self, command: float) -> float:
-        """The value applied in the next period: tau + (1 - exp(-T/T_l))·(tau_c - tau) within the rate limit.
+@kernel
+def actuate(last: float, command: float, a: Actuator) -> float:
+    """The value applied in the next period: tau + (1 - exp(-T/T_l))·(tau_c - tau) within the rate limit.
 
-        That is the exact response of the lag to a constant command at the end of the period.
+    That is the exact response of the lag to a constant command at the end of the period.
 
-        Args:
-            command: Commanded value, finite.
-        """
-        # Order: saturation of the command, then lag, then rate limit.
-        last = self.value
-        target = clip(command, self._limit)
-        change = self._share * (target - last)
-        if abs(change) > self._largest_change:
-            target = last + math.copysign(self._largest_change, change)
-        elif not self._instant:  # an actuator without lag takes its command as it is, without a rounding error
-            target = last + change
-        self.value = clip(target, self._limit)
-        return self.value
+    Args:
+        last: The value of the last period.
+        command: Commanded value, finite.
+        a: Constants of the actuator.
+    """
+    # Order: saturation of the command, then lag, then rate limit.
+    target = clip(command, a.limit)
+    change = a.share * (target - last)
+    if abs(change) > a.largest_change:
+        target = last + math.copysign(a.largest_change, change)
+    elif not a.instant:  # an actuator without lag takes its command as it is, without a rounding error
+        target = last + change
+    return clip(target, a.limit)
 
 
 class Actuators:
@@ -83,8 +97,9 @@ class Actuators:
 
     def __init__(self, parameters: ActuatorParameters, period: float) -> None:
         p = parameters
-        self._surge = Actuator(p.surge_force_limit, p.surge_force_rate, p.surge_lag, period)
-        self._yaw = Actuator(p.yaw_moment_limit, p.yaw_moment_rate, p.yaw_lag, period)
+        self.surge = actuator(p.surge_force_limit, p.surge_force_rate, p.surge_lag, period)
+        self.yaw = actuator(p.yaw_moment_limit, p.yaw_moment_rate, p.yaw_lag, period)
+        self._wrench = 0.0, 0.0
 
     def step(self, command: tuple[float, float]) -> tuple[float, float]:
         """The wrench applied to the hull over the next period.
@@ -92,4 +107,5 @@ class Actuators:
         Args:
             command: Surge force [N] and yaw moment [N·m], finite.
         """
-        return self._surge.step(command[0]), self._yaw.step(command[1])
+        self._wrench = actuate(self._wrench[0], command[0], self.surge), actuate(self._wrench[1], command[1], self.yaw)
+        return self._wrench

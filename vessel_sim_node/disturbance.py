@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.plant import Vessel
 
@@ -113,6 +114,7 @@ class Wind:
         self._gust = self._memory * self._gust + self._innovation * self._random.standard_normal(2)
 
 
+@kernel
 def body_wrench(force: tuple[float, float], psi: float, lever: float = 0.0) -> Wrench:
     """Resolve an earth-fixed force in the body frame.
 
@@ -130,11 +132,13 @@ def body_wrench(force: tuple[float, float], psi: float, lever: float = 0.0) -> W
     return force[0] * c + force[1] * s, across, lever * across
 
 
+@kernel
 def total(first: Wrench, second: Wrench) -> Wrench:
     """The sum of two wrenches."""
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
 
 
+@kernel
 def acceleration(wrench: Wrench, vessel: Vessel) -> tuple[float, float, float]:
     """Disturbing accelerations (tau_uw, tau_vw, tau_rw) of (6): the wrench divided by the inertia of each degree of freedom."""
     # (6) adds the disturbance to du, dv, dr without an inertia, so the quotient is formed here.

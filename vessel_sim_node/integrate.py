@@ -2,7 +2,11 @@
 
 from typing import Any
 
-from vessel_sim_node.plant import STILL_WATER, Array, Vessel, derivative
+import numpy as np
+
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion, as_motion
+from vessel_sim_node.plant import STILL_WATER, Array, Vessel, rate_of_motion
 
 
 def rk4(
@@ -26,9 +30,53 @@ def rk4(
     Returns:
         The state at the end of the step, shape (6,).
     """
+    tau, disturbing = (float(wrench[0]), float(wrench[1])), (float(disturbance[0]), float(disturbance[1]), float(disturbance[2]))
+    return np.array(rk4_step(as_motion(state), tau, disturbing, vessel, step, current))
+
+
+@kernel
+def rk4_step(
+    motion: Motion,
+    tau: tuple[float, float],
+    disturbance: tuple[float, float, float],
+    vessel: Vessel,
+    step: float,
+    current: tuple[float, float],
+) -> Motion:
+    """`rk4` of a motion; the arguments are the same.
+
+    Args:
+        motion: State.
+        tau, disturbance, vessel, current: As in `rate_of_motion`, constant over the step.
+        step: Length of the step, s.
+
+    Returns:
+        The state at the end of the step.
+    """
     half = 0.5 * step
-    k1 = derivative(state, wrench, disturbance, vessel, current)
-    k2 = derivative(state + half * k1, wrench, disturbance, vessel, current)
-    k3 = derivative(state + half * k2, wrench, disturbance, vessel, current)
-    k4 = derivative(state + step * k3, wrench, disturbance, vessel, current)
-    return state + (step / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)
+    k1 = rate_of_motion(motion, tau, disturbance, vessel, current)
+    k2 = rate_of_motion(moved(motion, half, k1), tau, disturbance, vessel, current)
+    k3 = rate_of_motion(moved(motion, half, k2), tau, disturbance, vessel, current)
+    k4 = rate_of_motion(moved(motion, step, k3), tau, disturbance, vessel, current)
+    mean = Motion(
+        k1.x + 2.0 * (k2.x + k3.x) + k4.x,
+        k1.y + 2.0 * (k2.y + k3.y) + k4.y,
+        k1.psi + 2.0 * (k2.psi + k3.psi) + k4.psi,
+        k1.u + 2.0 * (k2.u + k3.u) + k4.u,
+        k1.v + 2.0 * (k2.v + k3.v) + k4.v,
+        k1.r + 2.0 * (k2.r + k3.r) + k4.r,
+    )
+    return moved(motion, step / 6.0, mean)
+
+
+@kernel
+def moved(motion: Motion, step: float, rate: Motion) -> Motion:
+    """motion + step·rate."""
+    return Motion(
+        motion.x + step * rate.x,
+        motion.y + step * rate.y,
+        motion.psi + step * rate.psi,
+        motion.u + step * rate.u,
+        motion.v + step * rate.v,
+        motion.r + step * rate.r,
+    )

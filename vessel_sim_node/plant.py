@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.hull import Hull, inherited
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
 
@@ -124,6 +125,7 @@ def initial_velocity() -> tuple[float, ...]:
     return parameter((0.0, 0.0, 0.0), "Initial surge, sway and yaw velocity.", low=-1e3, high=1e3, length=3)
 
 
+@kernel
 def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple[float, float, float]:
     """f_u, f_v, f_r of (7): Coriolis, Munk moment and damping, without inputs and disturbances.
 
@@ -154,8 +156,7 @@ def unforced_in_current(state: Array, vessel: Vessel, current: tuple[float, floa
     Returns:
         f_u(u_r, v_r, r) + r·v_c [m/s²], f_v(u_r, v_r, r) - r·u_c [m/s²], f_r(u_r, v_r, r) [rad/s²].
     """
-    motion = as_motion(state)
-    return _unforced(motion, math.cos(motion.psi), math.sin(motion.psi), vessel, current)
+    return unforced(as_motion(state), vessel, current)
 
 
 def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, current: tuple[float, float] = STILL_WATER) -> Array:
@@ -171,20 +172,41 @@ def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, curr
     Returns:
         Derivatives in the order of the state, shape (6,).
     """
-    motion = as_motion(state)
+    tau, disturbing = (float(wrench[0]), float(wrench[1])), (float(disturbance[0]), float(disturbance[1]), float(disturbance[2]))
+    return np.array(rate_of_motion(as_motion(state), tau, disturbing, vessel, current))
+
+
+@kernel
+def rate_of_motion(
+    motion: Motion,
+    tau: tuple[float, float],
+    disturbance: tuple[float, float, float],
+    vessel: Vessel,
+    current: tuple[float, float],
+) -> Motion:
+    """`derivative` of a motion; the arguments are the same.
+
+    Args:
+        motion: State; velocities over ground.
+        tau: tau_1, tau_2.
+        disturbance: tau_uw, tau_vw, tau_rw.
+        vessel: Coefficients of (6).
+        current: E, N.
+
+    Returns:
+        Derivatives in the order of the state.
+    """
     u, v, r = motion.u, motion.v, motion.r
     c, s = math.cos(motion.psi), math.sin(motion.psi)
-    f_u, f_v, f_r = _unforced(motion, c, s, vessel, current)
-    return np.array(
-        [
-            u * c - v * s,
-            u * s + v * c,
-            r,
-            f_u + wrench[0] / vessel.m11 + disturbance[0],
-            # No input in sway: the ship is underactuated.
-            f_v + disturbance[1],
-            f_r + wrench[1] / vessel.m33 + disturbance[2],
-        ]
+    f_u, f_v, f_r = unforced(motion, vessel, current)
+    return Motion(
+        u * c - v * s,
+        u * s + v * c,
+        r,
+        f_u + tau[0] / vessel.m11 + disturbance[0],
+        # No input in sway: the ship is underactuated.
+        f_v + disturbance[1],
+        f_r + tau[1] / vessel.m33 + disturbance[2],
     )
 
 
@@ -202,8 +224,10 @@ def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> 
     return SimulationError(f"{message}; {remaining}" if remaining else message)
 
 
-def _unforced(motion: Motion, c: float, s: float, vessel: Vessel, current: tuple[float, float]) -> tuple[float, float, float]:
-    """As `unforced_in_current`, with the cosine and sine of the heading."""
+@kernel
+def unforced(motion: Motion, vessel: Vessel, current: tuple[float, float]) -> tuple[float, float, float]:
+    """`unforced_in_current` of a motion."""
+    c, s = math.cos(motion.psi), math.sin(motion.psi)
     # The current in the body frame; the terms r·v_c and -r·u_c are its rates there.
     u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
     f_u, f_v, f_r = unforced_acceleration(motion.u - u_c, motion.v - v_c, motion.r, vessel)

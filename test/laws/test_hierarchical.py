@@ -23,7 +23,7 @@ from vessel_hsmc_ros.laws.switching import sign
 from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
 
 SHIP = VesselParameters().coefficients()
-G = Gains(**symbols(HierarchicalParameters()), **symbols(KnownVessel()))
+G = Gains(**symbols(HierarchicalParameters()), **symbols(KnownVessel()), T=0.01)
 CALM = (0.0, 0.0, 0.0)
 
 places = st.floats(-200.0, 200.0)
@@ -90,7 +90,7 @@ def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, referenc
     # What is left of dS1 and dS2 after the promised part: the law's estimates in place of the truth.
     left1 = G.a * (f_v - terms.sway_estimate) + (G.b - G.a * z.real) * (f_r - terms.yaw_estimate)
     left2 = (f_u - terms.surge_estimate) + z.imag * (f_r - terms.yaw_estimate)
-    rates = adaptation(z.real, z.imag, S1, S2, H, G)
+    rates = [factor * H for factor in adaptation(z.real, z.imag, S1, S2, G.a, G)]
     removed = sum(float(e @ rate) / gamma for e, rate, gamma in zip(error, rates, (G.gamma1, G.gamma2, G.gamma3), strict=True))
     assert S1 * left1 + S2 * left2 == pytest.approx(removed, rel=1e-9, abs=1e-9 * (1.0 + abs(S1) + abs(S2)))
 

@@ -17,6 +17,8 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from vessel_hsmc_ros.core.kernel import kernel
+
 TURN = 2.0 * math.pi
 """A full turn."""
 
@@ -58,6 +60,13 @@ def as_acceleration(acceleration: Iterable[float]) -> Acceleration:
     return Acceleration(*map(float, acceleration))
 
 
+@kernel
+def magnitude(x: float, y: float) -> float:
+    """The length sqrt(x² + y²) of a horizontal vector."""
+    return math.sqrt(x * x + y * y)
+
+
+@kernel
 def wrap(angle: float) -> float:
     """Map an angle to (-pi, pi]; an angle in that interval is returned unchanged (bit-identical)."""
     if -math.pi < angle <= math.pi:
@@ -66,11 +75,13 @@ def wrap(angle: float) -> float:
     return angle - TURN * math.ceil((angle - math.pi) / TURN)
 
 
+@kernel
 def quaternion_from_heading(psi: float) -> tuple[float, float]:
     """The z and w components of the unit quaternion for a rotation by psi about the vertical axis; x and y are zero."""
     return math.sin(0.5 * psi), math.cos(0.5 * psi)
 
 
+@kernel
 def heading_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     """The yaw angle of a quaternion; roll and pitch are disregarded.
 
@@ -90,22 +101,31 @@ def as_published(state: Iterable[float]) -> Motion:
     A message carries the heading as a quaternion, so it comes back wrapped to [-pi, pi] and rounded. The offline loop passes
     states through this function, which makes its runs bit-identical to those of the nodes.
     """
-    motion = as_motion(state)
+    return published(as_motion(state))
+
+
+@kernel
+def published(motion: Motion) -> Motion:
+    """`as_published` of a motion."""
     z, w = quaternion_from_heading(motion.psi)
-    return motion._replace(psi=heading_from_quaternion(0.0, 0.0, z, w))
+    psi = heading_from_quaternion(0.0, 0.0, z, w)
+    return Motion(motion.x, motion.y, psi, motion.u, motion.v, motion.r)
 
 
+@kernel
 def transform(motion: Motion) -> Transformed:
     """Z of (9): z1 = x·cos psi + y·sin psi, z2 = -x·sin psi + y·cos psi, z3 = psi."""
     c, s = math.cos(motion.psi), math.sin(motion.psi)
     return Transformed(motion.x * c + motion.y * s, -motion.x * s + motion.y * c, motion.psi)
 
 
+@kernel
 def transform_rate(z: Transformed, motion: Motion) -> Transformed:
     """dZ, from (9) and (6): dz1 = u + z2·r, dz2 = v - z1·r, dz3 = r."""
     return Transformed(motion.u + z.z2 * motion.r, motion.v - z.z1 * motion.r, motion.r)
 
 
+@kernel
 def transform_acceleration(z: Transformed, motion: Motion, acceleration: Acceleration) -> Transformed:
     """ddZ, from (9) and (6): ddz1 = du + dz2·r + z2·dr, ddz2 = dv - dz1·r - z1·dr, ddz3 = dr.
 
@@ -122,11 +142,13 @@ def transform_acceleration(z: Transformed, motion: Motion, acceleration: Acceler
     return Transformed(du + (v - z.z1 * r) * r + z.z2 * dr, dv - (u + z.z2 * r) * r - z.z1 * dr, dr)
 
 
+@kernel
 def tracking_error(z: Transformed, z_d: Transformed) -> Transformed:
     """z_e = Z - Z_d of (11), with the heading error wrapped to (-pi, pi]."""
     return Transformed(z.z1 - z_d.z1, z.z2 - z_d.z2, wrap(z.z3 - z_d.z3))
 
 
+@kernel
 def extrapolate(motion: Motion, acceleration: Acceleration, interval: float) -> Motion:
     """The state a short interval later or earlier, with the body acceleration held constant.
 

@@ -1,6 +1,14 @@
 """The saturation function of control engineering."""
 
+from vessel_hsmc_ros.core.kernel import kernel
 
+
+@kernel
 def clip(value: float, limit: float) -> float:
-    """Saturate a value symmetrically: min(max(value, -limit), limit), with limit >= 0."""
-    return min(max(value, -limit), limit)
+    """Saturate a value symmetrically: min(max(value, -limit), limit), with limit >= 0; NaN stays NaN."""
+    # Comparisons, because min and max order -0 and 0 differently when they are compiled.
+    if value > limit:
+        return limit
+    if value < -limit:
+        return -limit
+    return value

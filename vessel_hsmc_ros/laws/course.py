@@ -27,7 +27,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
 from vessel_hsmc_ros.laws.law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import NetworkParameters, activations, output
+from vessel_hsmc_ros.laws.network import NetworkParameters, activate, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
 from vessel_hsmc_ros.laws.terms import Terms
@@ -59,7 +59,7 @@ class CourseLawParameters:
 
 
 class Gains(NamedTuple):
-    """The constants of the law by their symbols, and the name of the switching function."""
+    """The constants of the law by their symbols, and the index of the switching function in SWITCHING."""
 
     c2: float
     k: float
@@ -68,7 +68,7 @@ class Gains(NamedTuple):
     phi: float
     tau_1: float
     m33: float
-    switching: str
+    switching: int
 
 
 class CourseController(AdaptiveLaw[CourseLawParameters]):
@@ -93,7 +93,7 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
         """
         check_step(parameters, "reaching_gain", "heading_surface_slope", self.period, "course")
         known = schema.symbols(self.vessel)
-        self._gains = Gains(**schema.symbols(parameters), m33=known["m33"], switching=parameters.switching)
+        self._gains = Gains(**schema.symbols(parameters), m33=known["m33"], switching=SWITCHING.index(parameters.switching))
 
     def reset(self) -> None:
         """Set all weights to zero."""
@@ -103,7 +103,8 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
         """The wrench with the present weights, then one Euler step of the weights; see `Law.step`."""
         g = self._gains
         z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
-        H = activations(np.array(motion[3:]), *self._neurons)
+        H = np.empty(len(self.weights))
+        activate(motion.u, motion.v, motion.r, self._neurons, H)
         fr = output(self.weights, H)
         S = g.c2 * z3e + dz3e
         # The yaw acceleration for which dS = 0 if fr is exact; switching and reaching terms are added to it.

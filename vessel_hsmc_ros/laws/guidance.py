@@ -23,7 +23,8 @@ rho ahead of midships.
 import math
 from typing import NamedTuple
 
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
 Vector = tuple[float, float]
@@ -56,6 +57,7 @@ class BodyCommand(NamedTuple):
     dw_n: float
 
 
+@kernel
 def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration, xi: Vector, g: Gains) -> VelocityCommand:
     """Velocity command w = dp_d - g and its derivative with xi constant.
 
@@ -97,6 +99,7 @@ def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration
     )
 
 
+@kernel
 def resolve(command: VelocityCommand, psi: float) -> BodyCommand:
     """Velocity command and its derivative resolved along and across a hull of heading psi."""
     c, s = math.cos(psi), math.sin(psi)
@@ -104,6 +107,7 @@ def resolve(command: VelocityCommand, psi: float) -> BodyCommand:
     return BodyCommand(wx * c + wy * s, -wx * s + wy * c, dwx * c + dwy * s, -dwx * s + dwy * c)
 
 
+@kernel
 def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedback_squared: float, g: Gains) -> float:
     """The direction of travel s, ahead or astern.
 
@@ -130,6 +134,7 @@ def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedb
     return -1.0 if s > 0.0 and distance < g.R_b else 1.0
 
 
+@kernel
 def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
     """The heading error epsilon = s·atan2(m, D) with m = w_n - v, in [-pi, pi].
 
@@ -150,10 +155,11 @@ def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
     m = w.w_n - v
     D = s * w.w_t
     # Without q_m the heading error would be undefined, and its gain unbounded, as w tends to zero.
-    q_m = g.c * math.hypot(g.rho, g.T_m * min(abs(m), LARGEST_MISMATCH))
+    q_m = g.c * magnitude(g.rho, g.T_m * min(abs(m), LARGEST_MISMATCH))
     return s * math.atan2(m, math.sqrt(D * D + q_m * q_m) if D >= 0.0 else D + q_m)
 
 
+@kernel
 def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Gains) -> float:
     """Feedforward yaw rate r_w, the derivative of atan2(w) - s·asin(v/W), which tends to r_d as W tends to zero.
 
@@ -170,7 +176,8 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Ga
         r_w, rad/s.
     """
     # q, the speed at which station keeping takes over, keeps every quotient finite as w tends to zero.
-    q2 = (g.c * g.rho) ** 2
+    q = g.c * g.rho
+    q2 = q * q
     square = w.w_t * w.w_t + w.w_n * w.w_n
     W2 = square + q2
     # 1 for a moving ship, 0 at rest: blends the rate of the course with the yaw rate of the reference.
@@ -181,6 +188,7 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Ga
     return (w.w_t * w.dw_n - w.w_n * w.dw_t) / W2 - s * moving * crab_rate / hull + (1.0 - moving) * r_d
 
 
+@kernel
 def approach_rate(epsilon: float, g: Gains) -> float:
     """The yaw-rate command for a heading error: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most r_max.
 
@@ -192,6 +200,7 @@ def approach_rate(epsilon: float, g: Gains) -> float:
     return math.copysign(min(rate, g.r_max), epsilon)
 
 
+@kernel
 def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
     """Weight, from 0 to 1, of the reference's heading: 1 for an undisturbed ship at rest.
 
@@ -210,6 +219,7 @@ def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float
     return 1.0 / (1.0 + (square + v * v) / (g.v_0 * g.v_0) + (f_u * f_u + f_v * f_v) / (g.a_0 * g.a_0))
 
 
+@kernel
 def integrate_error(xi: Vector, motion: Motion, desired: Motion, reference_squared: float, g: Gains) -> Vector:
     """The integral state xi one period later, by an Euler step of dxi = k_i·e; its magnitude is limited to xi_max.
 
@@ -231,5 +241,5 @@ def integrate_error(xi: Vector, motion: Motion, desired: Motion, reference_squar
     # A smooth switch at a reference speed of 0.1 m/s.
     step = g.T * g.k_i * reference_squared / (reference_squared + 0.01)
     x, y = xi[0] + step * ex, xi[1] + step * ey
-    shrink = min(1.0, g.xi_max / max(math.hypot(x, y), 1e-9))
+    shrink = min(1.0, g.xi_max / max(magnitude(x, y), 1e-9))
     return shrink * x, shrink * y

@@ -25,12 +25,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, tracking_error, transform
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.laws import guidance
+from vessel_hsmc_ros.laws.guidance import (
+    approach_rate,
+    calmness,
+    course_rate,
+    direction_of_travel,
+    heading_error,
+    integrate_error,
+    resolve,
+    velocity_command,
+)
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import activations
+from vessel_hsmc_ros.laws.network import Neurons, activate, add, output
 from vessel_hsmc_ros.laws.predictor import correct, predict
 from vessel_hsmc_ros.laws.terms import Terms
 
@@ -46,21 +56,41 @@ LARGEST_INNOVATION = 1.0, 1.0, 0.2
 class Filter(NamedTuple):
     """State of the command filter and of the guidance: rho_c, zeta, direction of travel s, integral xi."""
 
-    rate: float = 0.0
-    integral: float = 0.0
-    s: float = 1.0
-    xi: tuple[float, float] = (0.0, 0.0)
+    rate: float
+    integral: float
+    s: float
+    xi: tuple[float, float]
 
 
 class Memory(NamedTuple):
-    """Internal state of the law apart from the weights; cut_1 and cut_2 are true for a saturated input."""
+    """Internal state of the law.
 
+    Attributes:
+        started: Whether there has been a step; before, the prediction has no meaning.
+        predicted: The motion predicted for the next step.
+        filter: State of the command filter.
+        tau_1, tau_2: The wrench of the last step.
+        cut_1, cut_2: Whether its force and its moment were saturated.
+        W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
+        H: Activations, shape (l,), written in place.
+    """
+
+    started: bool
     predicted: Motion
-    filter: Filter = Filter()
-    tau_1: float = 0.0
-    tau_2: float = 0.0
-    cut_1: bool = False
-    cut_2: bool = False
+    filter: Filter
+    tau_1: float
+    tau_2: float
+    cut_1: bool
+    cut_2: bool
+    W: Array
+    H: Array
+
+
+def initial(neurons: int) -> Memory:
+    """The internal state before the first step, for a number of neurons."""
+    nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
+    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, np.zeros((3, neurons)), np.zeros(neurons))
 
 
 class Estimates(NamedTuple):
@@ -82,43 +112,54 @@ class Command(NamedTuple):
     du_c: float
 
 
-def bounded(motion: Motion) -> Motion:
+class StepTerms(NamedTuple):
+    """The terms of a step, by their names in `Terms`."""
+
+    surge_error: float
+    sway_error: float
+    heading_error: float
+    heading_surface: float
+    yaw_surface: float
+    surge_surface: float
+    commanded_heading: float
+    commanded_yaw_rate: float
+    commanded_surge_velocity: float
+    surge_estimate: float
+    sway_estimate: float
+    yaw_estimate: float
+
+
+@kernel
+def bounded(m: Motion) -> Motion:
     """The motion with its heading in [-pi, pi] and no magnitude above LARGEST."""
     # remainder is exact for every finite angle; it only selects the representation of the same heading.
-    psi = math.remainder(motion.psi, TURN)
-    if max(map(abs, motion)) > LARGEST:
-        return Motion(*(clip(number, LARGEST) for number in motion._replace(psi=psi)))
-    return motion._replace(psi=psi)
+    psi = math.remainder(m.psi, TURN)
+    return Motion(clip(m.x, LARGEST), clip(m.y, LARGEST), psi, clip(m.u, LARGEST), clip(m.v, LARGEST), clip(m.r, LARGEST))
 
 
-def adapt(W: Array, H: Array, measured: Motion, m: Memory, g: Gains) -> Array:
-    """The weights after the adaptation W += (1 - z)²/T·e·H/(HᵀH) to the innovation e.
+@kernel
+def adapt(measured: Motion, m: Memory, g: Gains) -> None:
+    """Adapt the weights in place, W += (1 - z)²/T·e·H/(HᵀH), to the innovation e.
 
     A saturated actuator does not deliver what the prediction assumes, so its network is not adapted.
 
     Args:
-        W: Weights, shape (3, l).
-        H: Activations, shape (l,).
         measured: Measured state of the ship.
-        m: Internal state with the prediction for this step.
+        m: Internal state with the activations at this step and the prediction for it.
         g: Gains.
-
-    Returns:
-        The new weights, shape (3, l).
     """
-    p = m.predicted
+    p, (largest_u, largest_v, largest_r) = m.predicted, LARGEST_INNOVATION
     # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
     # small constant prevents a division by zero far from all centres, where H vanishes.
-    scale = 1.0 / (g.T * (float(np.dot(H, H)) + 1e-6))
-    steps = (
-        0.0 if m.cut_1 else (1.0 - g.z_u) ** 2 * scale * clip(measured.u - p.u, LARGEST_INNOVATION[0]),
-        (1.0 - g.z_v) ** 2 * scale * clip(measured.v - p.v, LARGEST_INNOVATION[1]),
-        0.0 if m.cut_2 else (1.0 - g.z_r) ** 2 * scale * clip(measured.r - p.r, LARGEST_INNOVATION[2]),
-    )
-    adapted: Array = W + np.multiply.outer(steps, H)
-    return adapted
+    scale = 1.0 / (g.T * (output(m.H, m.H) + 1e-6))
+    if not m.cut_1:
+        add(m.W[0], (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, largest_u), m.H)
+    add(m.W[1], (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, largest_v), m.H)
+    if not m.cut_2:
+        add(m.W[2], (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, largest_r), m.H)
 
 
+@kernel
 def command(
     motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, m: Memory, g: Gains
 ) -> tuple[Command, Filter]:
@@ -142,32 +183,34 @@ def command(
     rate, integral, s, xi = m.filter
     relative = motion.r - desired.r
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
-    rate = min(max(rate, relative - g.S1_max), relative + g.S1_max)
-    velocity = guidance.velocity_command(motion, desired, acceleration, xi, g)
-    w = guidance.resolve(velocity, motion.psi)
-    distance = math.hypot(motion.x - desired.x, motion.y - desired.y)
-    s = guidance.direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
-    epsilon = guidance.heading_error(w, motion.v, s, g)
+    low, high = relative - g.S1_max, relative + g.S1_max
+    rate = low if rate < low else high if rate > high else rate
+    velocity = velocity_command(motion, desired, acceleration, xi, g)
+    w = resolve(velocity, motion.psi)
+    distance = magnitude(motion.x - desired.x, motion.y - desired.y)
+    s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
+    epsilon = heading_error(w, motion.v, s, g)
     # Only a share of the estimated sway acceleration is fed forward: the sway dynamics then have the factor 1 - eta·m11/m22,
     # which must stay positive for every ship (docs/guided.md, assumption A4).
     dv = acceleration.dv + g.eta * (f.fv - acceleration.dv)
-    r_w = guidance.course_rate(w, motion.v, dv, desired.r, s, g)
-    turning = guidance.approach_rate(epsilon, g) + r_w
+    r_w = course_rate(w, motion.v, dv, desired.r, s, g)
+    turning = approach_rate(epsilon, g) + r_w
 
-    calmness = guidance.calmness(w.w_t * w.w_t + w.w_n * w.w_n, motion.v, f.fu, f.fv, g)
-    alignment = g.k_h * calmness * math.remainder(desired.psi - motion.psi, TURN)
+    calm = calmness(w.w_t * w.w_t + w.w_n * w.w_n, motion.v, f.fu, f.fv, g)
+    alignment = g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN)
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
     drate = clip(demand, 2.0 * g.a_max)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
-    xi = guidance.integrate_error(xi, motion, desired, velocity.reference_squared, g)
+    xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
     psi_c, r_c = motion.psi + epsilon, desired.r + rate
     command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, w.w_t, w.dw_t + motion.r * w.w_n)
     return command, Filter(rate + g.T * drate, integral, s, xi)
 
 
+@kernel
 def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float, bool]:
     """Limit an input in magnitude and in slew rate.
 
@@ -187,6 +230,44 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
     return within, abs(demand) > limit
 
 
+@kernel
+def step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains, neurons: Neurons
+) -> tuple[tuple[float, float], StepTerms, Memory]:
+    """One period: correct the prediction, adapt the networks, compute commands and wrench, predict.
+
+    Args:
+        motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
+        m: Internal state; its arrays are written in place.
+        g: Gains.
+        neurons: The neurons of the networks.
+
+    Returns:
+        The wrench, its terms, and the internal state.
+    """
+    measured, desired = bounded(motion), bounded(desired)
+    du, dv, dr = acceleration
+    acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
+    if not m.started:
+        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.W, m.H)
+    motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
+    # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
+    activate(motion.u, motion.v, motion.r, neurons, m.H)
+    adapt(measured, m, g)
+    f = Estimates(output(m.W[0], m.H), output(m.W[1], m.H), output(m.W[2], m.H))
+    c, filtered = command(motion, desired, acceleration, f, m, g)
+
+    S1, S2 = motion.r - c.r_c, motion.u - c.u_c
+    tau_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), m.tau_1, g.tau_1max, g)
+    tau_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.tau_2, g.tau_2max, g)
+    predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
+    z_e = tracking_error(transform(measured), transform(desired))
+    terms = StepTerms(
+        z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr
+    )
+    return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H)
+
+
 class GuidedController(AdaptiveLaw[GuidedParameters]):
     """The law with its internal state: weights, predicted motion and command filter.
 
@@ -196,8 +277,7 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
         period: Control period, s.
 
     Attributes:
-        weights: Weights of the networks for f_u, f_v and f_r, shape (3, l).
-        memory: All other internal state; None before the first step.
+        memory: All internal state.
 
     Raises:
         ParameterError: the number of listed centres is not a multiple of three.
@@ -211,35 +291,20 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
 
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
-        self.weights: Array = np.zeros((3, len(self._neurons.mu)))
-        self.memory: Memory | None = None
+        self.memory = initial(len(self._neurons.mu))
+
+    @property
+    def weights(self) -> Array:
+        """Weights of the networks for f_u, f_v and f_r, shape (3, l)."""
+        return self.memory.W
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """Correct the prediction, adapt the networks, compute commands and wrench, predict; see `Law.step`."""
-        g = self._gains
-        measured, desired = bounded(motion), bounded(desired)
-        acceleration = Acceleration(*(clip(number, LARGEST) for number in acceleration))
-        m = self.memory or Memory(measured)
-        motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
-        # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
-        H = activations(np.array(motion[3:]), *self._neurons)
-        self.weights = adapt(self.weights, H, measured, m, g)
-        f = Estimates(*np.dot(self.weights, H).tolist())
-        c, filtered = command(motion, desired, acceleration, f, m, g)
-
-        S1, S2 = motion.r - c.r_c, motion.u - c.u_c
-        tau_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), m.tau_1, g.tau_1max, g)
-        tau_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.tau_2, g.tau_2max, g)
-        predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
-        self.memory = Memory(predicted, filtered, tau_1, tau_2, cut_1, cut_2)
-        z_e = tracking_error(transform(measured), transform(desired))
-        Wu, Wv, Wr = self.weights
-        return (tau_1, tau_2), Terms(
-            surge_error=z_e.z1, sway_error=z_e.z2, heading_error=z_e.z3,
-            heading_surface=c.sigma2, yaw_surface=S1, surge_surface=S2,
-            commanded_heading=math.remainder(c.psi_c, TURN),
-            commanded_yaw_rate=c.r_c, commanded_surge_velocity=c.u_c,
-            surge_estimate=f.fu, sway_estimate=f.fv, yaw_estimate=f.fr,
+        wrench, terms, self.memory = step(motion, desired, acceleration, self.memory, self._gains, self._neurons)
+        m = self.memory
+        Wu, Wv, Wr = m.W.copy()
+        return wrench, Terms(
+            **terms._asdict(),
             surge_weights=Wu, sway_weights=Wv, yaw_weights=Wr,
-            surge_saturated=cut_1, yaw_saturated=cut_2,
+            surge_saturated=m.cut_1, yaw_saturated=m.cut_2,
         )  # fmt: skip

@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import (
     Acceleration,
     Motion,
@@ -39,7 +40,7 @@ from vessel_hsmc_ros.core.kinematics import (
 )
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import activations, output
+from vessel_hsmc_ros.laws.network import Neurons, activate, add, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import switch
 from vessel_hsmc_ros.laws.terms import Terms
@@ -55,6 +56,53 @@ class Weights(NamedTuple):
     Wu: Array
 
 
+class Factors(NamedTuple):
+    """The rates of the weights, divided by the activations H that all networks share."""
+
+    v: float
+    r: float
+    u: float
+
+
+class Memory(NamedTuple):
+    """Internal state of the law.
+
+    Attributes:
+        W: Weights, written in place.
+        H: Activations of the last step, shape (l,), written in place.
+        rates: Rates of the weights of the last step, divided by H; the next step integrates them.
+        side: Sign of b - a·z1 at the last step; 0 before the first, NaN after the law has become singular.
+    """
+
+    W: Weights
+    H: Array
+    rates: Factors
+    side: float
+
+
+class ErrorTerms(NamedTuple):
+    """The terms of a step, by their names in `Terms`."""
+
+    surge_error: float
+    sway_error: float
+    heading_error: float
+    surge_error_rate: float
+    sway_error_rate: float
+    heading_error_rate: float
+    sway_surface: float
+    heading_surface: float
+    yaw_surface: float
+    surge_surface: float
+    surge_estimate: float
+    sway_estimate: float
+    yaw_estimate: float
+
+
+NO_WRENCH = 0.0, 0.0
+UNDEFINED = ErrorTerms(*[math.nan] * len(ErrorTerms._fields))
+
+
+@kernel
 def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
     """The weight a of (20): constant, or with the sign of sigma1·sigma2, so that both terms of S1 have the same sign.
 
@@ -65,12 +113,13 @@ def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
     Returns:
         a, rad/m, with its sign.
     """
-    return -g.a if g.sway_weight_sign == "switched" and sigma1 * sigma2 < 0.0 else g.a
+    return -g.a if g.sign_switches and sigma1 * sigma2 < 0.0 else g.a
 
 
+@kernel
 def control(
     motion: Motion, desired: Motion, acceleration: Acceleration, W: Weights, H: Array, g: Gains
-) -> tuple[tuple[float, float], Terms]:
+) -> tuple[tuple[float, float], ErrorTerms]:
     """The wrench (22), (28), with the parts of tau_2 summed so that z1 cancels.
 
     tau_2 = [b·tau_eq22 - a·(z1·tau_eq21) + m33·(-eta1·sgn S1 - k1·S1)] / (b - a·z1)
@@ -114,17 +163,14 @@ def control(
     tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
     tau_1 = tau_eq1 + g.m11 * (-g.eta2 * switch(S2, g.phi2, g.switching) - g.k2 * S2)
 
-    return (tau_1, tau_2), Terms(
-        surge_error=z_e.z1, sway_error=z_e.z2, heading_error=z_e.z3,
-        surge_error_rate=dz1e, sway_error_rate=dz2e, heading_error_rate=dz3e,
-        sway_surface=sigma1, heading_surface=sigma2, yaw_surface=S1, surge_surface=S2,
-        surge_estimate=fu, sway_estimate=fv, yaw_estimate=fr,
-        surge_weights=W.Wu, sway_weights=W.Wv, yaw_weights=W.Wr,
-    )  # fmt: skip
+    return (tau_1, tau_2), ErrorTerms(
+        z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e, sigma1, sigma2, S1, S2, fu, fv, fr
+    )
 
 
-def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -> Weights:
-    """Rates of the weights that cancel the cross terms of (32); those of (29) where g.adaptation is as_printed.
+@kernel
+def adaptation(z1: float, z2: float, S1: float, S2: float, a: float, g: Gains) -> Factors:
+    """Rates of the weights, divided by H, that cancel the cross terms of (32); those of (29) if g.adapts_as_printed.
 
     dWv = gamma1·a·S1·H, dWr = gamma2·((b - a·z1)·S1 + z2·S2)·H, dWu = gamma3·S2·H
     (29): dWv = gamma1·S2·H, dWr = gamma2·a·S1·H, dWu = gamma3·(b·z1·S1 - a·z1·S1 + z2·S2)·H
@@ -132,23 +178,66 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, H: Array, g: Gains) -
     Args:
         z1, z2: Transformed position of the ship (9), m.
         S1, S2: Surfaces of yaw [rad/s] and surge [m/s].
-        H: Activations, shape (l,).
+        a: Weight of the sway surface with the sign that the control law has used, rad/m.
         g: Gains.
 
     Returns:
-        Time derivatives of the weights.
+        Time derivatives of the weights, divided by H.
     """
-    if g.adaptation == "as_printed":
-        return Weights(
-            (g.gamma1 * S2) * H,
-            (g.gamma2 * g.a * S1) * H,
-            (g.gamma3 * (g.b * z1 * S1 - g.a * z1 * S1 + z2 * S2)) * H,
-        )
-    return Weights(
-        (g.gamma1 * g.a * S1) * H,
-        (g.gamma2 * ((g.b - g.a * z1) * S1 + z2 * S2)) * H,
-        (g.gamma3 * S2) * H,
-    )
+    if g.adapts_as_printed:
+        return Factors(g.gamma1 * S2, g.gamma2 * a * S1, g.gamma3 * (g.b * z1 * S1 - a * z1 * S1 + z2 * S2))
+    return Factors(g.gamma1 * a * S1, g.gamma2 * ((g.b - a * z1) * S1 + z2 * S2), g.gamma3 * S2)
+
+
+@kernel
+def side_of_singularity(z1: float, last: float, g: Gains) -> float:
+    """The side of z1 = b/a, where the denominator of (22) vanishes, on which the ship is.
+
+    The moment grows without bound towards it, and behind it the gain has the wrong sign.
+
+    Args:
+        z1: Transformed position (9), m.
+        last: The side at the last step; 0 before the first.
+        g: Gains.
+
+    Returns:
+        1 or -1; NaN if the ship is there, or has crossed it since the last step.
+    """
+    distance = g.b - g.a * (abs(z1) if g.sign_switches else z1)
+    # A step can jump over the singularity, therefore the side is compared with that of the last step.
+    if abs(distance) <= 1e-9 * g.b or distance * last < 0.0:
+        return math.nan
+    return math.copysign(1.0, distance)
+
+
+@kernel
+def step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains, neurons: Neurons
+) -> tuple[tuple[float, float], ErrorTerms, Memory]:
+    """One period: the Euler step of the weights that the last period has left, then the wrench (22), (28).
+
+    Args:
+        motion, desired, acceleration: Ship, virtual ship, and derivatives of the virtual ship's velocities.
+        m: Internal state; its arrays are written in place.
+        g: Gains.
+        neurons: The neurons of the networks.
+
+    Returns:
+        The wrench, its terms, and the internal state; undefined where its `side` is NaN.
+    """
+    add(m.W.Wv, g.T * m.rates.v, m.H)
+    add(m.W.Wr, g.T * m.rates.r, m.H)
+    add(m.W.Wu, g.T * m.rates.u, m.H)
+    z = transform(motion)
+    side = side_of_singularity(z.z1, m.side, g)
+    if math.isnan(side):
+        return NO_WRENCH, UNDEFINED, Memory(m.W, m.H, Factors(0.0, 0.0, 0.0), side)
+    activate(motion.u, motion.v, motion.r, neurons, m.H)
+    wrench, terms = control(motion, desired, acceleration, m.W, m.H, g)
+    # The adaptation law takes the weight a with the sign that the control law has just used.
+    a = sway_weight(terms.sway_surface, terms.heading_surface, g)
+    rates = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, a, g)
+    return wrench, terms, Memory(m.W, m.H, rates, side)
 
 
 class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
@@ -160,8 +249,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         period: Control period, s.
 
     Attributes:
-        weights: Weights of the three networks that the next step will use.
-        weight_rates: Their rates at the last step; zero before the first.
+        memory: Internal state.
 
     Raises:
         ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
@@ -175,17 +263,27 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         Raises:
             ParameterError: a reaching gain is unstable at the law's period.
         """
-        self._side = 0.0  # new gains move the singularity z1 = b/a, so the ship may be on its other side
         for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
             check_step(parameters, gain, slope, self.period, "hierarchical")
-        self._gains = gains(parameters, self.vessel)
+        self._gains = gains(parameters, self.vessel, self.period)
+        # New gains move the singularity z1 = b/a, so the ship may be on its other side.
+        self._forget_side = True
 
     def reset(self) -> None:
         """Set all weights to zero."""
-        neurons = len(self._neurons.mu)
-        self._side = 0.0
-        self.weights = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
-        self.weight_rates = Weights(np.zeros(neurons), np.zeros(neurons), np.zeros(neurons))
+        l = len(self._neurons.mu)
+        self.memory = Memory(Weights(np.zeros(l), np.zeros(l), np.zeros(l)), np.zeros(l), Factors(0.0, 0.0, 0.0), 0.0)
+
+    @property
+    def weights(self) -> Weights:
+        """Weights of the three networks that the next step will use."""
+        m = self.memory
+        T = self._period
+        return Weights(*(W + (T * rate) * m.H for W, rate in zip(m.W, m.rates, strict=True)))
+
+    @weights.setter
+    def weights(self, weights: Weights) -> None:
+        self.memory = self.memory._replace(W=Weights(*(np.array(W, float) for W in weights)), rates=Factors(0.0, 0.0, 0.0))
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """The wrench (22), (28) with the present weights, then one Euler step of the weights; see `Law.step`.
@@ -194,32 +292,15 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
             ControlError: the ship is at the singularity z1 = b/a, or has crossed it since the last step.
         """
         g = self._gains
-        z = transform(motion)
-        self._check_side(z.z1)
-        H = activations(np.array(motion[3:]), *self._neurons)
-        wrench, terms = control(motion, desired, acceleration, self.weights, H, g)
-        # The adaptation law takes the weight a with the sign that the control law has just used.
-        g = g._replace(a=sway_weight(terms.sway_surface, terms.heading_surface, g))
-        rate = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, H, g)
-        T = self.period
-        W = self.weights
-        self.weight_rates = rate
-        self.weights = Weights(W.Wv + T * rate.Wv, W.Wr + T * rate.Wr, W.Wu + T * rate.Wu)
-        return wrench, terms
-
-    def _check_side(self, z1: float) -> None:
-        """Require the ship to stay on one side of z1 = b/a, where the denominator of (22) vanishes.
-
-        The moment grows without bound towards it, and behind it the gain has the wrong sign.
-
-        Raises:
-            ControlError: the ship is there, or has crossed it since the last step.
-        """
-        g = self._gains
-        distance = g.b - g.a * (abs(z1) if g.sway_weight_sign == "switched" else z1)
-        # A step can jump over the singularity, therefore the side is compared with that of the last step.
-        if abs(distance) <= 1e-9 * g.b or distance * self._side < 0.0:
+        m = self.memory._replace(side=0.0) if self._forget_side else self.memory
+        wrench, terms, after = step(motion, desired, acceleration, m, g, self._neurons)
+        if math.isnan(after.side):
+            z1 = transform(motion).z1
             raise ControlError(
                 f"the hierarchical law is singular at b = a·z1: a = {g.a:g}, b = {g.b:g}, and the ship is at z1 = {z1:g} m"
             )
-        self._side = math.copysign(1.0, distance)
+        self.memory, self._forget_side = after, False
+        W = after.W
+        return wrench, Terms(
+            **terms._asdict(), surge_weights=W.Wu.copy(), sway_weights=W.Wv.copy(), yaw_weights=W.Wr.copy()
+        )

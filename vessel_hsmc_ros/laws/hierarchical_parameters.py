@@ -58,7 +58,7 @@ class HierarchicalParameters:
 
 
 class Gains(NamedTuple):
-    """The constants of the law by the paper's symbols, and the chosen interpretations by name."""
+    """The constants of the law by the paper's symbols, the period T, and the chosen interpretations; `switching` is an index in SWITCHING."""
 
     c1: float
     c2: float
@@ -74,20 +74,22 @@ class Gains(NamedTuple):
     gamma3: float
     m11: float
     m33: float
+    T: float
     phi1: float = 0.01
     phi2: float = 0.01
-    switching: str = "sgn"
-    sway_weight_sign: str = "constant"
-    adaptation: str = "lyapunov"
+    switching: int = 0
+    sign_switches: bool = False
+    adapts_as_printed: bool = False
 
 
-def gains(parameters: HierarchicalParameters, vessel: KnownVessel) -> Gains:
-    """The constants of the law from its parameters and the known vessel."""
+def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> Gains:
+    """The constants of the law from its parameters, the known vessel and the control period, s."""
     p = parameters
     return Gains(
         **schema.symbols(p),
         **schema.symbols(vessel),
-        switching=p.switching,
-        sway_weight_sign=p.sway_weight_sign,
-        adaptation=p.adaptation,
+        T=period,
+        switching=SWITCHING.index(p.switching),
+        sign_switches=p.sway_weight_sign == "switched",
+        adapts_as_printed=p.adaptation == "as_printed",
     )

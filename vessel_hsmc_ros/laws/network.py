@@ -12,6 +12,7 @@ The printed (3) has the distance in the exponent; the text calls the function a 
 printed form is selected by `basis: as_printed`.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,17 +20,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
 
 
 class Neurons(NamedTuple):
-    """Centres, shape (l, n), width, and whether (3) is evaluated as printed; the arguments of `activations` after the input."""
+    """The neurons of a network.
+
+    Attributes:
+        mu: Centres, shape (l, 3).
+        delta: Width.
+        as_printed: Whether (3) is evaluated as printed.
+        axis: Centres of a grid on each of its axes, shape (k,) with l = k³; empty for centres that are listed.
+        factors: Working memory of `activate`, shape (3, k).
+    """
 
     mu: Array
     delta: float
-    as_printed: bool = False
+    as_printed: bool
+    axis: Array
+    factors: Array
 
 
 @dataclass(frozen=True)
@@ -61,7 +73,10 @@ class NetworkParameters:
         Raises:
             ParameterError: the number of listed centres is not a positive multiple of three.
         """
-        return Neurons(self.centers(), self.width, self.basis == "as_printed")
+        as_printed = self.basis == "as_printed"
+        # Only the Gaussian of a squared distance is the product of Gaussians of its axes.
+        axis = self._axis() if self.layout == "grid" and not as_printed else np.empty(0)
+        return Neurons(self.centers(), self.width, as_printed, axis, np.empty((3, len(axis))))
 
     def centers(self) -> Array:
         """All centres, shape (l, 3); on the grid l = centers_per_axis³.
@@ -71,11 +86,15 @@ class NetworkParameters:
         """
         if self.layout == "listed":
             return self._listed()
-        # Symmetric about the middle; with an even number of centres none lies in the middle itself.
-        offsets = (np.arange(self.centers_per_axis) - 0.5 * (self.centers_per_axis - 1)) * self.spacing
-        axis = self.center + offsets
+        axis = self._axis()
         # Row-major order: the yaw velocity varies fastest. The order of the weights in bags depends on it.
         return np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def _axis(self) -> Array:
+        # Symmetric about the middle; with an even number of centres none lies in the middle itself.
+        offsets = (np.arange(self.centers_per_axis) - 0.5 * (self.centers_per_axis - 1)) * self.spacing
+        axis: Array = self.center + offsets
+        return axis
 
     def _listed(self) -> Array:
         numbers = np.array(self.listed_centers)
@@ -91,20 +110,60 @@ def activations(Z: Array, mu: Array, delta: float, as_printed: bool = False) -> 
     """H(Z) of (2) with the Gaussians h_i = exp(-|Z - mu_i|² / (2·delta²)) of (3).
 
     Args:
-        Z: Input, shape (n,).
-        mu: Centres, shape (l, n).
+        Z: Input, shape (3,).
+        mu: Centres, shape (l, 3).
         delta: Width, above 0.
         as_printed: Evaluate the printed h_i = exp(-|Z - mu_i| / (2·delta²)) instead.
 
     Returns:
         Activations in (0, 1], shape (l,).
     """
-    distance = Z - mu
-    squared = np.sum(distance * distance, axis=1)
-    H: Array = np.exp((np.sqrt(squared) if as_printed else squared) * (-0.5 / (delta * delta)))
+    H = np.empty(len(mu))
+    activate(float(Z[0]), float(Z[1]), float(Z[2]), Neurons(mu, delta, as_printed, np.empty(0), np.empty((3, 0))), H)
     return H
 
 
+@kernel
+def activate(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
+    """Write H(Z) of (2), (3) for Z = (u, v, r) into an array of shape (l,)."""
+    if len(n.axis):
+        _activate_grid(u, v, r, n, H)
+        return
+    scale = -0.5 / (n.delta * n.delta)
+    for i in range(len(H)):
+        du, dv, dr = u - n.mu[i, 0], v - n.mu[i, 1], r - n.mu[i, 2]
+        squared = du * du + dv * dv + dr * dr
+        H[i] = math.exp((math.sqrt(squared) if n.as_printed else squared) * scale)
+
+
+@kernel
+def _activate_grid(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
+    """`activate` on a grid: exp(-(a + b + c)) = exp(-a)·exp(-b)·exp(-c), so k³ neurons need 3·k exponentials."""
+    scale = -0.5 / (n.delta * n.delta)
+    k = len(n.axis)
+    for i in range(k):
+        du, dv, dr = u - n.axis[i], v - n.axis[i], r - n.axis[i]
+        n.factors[0, i] = math.exp(du * du * scale)
+        n.factors[1, i] = math.exp(dv * dv * scale)
+        n.factors[2, i] = math.exp(dr * dr * scale)
+    for i in range(k):
+        for j in range(k):
+            plane = n.factors[0, i] * n.factors[1, j]
+            for m in range(k):
+                H[(i * k + j) * k + m] = plane * n.factors[2, m]
+
+
+@kernel
 def output(W: Array, H: Array) -> float:
     """The network's output f_n = WᵀH of (1)."""
-    return float(np.dot(W, H))
+    total = 0.0
+    for i in range(len(H)):
+        total += W[i] * H[i]
+    return float(total)
+
+
+@kernel
+def add(W: Array, factor: float, H: Array) -> None:
+    """W += factor·H in place: one step of the adaptation of a network."""
+    for i in range(len(H)):
+        W[i] += factor * H[i]

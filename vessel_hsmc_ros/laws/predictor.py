@@ -15,9 +15,11 @@ Position and heading have one pole each.
 
 import math
 
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Motion
 
 
+@kernel
 def correct(predicted: Motion, measured: Motion, z_p: float, z_h: float, z_u: float, z_v: float, z_r: float) -> Motion:
     """Correct the predicted motion by the measured one.
 
@@ -43,6 +45,7 @@ def correct(predicted: Motion, measured: Motion, z_p: float, z_h: float, z_u: fl
     )
 
 
+@kernel
 def predict(motion: Motion, du: float, dv: float, dr: float, T: float) -> Motion:
     """The motion one period later under constant body accelerations; the pose is integrated by the midpoint rule.
 

@@ -1,0 +1,20 @@
+"""Marks the functions that can be compiled, so that one text serves the interpreted nodes and compiled batches of runs.
+
+A kernel keeps to what Numba's nopython mode compiles to the same bits: floats, tuples, NamedTuples without defaults, and arrays
+that are written in place; explicit loops instead of np.dot and np.exp, and products instead of `**` and math.hypot, whose last
+bits differ between implementations. It may call other kernels by their names in its module, and raises no exceptions.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+KERNELS: set[Callable[..., Any]] = set()
+"""All kernels that have been imported."""
+
+
+def kernel(function: Function) -> Function:
+    """Mark a function as a kernel; it is returned unchanged, and runs interpreted unless it is compiled."""
+    KERNELS.add(function)
+    return function
