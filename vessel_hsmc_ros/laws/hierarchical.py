@@ -278,7 +278,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     def weights(self) -> Weights:
         """Weights of the three networks that the next step will use."""
         m = self.memory
-        T = self._period
+        T = self.period
         return Weights(*(W + (T * rate) * m.H for W, rate in zip(m.W, m.rates, strict=True)))
 
     @weights.setter
