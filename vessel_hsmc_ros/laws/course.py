@@ -26,7 +26,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
-from vessel_hsmc_ros.laws.law import AdaptiveLaw
+from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import NetworkParameters, activate, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
@@ -97,14 +97,14 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
 
     def reset(self) -> None:
         """Set all weights to zero."""
-        self.weights: Array = np.zeros(len(self._neurons.mu))
+        self.weights: Array = np.zeros(len(self.neurons.mu))
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """The wrench with the present weights, then one Euler step of the weights; see `Law.step`."""
         g = self._gains
         z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
         H = np.empty(len(self.weights))
-        activate(motion.u, motion.v, motion.r, self._neurons, H)
+        activate(motion.u, motion.v, motion.r, self.neurons, H)
         fr = output(self.weights, H)
         S = g.c2 * z3e + dz3e
         # The yaw acceleration for which dS = 0 if fr is exact; switching and reaching terms are added to it.
