@@ -5,11 +5,16 @@ from collections.abc import Callable
 from operator import itemgetter
 from typing import Any, ClassVar, Protocol, TypeVar
 
+import numpy as np
+
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law, Parameters
 from vessel_hsmc_ros.laws.network import NetworkParameters
 from vessel_hsmc_ros.laws.terms import Terms
+
+NO_NETWORKS = np.empty((0, 0))
+"""The weights of a law without networks."""
 
 FLAGS = [field for field, default in Terms._field_defaults.items() if default is False]
 """The terms that are booleans; a kernel returns 0.0 or 1.0. They are the last fields of `Terms`."""
