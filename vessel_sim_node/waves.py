@@ -37,7 +37,7 @@ from vessel_sim_node.plant import ShipParameters
 from vessel_sim_node.spectrum import frequencies
 
 Array = NDArray[np.float64]
-Series = Array | list[float]
+Components = Array | list[tuple[float, ...]]
 
 GRAVITY, WATER_DENSITY = 9.81, 1025.0
 
@@ -70,13 +70,12 @@ class WaveParameters:
 
 
 class Sea(NamedTuple):
-    """One realisation of the sea and its effect on the hull; the series have one element for each component.
+    """One realisation of the sea and its effect on the hull.
 
     Attributes:
         direction, east, north: Wave direction, and its unit vector d.
-        k, omega, epsilon: Wave numbers, frequencies and phases.
-        orbit: a, amplitude of the orbital motion averaged over the draught, m.
-        drift: Amplitudes whose squared envelope is the drift force on a metre of the hull.
+        components: A row for each component: k, omega, epsilon, a (averaged over the draught), and the amplitude whose squared
+            envelope is the drift force on a metre of the hull; (n, 5).
         length, beam: L, B.
         rough: Whether there are waves.
     """
@@ -84,11 +83,7 @@ class Sea(NamedTuple):
     direction: float
     east: float
     north: float
-    k: Series
-    omega: Series
-    epsilon: Series
-    orbit: Series
-    drift: Series
+    components: Components
     length: float
     beam: float
     rough: bool
@@ -103,16 +98,17 @@ class Sea(NamedTuple):
             time: Time of the change since the start, s.
         """
         along = self.east * change[0] + self.north * change[1]
-        return self._replace(epsilon=[epsilon + k * along * time for k, epsilon in zip(self.k, self.epsilon, strict=True)])
+        return self._replace(
+            components=[(k, omega, epsilon + k * along * time, *rest) for k, omega, epsilon, *rest in self.components]
+        )
 
     def as_arrays(self) -> "Sea":
-        """The same with arrays, for compiled kernels; interpreted ones are faster with lists."""
-        k, omega, epsilon, orbit, drift = (np.array(s, float) for s in (self.k, self.omega, self.epsilon, self.orbit, self.drift))
-        return self._replace(k=k, omega=omega, epsilon=epsilon, orbit=orbit, drift=drift)
+        """The same with an array, for compiled kernels; interpreted ones are faster with tuples."""
+        return self._replace(components=np.array(self.components, float).reshape(-1, 5))
 
 
 def make_sea(parameters: WaveParameters, random: np.random.Generator, ship: ShipParameters) -> Sea:
-    """Components of equal energy with random frequencies and phases, as lists.
+    """Components of equal energy with random frequencies and phases, as tuples.
 
     The spectrum is divided into slices of equal energy with one random frequency in each, so that the sea does not repeat itself
     as one of equally spaced frequencies would.
@@ -134,10 +130,9 @@ def make_sea(parameters: WaveParameters, random: np.random.Generator, ship: Ship
     depth = k * (p.hull_draught or ship.draught)
     orbit = amplitude * -np.expm1(-depth) / depth
     drift = amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
-    north, east = math.sin(p.direction), math.cos(p.direction)
+    components = [tuple(row) for row in np.column_stack((k, omega, epsilon, orbit, drift)).tolist()]
     length, beam = p.hull_length or ship.length, p.hull_beam or ship.beam
-    k, omega, epsilon, orbit, drift = (series.tolist() for series in (k, omega, epsilon, orbit, drift))
-    return Sea(p.direction, east, north, k, omega, epsilon, orbit, drift, length, beam, rough)
+    return Sea(p.direction, math.cos(p.direction), math.sin(p.direction), components, length, beam, rough)
 
 
 @kernel
@@ -158,10 +153,10 @@ def drift_force(time: float, motion: Motion, current: tuple[float, float], sea: 
     """
     distance = advanced(time, motion, current, sea)
     a = b = 0.0
-    for k, omega, epsilon, amplitude in zip(sea.k, sea.omega, sea.epsilon, sea.drift):  # noqa: B905 - Numba has no strict
-        theta = k * distance - omega * time + epsilon
-        a += amplitude * math.cos(theta)
-        b += amplitude * math.sin(theta)
+    for row in sea.components:
+        theta = row[0] * distance - row[1] * time + row[2]
+        a += row[4] * math.cos(theta)
+        b += row[4] * math.sin(theta)
     # The squared envelope of the components holds their difference frequencies only, and is never negative.
     envelope = a * a + b * b
     along, across = math.cos(sea.direction - motion.psi), math.sin(sea.direction - motion.psi)
@@ -206,7 +201,8 @@ def hull_motion(time: float, distance: float, speed: float, along: float, sea: S
     """
     surge = surge_rate = turn = turn_rate = 0.0
     half = 0.5 * sea.length * along
-    for k, omega, epsilon, orbit in zip(sea.k, sea.omega, sea.epsilon, sea.orbit):  # noqa: B905 - Numba has no strict
+    for row in sea.components:
+        k, omega, epsilon, orbit = row[0], row[1], row[2], row[3]
         theta, q = k * distance - omega * time + epsilon, half * k
         # Frequency of encounter, with its sign. The ship's own turning is slow beside the waves, so q counts as constant.
         rate = k * speed - omega
