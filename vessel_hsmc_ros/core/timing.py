@@ -2,6 +2,8 @@
 
 from fractions import Fraction
 
+from vessel_hsmc_ros.core.kernel import kernel
+
 NANOSECONDS = 1_000_000_000
 
 
@@ -36,6 +38,7 @@ class RateGrid:
         return (self._numerator * other._denominator) % (self._denominator * other._numerator) == 0
 
 
+@kernel
 def seconds(nanoseconds: int) -> float:
     """Convert nanoseconds to seconds; used by all parts, so that their times are bit-identical."""
     return nanoseconds * 1e-9
