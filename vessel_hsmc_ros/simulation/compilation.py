@@ -7,10 +7,10 @@ import functools
 import importlib.util
 import logging
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from vessel_hsmc_ros.core.kernel import KERNELS
+from vessel_hsmc_ros.core.kernel import KERNELS, bound
 from vessel_hsmc_ros.simulation import cache
 
 Function = Callable[..., Any]
@@ -30,32 +30,34 @@ class Compiled:
 
     Args:
         function: The kernel.
-        law: The kernel that takes the place of the name `law_step`; None for a kernel that calls no law.
-        title: What is compiled, for the log.
+        title: What to call it in the log, if it takes long to compile.
+        kernels: Kernels that take the place of names of its module.
     """
 
-    def __init__(self, function: Function, law: Function | None = None, title: str = "") -> None:
-        self._function, self._law = function, law
-        self._title = title or function.__name__
+    def __init__(self, function: Function, title: str, kernels: Mapping[str, Function]) -> None:
+        self._function, self._kernels, self._title = function, kernels, title
+        names = (f"{each.__module__}.{each.__qualname__}" for each in (function, *kernels.values()))
+        self._name = "-".join(name.removeprefix("vessel_hsmc_ros.") for name in names)
         self._call: Function | None = None
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code."""
-        if self._call is not None:
-            return self._call(*arguments)
-        return self._first(arguments)
+        return self._first(arguments) if self._call is None else self._call(*arguments)
 
     def _first(self, arguments: tuple[Any, ...]) -> Any:
         """The first call, which loads the machine code, or compiles and stores it."""
-        name = f"{self._function.__module__}.{self._title}".replace(" ", "_")
-        with cache.entry(name) as entry:
-            if not entry.present:
-                logging.getLogger(__name__).warning("compiling %s, once: it takes about 20 s", self._title)
+        log = logging.getLogger(__name__)
+        with cache.entry(self._name) as entry:
+            if self._title and not entry.present:
+                log.warning("compiling %s: once, some 20 s", self._title)
             call = self._dispatcher(entry)
             try:
                 result = call(*arguments)
-            except Exception as error:  # kernels raise nothing: the stored file is damaged, or of another version
-                logging.getLogger(__name__).warning("compiling %s again: %s", self._title, error)
+            except Exception as error:
+                if not entry.present:
+                    raise
+                # Kernels raise nothing: the stored file is damaged.
+                log.warning("compiling %s again, as its stored code cannot be read: %r", self._name, error)
                 entry.discard()
                 call = self._dispatcher(entry)
                 result = call(*arguments)
@@ -63,28 +65,32 @@ class Compiled:
         return result
 
     def _dispatcher(self, entry: cache.Entry) -> Function:
-        import numba  # takes half a second, for which interpreted runs and nodes need not wait
+        import numba  # takes half a second, for which nodes and interpreted runs need not wait
 
         from vessel_hsmc_ros.simulation import numba_overloads  # noqa: F401 - registers math.remainder
 
-        step = {} if self._law is None else {"law_step": _inner(self._law)}
-        copy = _rebuilt(self._function, step)
+        copy = _rebuilt(self._function, self._kernels)
         # error_model: a division by zero gives infinity or NaN, without a test in every division.
         with entry.in_use():
             dispatcher: Function = numba.njit(error_model="numpy", nogil=True, cache=entry.writable)(copy)
         return dispatcher
 
 
-@functools.cache
-def compiled(function: Function, law: Function | None = None, title: str = "") -> Compiled:
+_made: dict[Any, Compiled] = {}
+
+
+def compiled(function: Function, title: str = "", **kernels: Function) -> Compiled:
     """A kernel compiled, with all the kernels that it calls.
 
     Args:
         function: The kernel.
-        law: The kernel that takes the place of the name `law_step`.
-        title: What is compiled, for the log.
+        title: What to call it in the log, if it takes long to compile.
+        kernels: Kernels that take the place of names of its module, as in `core.kernel.bound`.
     """
-    return Compiled(function, law, title)
+    key = function, *kernels.items()
+    if key not in _made:
+        _made[key] = Compiled(function, title, kernels)
+    return _made[key]
 
 
 @functools.cache
@@ -95,14 +101,10 @@ def _inner(function: Function) -> Function:
     return numba.njit(error_model="numpy", nogil=True)(_rebuilt(function, {}))  # type: ignore[no-any-return]
 
 
-def _rebuilt(function: Any, replaced: dict[str, Function]) -> Function:
-    """The same function, in whose globals the kernels are compiled ones."""
-    used = ((name, function.__globals__.get(name)) for name in function.__code__.co_names)
-    names = {name: _inner(value) for name, value in used if _is_kernel(value) and name not in replaced}
-    copy = types.FunctionType(function.__code__, {**function.__globals__, **names, **replaced}, function.__name__)
-    copy.__module__ = function.__module__
-    copy.__qualname__ = function.__qualname__
-    return copy
+def _rebuilt(function: Any, kernels: Mapping[str, Function]) -> Function:
+    """A copy of a kernel that calls compiled kernels."""
+    used = {name: function.__globals__.get(name) for name in function.__code__.co_names} | dict(kernels)
+    return bound(function, **{name: _inner(value) for name, value in used.items() if _is_kernel(value)})
 
 
 def _is_kernel(value: object) -> bool:

@@ -43,7 +43,7 @@ def make_loop(scenario: Scenario, samples: int, law: Law[Any] | None = None, int
 
 def compiled_step(law: KernelLaw[Any]) -> Compiled:
     """The loop with a law."""
-    return compiled(advance, type(law).kernel, f"the law {law.name}")
+    return compiled(advance, f"the law {law.name}", law_step=type(law).kernel)
 
 
 class CompiledLoop(Loop):

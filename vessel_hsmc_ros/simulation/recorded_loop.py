@@ -103,7 +103,7 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         _serve_interpreted(loop, recorded, span)
         return
     observer = loop.observer or idle
-    run = compiled(answer, type(law).kernel, f"the law {law.name} over recorded inputs")
+    run = compiled(answer, f"the law {law.name} for recorded inputs", law_step=type(law).kernel)
     before = Answered(span.start, loop.wrench, law.memory, observer.state)
     after = run(before, span.stop, law.constants, observer.constants, recorded)
     law.memory, observer.state, loop.wrench = after.memory, after.observer, after.wrench
