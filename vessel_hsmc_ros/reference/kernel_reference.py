@@ -1,6 +1,5 @@
 """References that are kernels: two pure functions of a memory, which the node steps and a batch of runs compiles."""
 
-from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,8 +20,8 @@ class KernelReference:
         memory: NamedTuple of what does.
     """
 
-    move: ClassVar[Callable[[Any, Any], Any]]
-    read: ClassVar[Callable[[Any, Any], tuple[Motion, Acceleration]]]
+    move: ClassVar[Any]
+    read: ClassVar[Any]
     constants: Any
     memory: Any
     _read_from: Any = None
