@@ -8,7 +8,6 @@ from vessel_hsmc_ros.reference.goal import (
     GoalConstants,
     GoalMemory,
     Target,
-    begin_stage,
     move,
     present_target,
     read,

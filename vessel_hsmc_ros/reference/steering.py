@@ -32,13 +32,10 @@ def approach(distance: float, braking: float, largest: float) -> float:
         Speed, m/s, or yaw rate, rad/s, with the sign of the distance.
     """
     size = abs(distance)
-    speed, curve = GAIN * size, math.sqrt(2.0 * braking * size)
     # The smallest of the three bounds: proportional, braking curve, largest speed.
-    if curve < speed:
-        speed = curve
-    if largest < speed:
-        speed = largest
-    return math.copysign(speed, distance)
+    proportional, curve = GAIN * size, math.sqrt(2.0 * braking * size)
+    lower = curve if curve < proportional else proportional
+    return math.copysign(largest if largest < lower else lower, distance)
 
 
 @kernel

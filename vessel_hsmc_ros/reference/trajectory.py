@@ -17,7 +17,7 @@ Compiler = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function itself, where a compiler is asked for."""
+    """The function itself, in place of a compiler."""
     return function
 
 
