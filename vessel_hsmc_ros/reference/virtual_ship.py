@@ -121,8 +121,8 @@ class ReferenceShip(KernelReference):
         self.reset()
 
     def _take(self, parameters: VirtualShipParameters) -> None:
-        programs = (program_of(parameters, name, "reference_ship") for name in ("surge_force", "yaw_moment"))
-        self.constants = ShipConstants(*programs, parameters.vessel.coefficients(), self._period)
+        surge_force, yaw_moment = (program_of(parameters, name, "reference_ship") for name in ("surge_force", "yaw_moment"))
+        self.constants = ShipConstants(surge_force, yaw_moment, parameters.vessel.coefficients(), self._period)
         self._parameters = parameters
 
     def reset(self) -> None:

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
 from vessel_hsmc_ros.simulation.preparation import prepare
+from vessel_hsmc_ros.simulation.law_terms import all_terms
 from vessel_hsmc_ros.simulation.undefined import cause, compilable
 from vessel_sim_node.simulator import divergence_of_ship
 
@@ -62,7 +63,7 @@ class CompiledLoop(Loop):
 
     def __init__(self, scenario: Scenario, samples: int, law: KernelLaw[Any]) -> None:
         law.reset()
-        self._scenario, self._law = scenario, law
+        self._scenario, self._law, self._grid = scenario, law, RateGrid(scenario.controller.rate_hz)
         self.samples, self.done = samples, 0
         self._state, self._constants, self._inputs = prepare(scenario, samples, law)
         self.rows = np.empty((samples, WIDTH))
@@ -96,7 +97,7 @@ class CompiledLoop(Loop):
         """What the controller has computed so far."""
         m = self._state.periods
         stamps = self._inputs.stamp[: self.done][self._inputs.due[: self.done]][:m]
-        terms = self._law.diagnosed(stamps * 1e-9, self._kept.terms[:m], self._kept.weights[:m])
+        terms = all_terms(self._law, stamps, self._grid, self._kept.terms[:m], self._kept.weights[:m])
         estimates = self._kept.estimates[:m]
         if not len(estimates):
             return Control(stamps, terms, None, None)
