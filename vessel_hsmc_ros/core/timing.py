@@ -5,6 +5,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.kernel import kernel
+
 Instants = NDArray[np.int64]
 
 NANOSECONDS = 1_000_000_000
@@ -53,6 +55,7 @@ class RateGrid:
         return (self._numerator * other._denominator) % (self._denominator * other._numerator) == 0
 
 
+@kernel
 def seconds(nanoseconds: int) -> float:
     """Convert nanoseconds to seconds; used by all parts, so that their times are bit-identical."""
     return nanoseconds * 1e-9
