@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
 from vessel_hsmc_ros.reference.kernel_reference import KernelReference
@@ -40,9 +39,8 @@ def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, 
     reference = make_reference(parameters, RateGrid(rate_hz).period)
     rows = np.full((count, 9), np.nan)
     if isinstance(reference, KernelReference):
-        move, read = compiled(type(reference).move), compiled(type(reference).read)
         with suppress(ValueError):  # the cosine of an infinite heading, where the kernels are interpreted
-            compiled(follow)(move, read, reference.memory, reference.constants, rows)
+            compiled(reference.follow)(reference.memory, reference.constants, rows)
         if np.isfinite(rows).all():
             return rows
     # Step by step, which raises the error that names what is no longer finite, and when.
@@ -51,23 +49,3 @@ def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, 
             reference.advance()
         rows[k] = *reference.state, *reference.acceleration()
     return rows
-
-
-@kernel
-def follow(move: Any, read: Any, memory: Any, constants: Any, rows: Array) -> None:
-    """Write the state and the accelerations of a reference at each of its steps.
-
-    Args:
-        move, read: Kernels of the reference; see `KernelReference`.
-        memory: Its memory at the first step.
-        constants: Its constants.
-        rows: Written in place, shape (n, 9).
-    """
-    for k in range(len(rows)):
-        if k > 0:
-            memory = move(memory, constants)
-        motion, acceleration = read(memory, constants)
-        for i in range(6):
-            rows[k, i] = motion[i]
-        for i in range(3):
-            rows[k, 6 + i] = acceleration[i]
