@@ -15,7 +15,8 @@ from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.goal_reference import GoalReference
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
-from vessel_hsmc_ros.reference.path import PathParameters, PathReference
+from vessel_hsmc_ros.reference.path_parameters import PathParameters
+from vessel_hsmc_ros.reference.path_reference import PathReference
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 

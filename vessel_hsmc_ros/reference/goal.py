@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, wrap
+from vessel_hsmc_ros.reference.kernel_reference import write_row
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, advance_filter, read_filter
 from vessel_hsmc_ros.reference.steering import GOAL_LOOKAHEAD, follow_line, surge_setpoint, yaw_rate_setpoint
+from vessel_hsmc_ros.reference.target import STREAM_GAP, STREAM_SPEED, Target, estimate_velocity, speed_of, stationary
 
 Array = NDArray[np.float64]
 
@@ -27,27 +29,6 @@ STRAIGHT = 0.15
 
 STOPPED_DISTANCE, STOPPED_ANGLE, STOPPED_SPEED = 0.02, 0.02, 0.005
 """A stage ends when distance, heading error and speed are below these, m, rad, m/s."""
-
-STREAM_GAP, STREAM_SPEED = 1.5, 0.1
-"""Goals that follow each other within the first, s, and move faster than the second, m/s, are a stream."""
-
-
-class Target(NamedTuple):
-    """A goal: pose, time of arrival, time of measurement, NaN if unknown, and velocity; m, m, rad, s, s, m/s, m/s, rad/s."""
-
-    x: float
-    y: float
-    psi: float
-    time: float
-    stamp: float
-    dx: float
-    dy: float
-    r: float
-
-    @property
-    def speed(self) -> float:
-        """Speed over ground, m/s."""
-        return speed_of(self)
 
 
 class GoalConstants(NamedTuple):
@@ -84,40 +65,6 @@ class GoalMemory(NamedTuple):
     direction: float
     ahead: float
     steps: int
-
-
-@kernel
-def speed_of(target: Target) -> float:
-    """The speed of a goal over ground, m/s."""
-    return magnitude(target.dx, target.dy)
-
-
-@kernel
-def stationary(x: float, y: float, psi: float, time: float, stamp: float) -> Target:
-    """A goal without velocity; the arguments are those of `Target`."""
-    return Target(x, y, psi, time, stamp, 0.0, 0.0, 0.0)
-
-
-@kernel
-def estimate_velocity(last: Target, new: Target, elapsed: float) -> Target:
-    """The new goal with the velocity between the last one and it, smoothed over a second.
-
-    Args:
-        last: The previous goal.
-        new: The new goal, without velocity.
-        elapsed: Time between the two, s; above STREAM_GAP the new goal is stationary.
-
-    Returns:
-        The new goal, with velocity and yaw rate if the two belong to one stream.
-    """
-    if not 0.0 < elapsed <= STREAM_GAP:
-        return new
-    # First-order low-pass with a time constant of 1 s; the first difference of a stream initialises it.
-    share = 1.0 if speed_of(last) == 0.0 or elapsed > 1.0 else elapsed
-    dx = last.dx + share * ((new.x - last.x) / elapsed - last.dx)
-    dy = last.dy + share * ((new.y - last.y) / elapsed - last.dy)
-    r = last.r + share * (wrap(new.psi - last.psi) / elapsed - last.r)
-    return Target(new.x, new.y, new.psi, new.time, new.stamp, dx, dy, r)
 
 
 @kernel
@@ -250,3 +197,11 @@ def move(m: GoalMemory, c: GoalConstants) -> GoalMemory:
 def read(m: GoalMemory, c: GoalConstants) -> tuple[Motion, Acceleration]:
     """State, and the derivatives of its velocities."""
     return read_filter(m.motion, c.filter)
+
+
+@kernel
+def follow(m: GoalMemory, c: GoalConstants, rows: Array) -> None:
+    """Write the motion of each step into rows of shape (n, 9)."""
+    for k in range(len(rows)):
+        m = move(m, c) if k > 0 else m
+        write_row(rows[k], read(m, c))

@@ -7,17 +7,17 @@ import numpy as np
 from vessel_hsmc_ros.reference.goal import (
     GoalConstants,
     GoalMemory,
-    Target,
+    follow,
     move,
     present_target,
     read,
     set_goal,
     set_scheduled,
-    stationary,
 )
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters, scheduled_goals
 from vessel_hsmc_ros.reference.kernel_reference import KernelReference
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered
+from vessel_hsmc_ros.reference.target import Target, stationary
 
 
 def goal_constants(motion: Filter, parameters: GoalParameters) -> GoalConstants:
@@ -53,7 +53,7 @@ class GoalReference(KernelReference):
         ParameterError: poses and times of the goals differ in number, or the times do not increase.
     """
 
-    move, read = staticmethod(move), staticmethod(read)
+    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
 
     def __init__(self, start: Filtered, motion: Filter, parameters: GoalParameters) -> None:
         self.constants = goal_constants(motion, parameters)

@@ -1,11 +1,24 @@
-"""References that are kernels: two pure functions of a memory, which the node steps and a batch of runs compiles."""
+"""References that are kernels: pure functions of a memory, which the node steps and a batch of runs compiles."""
 
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+
 Array = NDArray[np.float64]
+
+
+@kernel
+def write_row(row: Array, reading: tuple[Motion, Acceleration]) -> None:
+    """Write a state and accelerations into a row of shape (9,)."""
+    motion, acceleration = reading
+    for i in range(6):
+        row[i] = motion[i]
+    for i in range(3):
+        row[6 + i] = acceleration[i]
 
 
 class KernelReference:
@@ -14,12 +27,14 @@ class KernelReference:
     Attributes:
         move: Kernel (memory, constants) -> memory, one period later.
         read: Kernel (memory, constants) -> state and accelerations.
+        follow: Kernel (memory, constants, rows) that writes a whole trajectory, one row of shape (9,) for each step.
         constants: NamedTuple of what does not change during a run.
         memory: NamedTuple of what does.
     """
 
     move: ClassVar[Any]
     read: ClassVar[Any]
+    follow: ClassVar[Any]
     constants: Any
     memory: Any
     _read_from: Any = None

@@ -6,61 +6,27 @@ that leg.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude
-from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.reference.goal import GoalConstants, GoalMemory, begin_stage, stationary
+from vessel_hsmc_ros.reference.goal import GoalConstants, GoalMemory, begin_stage
 from vessel_hsmc_ros.reference.goal import move as move_to_goal
-from vessel_hsmc_ros.reference.goal_parameters import NEVER, GoalParameters
-from vessel_hsmc_ros.reference.goal_reference import goal_constants, keeping
-from vessel_hsmc_ros.reference.kernel_reference import KernelReference
+from vessel_hsmc_ros.reference.kernel_reference import write_row
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, advance_filter, read_filter
 from vessel_hsmc_ros.reference.steering import LEG_LOOKAHEAD, follow_line, surge_setpoint
+from vessel_hsmc_ros.reference.target import stationary
 
 Array = NDArray[np.float64]
-
-Point = tuple[float, float]
 
 END = 8.0
 """Distance before the last waypoint at which it becomes the goal, m."""
 
 DISTINCT = 0.01
 """Consecutive waypoints nearer to each other than this are treated as one, m."""
-
-
-@dataclass(frozen=True)
-class PathParameters:
-    """Waypoints from the parameters file, for runs without a publisher of `path`."""
-
-    waypoints: tuple[float, ...] = parameter(
-        (0.0, 0.0), "Waypoints: x, y of the first, of the second and so on.", unit="m", low=-1e6, high=1e6
-    )
-    time: float = parameter(NEVER, "Time at which the path is set; below 0 for never.", unit="s", low=-1.0, high=1e9)
-    radius: float = parameter(
-        10.0, "Acceptance radius of a waypoint, for switching to the next leg.", unit="m", low=0.1, high=1e6
-    )
-
-
-def points_of(parameters: PathParameters) -> list[Point]:
-    """The waypoints of the parameters.
-
-    Raises:
-        ParameterError: the number of coordinates is odd.
-    """
-    numbers = parameters.waypoints
-    if len(numbers) % 2:
-        raise ParameterError(
-            f"reference_ship.path.waypoints with {len(numbers)} numbers is not allowed: it takes x, y for each waypoint"
-        )
-    return list(zip(numbers[::2], numbers[1::2], strict=True))
 
 
 class PathConstants(NamedTuple):
@@ -203,45 +169,9 @@ def read(m: PathMemory, c: PathConstants) -> tuple[Motion, Acceleration]:
     return read_filter(m.goal.motion, c.goal.filter)
 
 
-class PathReference(KernelReference):
-    """A feasible motion along waypoints; before the first path it keeps its initial position.
-
-    Args:
-        start: Initial state.
-        motion: The motion filter.
-        parameters: Scheduled path.
-        goal: Parameters of the approach to the last waypoint.
-
-    Raises:
-        ParameterError: the number of coordinates is odd.
-    """
-
-    move, read = staticmethod(move), staticmethod(read)
-
-    def __init__(self, start: Filtered, motion: Filter, parameters: PathParameters, goal: GoalParameters) -> None:
-        points, time = np.array(points_of(parameters), np.float64).reshape(-1, 2), parameters.time
-        due = round(time / motion.period) if time >= 0.0 else -1
-        unscheduled = goal_constants(motion, GoalParameters(astern_distance=goal.astern_distance))
-        self.constants = PathConstants(unscheduled, float(parameters.radius), due, points)
-        self._start = start
-        self.reset()
-
-    def reset(self) -> None:
-        """Return to the start: a path that was set is discarded, the scheduled path begins again."""
-        here = np.array([[self._start.x, self._start.y]])
-        self.memory = PathMemory(keeping(self._start, self.constants.goal), here, 0)
-        if self.constants.due == 0:
-            self.memory = set_path(self.memory, self.constants.points, self.constants)
-
-    def set_path(self, points: Sequence[Point]) -> None:
-        """Set a new path; its first leg begins at the present position of the reference.
-
-        Args:
-            points: Waypoints x, y, m.
-
-        Raises:
-            GoalError: there are no waypoints.
-        """
-        if not points:
-            raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")
-        self.memory = set_path(self.memory, np.array(points, np.float64), self.constants)
+@kernel
+def follow(m: PathMemory, c: PathConstants, rows: Array) -> None:
+    """Write the motion of each step into rows of shape (n, 9)."""
+    for k in range(len(rows)):
+        m = move(m, c) if k > 0 else m
+        write_row(rows[k], read(m, c))

@@ -46,8 +46,10 @@ class Compiled:
 
     def _first(self, arguments: tuple[Any, ...]) -> Any:
         """The first call, which loads the machine code, or compiles and stores it."""
+        from vessel_hsmc_ros.simulation.numba_additions import translated_once
+
         log = logging.getLogger(__name__)
-        with cache.entry(self._name) as entry:
+        with cache.entry(self._name) as entry, translated_once():
             if self._title and not entry.present:
                 log.warning("compiling %s: once, some 20 s", self._title)
             call = self._dispatcher(entry)
@@ -67,9 +69,10 @@ class Compiled:
     def _dispatcher(self, entry: cache.Entry) -> Function:
         import numba  # takes half a second, for which nodes and interpreted runs need not wait
 
-        from vessel_hsmc_ros.simulation import numba_overloads  # noqa: F401 - registers math.remainder
+        from vessel_hsmc_ros.simulation.numba_additions import OUTERMOST
 
         copy = _rebuilt(self._function, self._kernels)
+        copy.__qualname__ += OUTERMOST
         # error_model: a division by zero gives infinity or NaN, without a test in every division.
         with entry.in_use():
             dispatcher: Function = numba.njit(error_model="numpy", nogil=True, cache=entry.writable)(copy)
