@@ -4,7 +4,9 @@ Workers need this package in the same version, but neither the files of the camp
 texts. A worker that is lost costs the chunks that it was computing, which the scheduler gives to another one.
 """
 
+import logging
 import platform
+import re
 import tempfile
 import threading
 from collections.abc import Iterator, Sequence
@@ -47,6 +49,16 @@ class Computed(NamedTuple):
     versions: dict[str, str]
 
 
+def check_address(scheduler: str) -> None:
+    """Check the form of the address of a scheduler.
+
+    Raises:
+        ParameterError: it has another form.
+    """
+    if not re.fullmatch(r"(tcp|tls|ucx|wss?)://.+:\d{1,5}", scheduler):
+        raise ParameterError(f"--scheduler {scheduler} is not allowed: it takes an address such as tcp://host:8786")
+
+
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
     """Compute chunks on a cluster.
 
@@ -59,7 +71,6 @@ def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Itera
         Number and file content of each chunk as soon as it is computed, in any order.
 
     Raises:
-        ParameterError: the address is not one.
         CampaignError: the scheduler cannot be reached, the connection is lost, or a worker fails or has other versions.
     """
     law_files = tuple((path.name, path.read_bytes()) for path in loaded_law_files())
@@ -101,8 +112,6 @@ def _connected(scheduler: str) -> Iterator[Any]:
         raise InstallationError("--scheduler needs distributed, which is not installed: pip install distributed") from None
     try:
         client = Client(scheduler, timeout=CONNECT_LIMIT, set_as_default=False)
-    except ValueError as error:
-        raise ParameterError(f"--scheduler {scheduler} is not allowed: it takes tcp://host:port; {in_one_line(error)}") from None
     except OSError:
         raise CampaignError(f"no Dask scheduler answers at {scheduler} within {CONNECT_LIMIT:g} s") from None
     try:
@@ -115,14 +124,22 @@ def _submitted(client: Any, job: Job, numbers: Sequence[int]) -> Iterator[Comput
     """Submit chunks, a few ahead of those that are being computed, and yield them as they are done."""
     from distributed import as_completed
 
+    if not client.nthreads():
+        logging.getLogger(__name__).warning("the cluster has no workers yet: waiting for one")
     remaining = iter(numbers)
-    futures = as_completed([client.submit(compute_chunk, job, n, pure=False) for n in islice(remaining, AHEAD)])
-    for future in futures:
-        yield _result(future)
-        future.release()
+    futures = as_completed(loop=client.loop)
+
+    def submit() -> None:
+        """Keep every thread of the cluster busy, also those of workers that have joined it meanwhile."""
         lacking = AHEAD * max(sum(client.nthreads().values()), 1) - futures.count()
         for number in islice(remaining, max(lacking, 0)):
             futures.add(client.submit(compute_chunk, job, number, pure=False))
+
+    submit()
+    for future in futures:
+        yield _result(future)
+        future.release()
+        submit()
 
 
 def _result(future: Any) -> Computed:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from vessel_hsmc_ros.campaign import cluster
 from vessel_hsmc_ros.campaign.chunks import campaign_of, run_chunk
 from vessel_hsmc_ros.campaign.dataset import Dataset, write_file
 from vessel_hsmc_ros.campaign.folder import opened
@@ -52,10 +53,12 @@ def run_campaign(
 
     Raises:
         ScenarioError: the file or its scenario is unknown, unreadable or malformed.
-        ParameterError: a parameter, distribution, limit or law of it is not allowed.
+        ParameterError: a parameter, distribution, limit or law of it, or the address of the scheduler is not allowed.
         CampaignError: the folder is in use, damaged or that of another campaign; or the cluster cannot be reached or fails.
         RunError: a worker process was killed.
     """
+    if scheduler:
+        cluster.check_address(scheduler)
     campaign = Campaign.load(file, runs)
     given = Path(file) if folder is None and Path(file).is_dir() else folder
     dataset = Dataset(Path(given or default_folder(campaign)))
@@ -93,8 +96,6 @@ def _compute_on_cluster(
     scheduler: str, campaign: Campaign, dataset: Dataset, missing: Sequence[int], report: Callable[[float], None]
 ) -> None:
     """Let a cluster compute chunks, and write their files here: the workers need no common file system."""
-    from vessel_hsmc_ros.campaign.cluster import compute  # imports the libraries of clusters
-
-    for done, (number, content) in enumerate(compute(scheduler, campaign, missing), 1):
+    for done, (number, content) in enumerate(cluster.compute(scheduler, campaign, missing), 1):
         write_file(dataset.chunk_path(number), content)
         report(done)

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.campaign.dataset import Dataset, write_file
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.core.exceptions import CampaignError
 
-LOCK = "campaign.lock"
+LOCK, ABOUT = "campaign.lock", "campaign.json"
 
 PACKAGES = ("vessel_hsmc_ros", "numba", "numpy", "pyarrow", "scipy")
 """What the last digits of a row and the bytes of a file may depend on."""
@@ -26,7 +26,7 @@ def opened(dataset: Dataset, campaign: Campaign) -> Iterator[None]:
         CampaignError: another process computes there, the folder is that of another campaign, or it cannot be written.
     """
     path = dataset.path
-    if path.is_dir() and any(path.iterdir()) and not (path / LOCK).exists():
+    if path.is_dir() and any(path.iterdir()) and not any((path / name).exists() for name in (LOCK, ABOUT)):
         raise CampaignError(f"{path} is not empty and not the folder of a campaign: choose another --output")
     try:
         dataset.rows.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def _prepare(dataset: Dataset, campaign: Campaign) -> None:
         "chunk": campaign.chunk,
         "versions": versions(),
     }
-    if (dataset.path / "campaign.json").exists():
+    if (dataset.path / ABOUT).exists():
         before = dataset.read_about()
         if before.get("digest") != campaign.digest:
             raise CampaignError(f"{dataset.path} belongs to another campaign than {campaign.name}: choose another --output")
@@ -90,4 +90,4 @@ def _prepare(dataset: Dataset, campaign: Campaign) -> None:
     write_file(dataset.path / "scenario.yaml", campaign.source.scenario.encode())
     write_file(dataset.path / "campaign.yaml", campaign.source.text.encode())
     # Last: with it the folder is complete.
-    write_file(dataset.path / "campaign.json", (json.dumps(about, indent=2) + "\n").encode())
+    write_file(dataset.path / ABOUT, (json.dumps(about, indent=2) + "\n").encode())
