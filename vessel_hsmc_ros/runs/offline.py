@@ -142,6 +142,9 @@ class ClosedLoop:
         """The arrays of the run as far as it has come, one row for each odometry message."""
         columns = self._columns()
         control = {"time": np.array([seconds(stamp) for stamp, _ in self._terms]), **self._control()}
+        # As in the bag of a run: with a lag, the metrics of the commanded wrench are not those of the applied one.
+        steps = [self._grid.index(stamp) for stamp, _ in self._terms if self._grid.index(stamp) < self.done]
+        control["commanded"] = columns["command"][steps]
         if self._estimates:
             control["estimate"] = np.array([as_published(estimate) for estimate in self._estimates])
         return Run(
