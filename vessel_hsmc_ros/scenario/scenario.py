@@ -70,11 +70,20 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
         ParameterError: a parameter is unknown or out of range.
     """
     path = _find(name)
+    return parse_scenario(scenario_text(name), path.stem, changes, f"scenario file {path}")
+
+
+def scenario_text(name: str | Path) -> str:
+    """The ROS parameters file of a scenario.
+
+    Raises:
+        ScenarioError: the scenario is unknown or unreadable.
+    """
+    path = _find(name)
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"scenario file {path} cannot be read: {in_one_line(error)}") from None
-    return parse_scenario(text, path.stem, changes, f"scenario file {path}")
 
 
 def parse_scenario(
