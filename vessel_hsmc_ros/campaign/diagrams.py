@@ -11,6 +11,7 @@ from vessel_hsmc_ros.campaign.findings import short
 from vessel_hsmc_ros.campaign.results import Results
 from vessel_hsmc_ros.campaign.sensitivity import Influence
 from vessel_hsmc_ros.campaign.statistics import exceedance
+from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report.tables import METRICS
 from vessel_hsmc_ros.runs.sweep_figure import WIDE, label
 
@@ -24,6 +25,9 @@ BARS = 10
 
 STRONGEST = 2
 """Number of parameters over which the runs are drawn one by one."""
+
+
+SETTLING, START = "settling_time", ("vessel_sim.initial_pose[0]", "vessel_sim.initial_pose[1]")
 
 
 class Axis(NamedTuple):
@@ -106,27 +110,33 @@ def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diag
 
 
 def _metric(runs: Results, metric: str, every: Results) -> tuple[Axis, Array]:
-    """A metric of some runs with its axis, which is logarithmic where the values of all runs span decades."""
-    scale = 100.0 if METRICS[metric][1] == "%" else 1.0
-    values = scale * every.cost(metric)
+    """A metric of some runs with its axis, whose unit and scale suit the values of all runs."""
+    factor, unit = _unit(metric, every)
+    values = np.append(every.cost(metric), every.campaign.limits.get(metric, 0.0))
     positive = values[np.isfinite(values) & (values > 0.0)]
     wide = bool(len(positive)) and bool(positive.max() / positive.min() > WIDE)
-    unit = METRICS[metric][1]
-    return Axis(f"{label(metric)} [{unit}]" if unit else label(metric), wide), scale * runs.cost(metric)
+    return Axis(f"{label(metric)} [{unit}]" if unit else label(metric), wide), factor * runs.cost(metric)
+
+
+def _unit(metric: str, every: Results) -> tuple[float, str]:
+    """The factor that converts a metric to the drawn unit, and this unit."""
+    values, unit = every.cost(metric), METRICS[metric][1]
+    largest = float(np.max(values, where=np.isfinite(values), initial=0.0))
+    return (100.0, unit) if unit == "%" else scaled(largest, unit)
 
 
 def _exceedance(results: Results, metric: str) -> Exceedance:
     curves = [Curve(law, *exceedance(_metric(runs, metric, results)[1])) for law, runs in results.by_law.items()]
     limit = results.campaign.limits.get(metric)
-    scaled = None if limit is None else 100.0 * limit if METRICS[metric][1] == "%" else limit
-    return Exceedance(_metric(results, metric, results)[0], scaled, tuple(curves))
+    drawn = None if limit is None else _unit(metric, results)[0] * limit
+    return Exceedance(_metric(results, metric, results)[0], drawn, tuple(curves))
 
 
 def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[Scatter]:
     """The main metric over the strongest parameters that are numbers, coloured by the other one of the two."""
     runs = results.by_law[law]
     names = [entry.parameter for entry in entries if _numeric(runs.drawn[entry.parameter])][:STRONGEST]
-    metric = _metric(runs, results.main, runs)
+    metric = _metric(runs, results.main, results)
     return [
         _scatter(runs, law, _drawn(runs, name), metric, _drawn(runs, other))
         for name, other in zip(names, reversed(names), strict=True)
@@ -134,25 +144,21 @@ def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[
 
 
 def _map(results: Results, law: str, plane: tuple[str, str]) -> Scatter:
-    """The main metric of each run in the plane of two drawn parameters."""
+    """Each run in the plane of two drawn parameters: from a start the time to settle, else the main metric."""
     runs = results.by_law[law]
-    x, y = (_drawn(runs, name) for name in plane)
-    return _scatter(runs, law, x, y, _metric(runs, results.main, results))
+    metric = SETTLING if plane == START and SETTLING in results.metrics else results.main
+    return _scatter(runs, law, _drawn(runs, plane[0]), _drawn(runs, plane[1]), _metric(runs, metric, results))
 
 
 def _plane(results: Results) -> tuple[str, str] | None:
     """The two parameters that span a map: those on grids if there are two, else the position of the start."""
-    grids = list(results.campaign.grids)
-    position = [f"vessel_sim.initial_pose[{i}]" for i in (0, 1)]
-    for names in (grids, position):
+    for names in (tuple(results.campaign.grids), START):
         if len(names) == 2 and all(name in results.drawn and _numeric(results.drawn[name]) for name in names):
             return names[0], names[1]
     return None
 
 
-def _scatter(
-    runs: Results, law: str, x: tuple[Axis, Any], y: tuple[Axis, Any], colour: tuple[Axis, Any]
-) -> Scatter:
+def _scatter(runs: Results, law: str, x: tuple[Axis, Any], y: tuple[Axis, Any], colour: tuple[Axis, Any]) -> Scatter:
     """At most as many runs as can be told apart: the failures first, then others in equal steps."""
     order = np.argsort(~runs.failed, kind="stable")
     failures = order[: min(int(runs.failed.sum()), POINTS // 2)]

@@ -71,8 +71,8 @@ def _picture(path: Path, drawn: Sequence[Drawn], panel: Callable[["Axes", Drawn]
 def _exceedance(panel: "Axes", drawn: Exceedance) -> None:
     _scale(panel, drawn.axis, Axis("share of runs above", logarithmic=True))
     for colour, curve in zip(SERIES * (1 + len(drawn.curves) // len(SERIES)), drawn.curves, strict=False):
-        panel.fill_between(curve.value, curve.low, curve.high, color=colour, alpha=0.18, lw=0)
-        panel.step(curve.value, curve.share, color=colour, lw=1.4, label=curve.law)
+        panel.fill_between(curve.value, curve.low, curve.high, color=colour, alpha=0.18, lw=0, step="post")
+        panel.step(curve.value, curve.share, color=colour, lw=1.4, where="post", label=curve.law)
     steps = [float(curve.share[curve.share > 0.0].min()) for curve in drawn.curves if np.any(curve.share > 0.0)]
     panel.set_ylim(0.5 * min(steps, default=0.1), 1.1)
     if drawn.limit is not None:
@@ -85,7 +85,7 @@ def _bars(panel: "Axes", drawn: Bars, colour: str) -> None:
     lengths = [100.0 * max(entry.first_order, 0.0) for entry in drawn.entries]
     spreads = [100.0 * entry.uncertainty for entry in drawn.entries]
     panel.barh(names, lengths, xerr=spreads, color=colour, error_kw={"ecolor": NEUTRAL, "capsize": 2})
-    panel.set(xlabel="explains of the variance of the ranks [%]", title=f"{drawn.law}: {drawn.metric}")
+    panel.set(xlabel="explained variance of the ranks [%]", title=f"{drawn.law}: {drawn.metric}")
     panel.set_xlim(left=0.0)
 
 

@@ -3,6 +3,7 @@
 import itertools
 import math
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -35,7 +36,7 @@ class Table(NamedTuple):
     """A table: names of its columns, and lines of as many cells."""
 
     head: tuple[str, ...]
-    lines: list[tuple[Cell, ...]]
+    lines: Sequence[Sequence[Cell]]
 
 
 def share_text(share: float) -> str:

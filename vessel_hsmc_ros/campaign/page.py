@@ -68,9 +68,10 @@ def _template() -> jinja2.Template:
 def _subtitle(results: Results) -> str:
     """What was run, in a line."""
     campaign = results.campaign
-    laws = "" if len(campaign.laws) == 1 else f" × {len(campaign.laws)} laws"
-    planned = f"{campaign.runs} runs" if len(results) == campaign.runs else f"{len(results)} of {campaign.runs} runs so far"
-    return f"{planned} ({campaign.draws} draws{laws}) of {campaign.base.vessel_sim.duration:g} s · scenario {campaign.source.scenario_name} · {', '.join(campaign.laws)} · {campaign.sampling}, seed {campaign.seed}"
+    count = f"{campaign.runs} runs" if len(results) == campaign.runs else f"{len(results)} of {campaign.runs} runs so far"
+    draws = f"{campaign.draws} draws" + (f" × {len(campaign.laws)} laws" if len(campaign.laws) > 1 else "")
+    scenario = f"scenario {campaign.source.scenario_name}, {campaign.base.vessel_sim.duration:g} s"
+    return f"{count} ({draws}) · {scenario} · {', '.join(campaign.laws)} · {campaign.sampling}, seed {campaign.seed}"
 
 
 def _notes(results: Results) -> list[str]:
@@ -78,8 +79,8 @@ def _notes(results: Results) -> list[str]:
     found = []
     if results.campaign.sampling != "random" and not results.campaign.grids:
         found.append(
-            f"The intervals hold for independent draws. Those of {results.campaign.sampling} are spread more evenly, so the intervals"
-            " are rather too wide than too narrow."
+            f"The intervals hold for independent draws. Those of {results.campaign.sampling} are spread more evenly, so the"
+            " intervals are rather too wide than too narrow."
         )
     if not results.campaign.limits:
         found.append("The campaign has no limits, so only runs that ended early are failures.")

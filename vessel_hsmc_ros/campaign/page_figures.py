@@ -26,12 +26,11 @@ def figures(drawn: Diagrams, laws: list[str]) -> dict[str, list[Figure]]:
         drawn: The diagrams.
         laws: All laws, in the order of their colours.
     """
-    several = len(laws) > 1
     return {
         "exceedance": [_exceedance(each, laws) for each in drawn.exceedances],
         "bars": [_bars(each, laws) for each in drawn.bars],
-        "scatter": [_scatter(each, several, square=False) for each in drawn.scatters],
-        "map": [_scatter(each, several, square=True) for each in drawn.maps],
+        "scatter": [_scatter(each, square=False) for each in drawn.scatters],
+        "map": [_scatter(each, square=True) for each in drawn.maps],
     }
 
 
@@ -64,10 +63,17 @@ def _runs(curve: Curve) -> float:
 def _curve(curve: Curve, shade: str, floor: float) -> list[Figure]:
     """The curve above its band of confidence; zero has no place on a logarithmic scale, so it is drawn at the floor."""
     x = _numbers(curve.value)
-    edge = {"x": x, "type": "scatter", "mode": "lines", "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False}
+    edge = {
+        "x": x,
+        "type": "scatter",
+        "mode": "lines",
+        "line": {"width": 0, "shape": "hv"},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
     low, high, share = (_numbers(np.maximum(values, floor)) for values in (curve.low, curve.high, curve.share))
     band = {**edge, "y": high, "fill": "tonexty", "fillcolor": f"{shade}/0.18"}
-    line = {"color": shade, "width": 2, "shape": "vh"}
+    line = {"color": shade, "width": 2, "shape": "hv"}
     hover = "%{y:.3~p} above %{x:.4~g}<extra>" + curve.law + "</extra>"
     middle = {"x": x, "y": share, "type": "scatter", "mode": "lines", "line": line, "name": curve.law, "hovertemplate": hover}
     return [{**edge, "y": low}, band, middle]
@@ -85,9 +91,12 @@ def _bars(drawn: Bars, laws: list[str]) -> Figure:
         "marker": {"color": colour(drawn.law, laws)},
         "hovertemplate": "%{customdata[0]}: %{x:.2~f} %<br>rank correlation %{customdata[1]}<extra></extra>",
     }
-    layout = _layout(Axis("explains of the variance of the ranks [%]"), Axis(""))
+    layout = _layout(Axis("explained variance of the ranks [%]"), Axis(""))
     layout["yaxis"] |= {"automargin": True, "tickfont": {"size": 11}}
-    layout["xaxis"] |= {"rangemode": "nonnegative", "range": [0, 100.0 * max(0.1, *(e.first_order + e.uncertainty for e in drawn.entries))]}
+    layout["xaxis"] |= {
+        "rangemode": "nonnegative",
+        "range": [0, 100.0 * max(0.1, *(e.first_order + e.uncertainty for e in drawn.entries))],
+    }
     layout["height"] = 110 + 26 * len(drawn.entries)
     return {"title": f"{drawn.law}: {drawn.metric}", "traces": [trace], "layout": layout}
 
@@ -96,7 +105,7 @@ def _correlation(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:+.2f}"
 
 
-def _scatter(drawn: Scatter, several: bool, square: bool) -> Figure:
+def _scatter(drawn: Scatter, square: bool) -> Figure:
     """Runs as points whose colour is a quantity; crosses are failures, grey ones ended early."""
     x, y, shade = drawn.values
     finite = np.isfinite(y)
@@ -116,16 +125,18 @@ def _scatter(drawn: Scatter, several: bool, square: bool) -> Figure:
                 paint = {"color": "--limit"} if ended else {"color": _numbers(tint[mask]), **scale}
                 edge = {"color": "--limit", "width": 1.2 * failed}
                 traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
-    layout = _layout(drawn.x, drawn.y)
+    layout = _layout(drawn.x, drawn.y if square else drawn.y._replace(name=""))  # the name of a metric is the title
     if square:
         layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
         layout["xaxis"] |= {"constrain": "domain"}
         layout["height"] = 460
-    return {"title": f"{drawn.law}: {drawn.colour.name}" if square else (drawn.law if several else ""), "traces": traces, "layout": layout}
+    return {"title": f"{drawn.law}: {(drawn.colour if square else drawn.y).name}", "traces": traces, "layout": layout}
 
 
 def _points(drawn: Scatter, mask: NDArray[np.bool_], x: Array, y: Array, marker: Figure) -> Figure:
-    shown = ["ended early" if ended else f"{value:.4g}" for value, ended in zip(drawn.values[2][mask], drawn.ended[mask], strict=True)]
+    shown = [
+        "ended early" if ended else f"{value:.4g}" for value, ended in zip(drawn.values[2][mask], drawn.ended[mask], strict=True)
+    ]
     # The number of the run first: a click shows the command for it.
     data = [[int(run), value] for run, value in zip(drawn.runs[mask], shown, strict=True)]
     hover = f"run %{{customdata[0]}}<br>{drawn.x.name}: %{{x:.4~g}}<br>{drawn.y.name}: %{{y:.4~g}}<br>{drawn.colour.name}: "
@@ -164,7 +175,13 @@ def _layout(x: Axis, y: Axis) -> Figure:
         kind = {"type": "log", "dtick": 1} if of.logarithmic else {}
         return {**AXIS, **kind, "title": {"text": of.name, "standoff": 6, "font": {"size": 12}}}
 
-    return {"height": 330, "margin": {"l": 62, "r": 16, "t": 22, "b": 48}, "showlegend": False, "xaxis": axis(x), "yaxis": axis(y)}
+    return {
+        "height": 330,
+        "margin": {"l": 62, "r": 16, "t": 22, "b": 48},
+        "showlegend": False,
+        "xaxis": axis(x),
+        "yaxis": axis(y),
+    }
 
 
 def _numbers(values: Array) -> list[float | None]:
