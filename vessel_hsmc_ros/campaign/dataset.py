@@ -184,12 +184,17 @@ def read_rows(folder: Path | str) -> "pyarrow.Table":
     campaign, dataset = Campaign.load(folder), Dataset(Path(folder))
     if not dataset.path.is_dir():
         raise CampaignError(f"folder {folder} does not exist")
-    tables = [_read(path, campaign) for path in dataset.files()]
+    tables = [read_chunk(path, campaign) for path in dataset.files()]
     empty = table_schema(campaign, 0).remove_metadata().empty_table()
     return pa.concat_tables([empty, *tables])
 
 
-def _read(path: Path, campaign: Campaign) -> "pyarrow.Table":
+def read_chunk(path: Path, campaign: Campaign) -> "pyarrow.Table":
+    """Read the rows of a chunk.
+
+    Raises:
+        CampaignError: the file is cut, damaged or that of another campaign.
+    """
     pa = _pyarrow()
     from pyarrow import parquet
 

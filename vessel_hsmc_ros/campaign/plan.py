@@ -127,6 +127,14 @@ class Campaign:
         """Number of files of the complete dataset."""
         return -(-self.runs // self.chunk)
 
+    @property
+    def notes(self) -> list[str]:
+        """What a user may want to know before the campaign runs, one line each."""
+        below = 2 ** (self.draws.bit_length() - 1)
+        if self.sampling != "sobol" or below == self.draws:
+            return []
+        return [f"a Sobol sequence covers best with a power of two: {below} or {2 * below} draws instead of {self.draws}"]
+
     @cached_property
     def grids(self) -> dict[str, tuple[float, ...]]:
         """Values of the parameters that are on a grid, by their names."""

@@ -16,6 +16,8 @@ from vessel_hsmc_ros.scenario.warnings import check_scenario
 
 scenario_argument = click.argument("scenario")
 
+optional_scenario_argument = click.argument("scenario", required=False)
+
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 
 set_option = click.option(
