@@ -1,0 +1,101 @@
+"""The cost of a set of gains: a metric over the same runs for every set, each relative to a scale of its own.
+
+For run i the ratio is q_i = |m_i| / s_i, with the metric m_i and its scale s_i: the limit of the case where it has one for this
+metric, else the value with the present gains. A run that fails or has no value counts as the largest ratio, Q = 1000, and all
+ratios are clipped to [1/Q, Q]: a failure is never better than a poor run, and no run outweighs all others. The cost is the
+geometric mean of the ratios, exp(mean(log q_i)), or the worst, max(q_i).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.runs.batch import Outcome
+from vessel_hsmc_ros.tuning.cases import Case
+
+Array = NDArray[np.float64]
+
+PENALTY = 1000.0
+"""The ratio of a run that fails, and the largest of any; the smallest is its inverse."""
+
+AGGREGATES = ("geometric_mean", "worst")
+
+ERROR, EFFORTS = "position_error_rms_last_quarter", ("yaw_moment_rms", "surge_force_rms")
+"""The metric of the cost by default, and the metrics of the effort, the first of which is drawn beside another cost."""
+
+
+class Cost(NamedTuple):
+    """Cost and effort of a set of gains, dimensionless, and the number of runs that failed."""
+
+    cost: float
+    effort: float
+    failed: int
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is minimised.
+
+    Attributes:
+        metric: The metric of the cost, a name of core.metrics.Metrics.
+        second: The metric of the effort.
+        two: Whether the effort is minimised too; else it is only evaluated.
+        aggregate: One of AGGREGATES.
+    """
+
+    metric: str = ERROR
+    second: str = EFFORTS[0]
+    two: bool = False
+    aggregate: str = AGGREGATES[0]
+
+    def __post_init__(self) -> None:
+        for option, name in (("--metric", self.metric), ("--second-metric", self.second)):
+            if name not in Metrics._fields:
+                raise ParameterError(f"{option} {name} is not allowed: it takes one of {', '.join(Metrics._fields)}")
+        if self.two and self.metric == self.second:
+            raise ParameterError(f"--second-metric {self.second} is not allowed: it is the metric of the cost")
+
+    def values(self, outcomes: Sequence[Outcome]) -> Array:
+        """The two metrics of all runs, (n, 2); NaN for a run that failed or has no value."""
+        return np.array([[_value(outcome, name) for name in (self.metric, self.second)] for outcome in outcomes], np.float64)
+
+    def scales(self, cases: Sequence[Case], present: Array) -> Array:
+        """The scales of all runs, (n, 2).
+
+        Args:
+            cases: The runs.
+            present: The two metrics with the present gains, (n, 2), NaN where they have none.
+
+        Returns:
+            The limits of the cases, else the present values, else 1.
+        """
+        limits = [[case.limits.get(name, np.nan) for name in (self.metric, self.second)] for case in cases]
+        scales = np.where(np.isnan(limits), present, np.array(limits))
+        return np.where(np.isfinite(scales) & (scales > 0.0), scales, 1.0)
+
+    def cost(self, values: Array, scales: Array) -> Cost:
+        """The cost of a set of gains from its metrics and their scales, both (n, 2)."""
+        ratios = np.clip(np.where(np.isfinite(values), values / scales, PENALTY), 1.0 / PENALTY, PENALTY)
+        each = np.exp(np.log(ratios).mean(axis=0)) if self.aggregate == AGGREGATES[0] else ratios.max(axis=0)
+        return Cost(float(each[0]), float(each[1]), int(np.count_nonzero(~np.isfinite(values[:, 0]))))
+
+
+def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:
+    """The objective by the names of the command line; without a second metric the effort is only evaluated.
+
+    Raises:
+        ParameterError: there is no metric of that name, or both are the same.
+    """
+    second = second_metric or next(name for name in EFFORTS if name != metric)
+    return Objective(metric, second, second_metric is not None, aggregate)
+
+
+def _value(outcome: Outcome, metric: str) -> float:
+    """The magnitude of a metric of a run; NaN where it has none."""
+    value = getattr(outcome.metrics, metric) if outcome.metrics is not None and not outcome.failure else None
+    return float("nan") if value is None else abs(value)
