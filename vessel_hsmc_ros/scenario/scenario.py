@@ -57,6 +57,15 @@ def scenario_names() -> list[str]:
     return sorted(path.stem for path in (share_directory() / "config").glob("*.yaml"))
 
 
+def scenario_text(name: str | Path) -> str:
+    """The ROS parameters file of a scenario.
+
+    Raises:
+        ScenarioError: the scenario is unknown or unreadable.
+    """
+    return _read(_find(name), "scenario file")
+
+
 def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None) -> Scenario:
     """Read a scenario, apply changes and check it.
 
