@@ -83,7 +83,7 @@ def tune(
     tuning = Tuning(runs, parse_gains(gains, law, runs[0].scenario), chosen_objective(**objective), seed, workers)
     unseen = held_out_cases(held_out or source, given, law, others=held_out is not None)
     folder = _folder(output, f"{Path(source).stem}_{law}_tune")
-    with progress_bar(f"tuning {law}, {len(runs)} runs a trial", trials, "trials") as update:
+    with progress_bar(f"tuning {law} over {len(runs)} {'run' if len(runs) == 1 else 'runs'}", trials, "trials") as update:
         result = run_tuning(tuning, folder, trials, unseen, lambda done, best: update(done, note=best))
     _print(result)
     for kind, path in write(folder, result).items():

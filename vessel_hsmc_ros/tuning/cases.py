@@ -10,7 +10,9 @@ from pathlib import Path
 
 import yaml
 
-from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.plan_file import campaign_names
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
@@ -53,9 +55,17 @@ def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> lis
     """
     changes = {**changes, **({LAW: law} if law else {})}
     kind = _kind(source)
+    if kind == "campaign":
+        return _of_campaign(Campaign.load(source), changes)
     if kind == "suite":
         return [_of_row(row, changes) for row in load_suite(source)]
     return [Case(Path(source).stem, load_scenario(source, changes))]
+
+
+def _of_campaign(campaign: Campaign, changes: Mapping[str, object]) -> list[Case]:
+    """The draws of a campaign, each with one law: that of the changes, else the first of the campaign."""
+    runs = range(0, campaign.runs, len(campaign.laws))
+    return [Case(f"draw {draw}", campaign.scenario(run, changes), campaign.limits) for draw, run in enumerate(runs)]
 
 
 def _of_row(row: Row, changes: Mapping[str, object]) -> Case:
@@ -66,7 +76,8 @@ def _of_row(row: Row, changes: Mapping[str, object]) -> Case:
 def _kind(source: str) -> str:
     """Whether a source is a scenario, a suite or a campaign; an unknown name is left to the loader of scenarios."""
     if Path(source).suffix not in (".yaml", ".yml"):
-        return "suite" if source in suite_names() and source not in scenario_names() else "scenario"
+        kinds = {"scenario": scenario_names(), "suite": suite_names(), "campaign": campaign_names()}
+        return next((kind for kind, names in kinds.items() if source in names), "scenario")
     try:
         document = read_yaml(Path(source).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError):
@@ -82,8 +93,11 @@ def held_out_cases(source: str, changes: Mapping[str, object], law: str, others:
         source: A scenario, a suite or a campaign.
         changes: Further changes by `node.parameter`.
         law: The law.
-        others: Whether the source is another one than that of the tuning; else its runs have other seeds.
+        others: Whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
     """
+    if not others and _kind(source) == "campaign":
+        campaign = Campaign.load(source)
+        return _of_campaign(replace(campaign, seed=campaign.seed + SEED_STEP), {**changes, LAW: law})
     cases = load_cases(source, changes, law)
     return cases if others else [replace(case, scenario=_reseeded(case.scenario)) for case in cases]
 
@@ -104,4 +118,7 @@ def law_of(cases: Sequence[Case]) -> str:
         raise ScenarioError("a tuning without runs is not allowed: the suite has no rows")
     if len(laws) > 1:
         raise ScenarioError(f"the runs have the laws {', '.join(laws)}: choose one by --law")
+    for case in cases:
+        if case.scenario.vessel_sim.duration <= 0.0:
+            raise ParameterError("vessel_sim.duration = 0 s goes on for ever: for tuning it must be above 0 s")
     return laws[0]

@@ -25,6 +25,9 @@ PENALTY = 1000.0
 
 AGGREGATES = ("geometric_mean", "worst")
 
+SETTLING = "settling_time"
+"""The metric that a run has no value of if it has not settled, which counts like a failure."""
+
 ERROR, EFFORTS = "position_error_rms_last_quarter", ("yaw_moment_rms", "surge_force_rms")
 """The metric of the cost by default, and the metrics of the effort, the first of which is drawn beside another cost."""
 
@@ -63,6 +66,20 @@ class Objective:
     def values(self, outcomes: Sequence[Outcome]) -> Array:
         """The two metrics of all runs, (n, 2); NaN for a run that failed or has no value."""
         return np.array([[_value(outcome, name) for name in (self.metric, self.second)] for outcome in outcomes], np.float64)
+
+    def check(self, values: Array, failures: Sequence[str]) -> None:
+        """Check that there is something to minimise.
+
+        Args:
+            values: The metrics of all runs, (n, 2).
+            failures: Why a run failed; empty for one that did not.
+
+        Raises:
+            ParameterError: no run has a value of a metric, although none failed: a limit that it refers to is not set.
+        """
+        for name, column in zip((self.metric, self.second), values.T, strict=True):
+            if name != SETTLING and np.isnan(column).all() and not any(failures):
+                raise ParameterError(f"metric {name} has no value in any run: the scenario sets no limit that it refers to")
 
     def scales(self, cases: Sequence[Case], present: Array) -> Array:
         """The scales of all runs, (n, 2).

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 PRESENT, TUNED, FRONT = SERIES[1], SERIES[2], SERIES[0]
 
 COLUMNS = 4
-"""Panels in a row of the gains."""
+"""Largest number of panels in a row of the gains."""
 
 WIDE = 10.0
 """Ratio of the largest to the smallest value from which on an axis is logarithmic."""
@@ -47,15 +47,15 @@ def draw_front(path: Path, result: Result) -> None:
     with mpl.rc_context(PLOT):
         picture = Figure(figsize=(7.2, 4.8), layout="constrained")
         panel = picture.subplots()
-        completed = [(trial.number, trial.cost) for trial in result.trials if trial.cost is not None]
-        ends = [_end([cost[i] for _, cost in completed] + [result.present.cost[i]]) for i in (0, 1)]
-        points = np.minimum([[cost.effort, cost.cost] for _, cost in completed], [ends[1], ends[0]])
-        image = panel.scatter(
-            points[:, 0], points[:, 1], c=[number for number, _ in completed], s=18, cmap="Greys", vmin=-len(completed) / 2
+        costs = [trial.cost for trial in result.trials if trial.cost is not None]
+        ends = (
+            _end([cost.effort for cost in [*costs, result.present.cost]]),
+            _end([cost.cost for cost in [*costs, result.present.cost]]),
         )
-        picture.colorbar(image, ax=panel, label="trial", pad=0.02)
-        front = np.minimum([[trial.cost.effort, trial.cost.cost] for trial in result.front if trial.cost], [ends[1], ends[0]])
-        panel.step(front[:, 0], front[:, 1], "o-", where="post", color=FRONT, ms=5, lw=1.2, label="front of trade-offs")
+        points = np.minimum([[cost.effort, cost.cost] for cost in costs], ends)
+        panel.plot(*points.T, ".", color=NEUTRAL, ms=5, label="trials")
+        front = np.minimum([[trial.cost.effort, trial.cost.cost] for trial in result.front[::-1] if trial.cost], ends)
+        panel.step(*front.T, "o-", where="post", color=FRONT, ms=5, lw=1.2, label="front of trade-offs")
         _mark(panel, result.present.cost.effort, result.present.cost.cost, "D", PRESENT, "present gains")
         _mark(panel, result.tuned.cost.effort, result.tuned.cost.cost, "*", TUNED, "tuned gains")
         _scale(panel, points)
@@ -76,13 +76,14 @@ def draw_search(path: Path, result: Result) -> None:
     from matplotlib.figure import Figure
 
     gains = result.tuning.gains
-    rows = math.ceil(len(gains) / COLUMNS)
+    columns = min(COLUMNS, len(gains))
+    rows = math.ceil(len(gains) / columns)
     with mpl.rc_context(PLOT):
         picture = Figure(figsize=(10.0, 2.8 + 2.4 * rows), layout="constrained")
-        grid = picture.add_gridspec(1 + rows, COLUMNS)
+        grid = picture.add_gridspec(1 + rows, columns)
         _course(picture.add_subplot(grid[0, :]), result)
         for i, gain in enumerate(gains):
-            _over_gain(picture.add_subplot(grid[1 + i // COLUMNS, i % COLUMNS]), gain, result)
+            _over_gain(picture.add_subplot(grid[1 + i // columns, i % columns]), gain, result)
         picture.savefig(path)
 
 
@@ -100,7 +101,7 @@ def _course(panel: "Axes", result: Result) -> None:
     if end > WIDE * np.nanmin(costs):
         panel.set_yscale("log")
     panel.set(xlabel="trial", ylabel="cost")
-    panel.legend(loc="upper right", ncols=4)
+    panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
 
 
 def _over_gain(panel: "Axes", gain: Gain, result: Result) -> None:
@@ -112,11 +113,14 @@ def _over_gain(panel: "Axes", gain: Gain, result: Result) -> None:
     panel.plot(values, costs, ".", color=NEUTRAL, ms=4)
     _mark(panel, result.tuning.present[gain.parameter], min(result.present.cost.cost, end), "D", PRESENT)
     _mark(panel, result.best.gains[gain.parameter], result.tuned.cost.cost, "*", TUNED)
+    middle = math.sqrt(gain.low * gain.high) if gain.logarithmic else 0.5 * (gain.low + gain.high)
     if gain.logarithmic:
         panel.set_xscale("log")
+    panel.set_xticks([], minor=True)
+    panel.set_xticks([gain.low, middle, gain.high], [f"{tick:.2g}" for tick in (gain.low, middle, gain.high)])
     if end > WIDE * costs.min():
         panel.set_yscale("log")
-    panel.set(xlabel=f"{gain.name} [{gain.unit}]" if gain.unit else gain.name)
+    panel.set(xlabel=f"{gain.name} [{gain.unit}]" if gain.unit else gain.name, ylabel="cost")
 
 
 def _mark(panel: "Axes", x: float, y: float, marker: str, colour: str, label: str = "") -> None:

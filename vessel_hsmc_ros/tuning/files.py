@@ -57,7 +57,7 @@ def gains_file(result: Result) -> str:
     head = (
         f"# Gains of {result.tuning.law}, tuned by vessel-hsmc {provenance()['version']}: trial {result.best.number} of"
         f" {len(result.trials)}, cost {result.tuned.cost.cost:.4g} against {result.present.cost.cost:.4g} before.\n"
-        f"# vessel-hsmc run SCENARIO --set @{BEST}; for the controller node, a further --params-file after that of the scenario.\n"
+        f"# vessel-hsmc run SCENARIO --set @{BEST}; for the node, a further --params-file after that of the scenario.\n"
     )
     return head + dump_parameters({NODE.removesuffix("."): values})
 

@@ -44,6 +44,11 @@ class Gain(NamedTuple):
         """The last part of its name."""
         return self.parameter.rpartition(".")[2]
 
+    def at(self, share: float) -> float:
+        """The value at a share of the range from 0 to 1, on its scale."""
+        value = self.low * (self.high / self.low) ** share if self.logarithmic else self.low + share * (self.high - self.low)
+        return round(value) if self.whole else min(max(value, self.low), self.high)
+
 
 def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]:
     """Parse and check the gains of a tuning.

@@ -11,6 +11,7 @@ from jinja2 import Environment
 from vessel_hsmc_ros.runs.sweep_figure import label, text
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.tuning.cases import Case
+from vessel_hsmc_ros.tuning.gains import NODE
 from vessel_hsmc_ros.tuning.plan import Evaluation
 from vessel_hsmc_ros.tuning.result import Result, verdict
 
@@ -82,7 +83,7 @@ def gains_table(result: Result) -> Lines:
     """A line for each gain: present and tuned value, range, and a note where the tuned one is at its edge."""
     return [
         [
-            gain.parameter,
+            gain.parameter.removeprefix(NODE),
             f"{result.tuning.present[gain.parameter]:.4g} {gain.unit}".strip(),
             f"{result.best.gains[gain.parameter]:.4g} {gain.unit}".strip(),
             f"{gain.low:.3g} to {gain.high:.3g}",

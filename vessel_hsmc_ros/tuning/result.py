@@ -74,12 +74,13 @@ def tune(tuning: Tuning, folder: Path, trials: int, held_out: Sequence[Case], re
         The result.
 
     Raises:
-        ParameterError: no trial has completed.
+        ParameterError: no trial has completed, or no run has a value of a metric.
         ScenarioError: the folder belongs to another tuning.
         RunError: another process is tuning in the folder, or it cannot be written.
     """
     with open_study(folder, 1 + tuning.objective.two, tuning.definition()) as study:
         present = tuning.evaluate(tuning.cases, {})
+        tuning.objective.check(present.values, present.failures)
         done = Search(study, tuning, present.scales).run(
             trials, lambda number, finished: report(number, _note(finished, present.cost))
         )
@@ -135,6 +136,11 @@ def verdict(result: Result) -> list[str]:
         lines.append(_comparison("held-out runs", before, after))
         if before < NOTABLE * after and result.present.cost.cost > NOTABLE * result.tuned.cost.cost:
             lines.append("The gains are overfitted to the runs of the tuning.")
+    if result.best != result.front[0] and (first := result.front[0].cost):
+        lines.append(
+            "The tuned gains are the best of those without more effort than the present ones; the smallest cost is"
+            f" {first.cost:.4g}, with an effort of {first.effort:.3g}: trial {result.front[0].number} in the table of the front."
+        )
     if failed := max(result.tuned.cost.failed, result.held_out_tuned.cost.failed):
         lines.append(f"With the tuned gains {failed} runs fail.")
     if edges := [gain.name for gain in result.tuning.gains if result.at_edge(gain)]:

@@ -15,6 +15,7 @@ import optuna
 from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
 from optuna.samplers import TPESampler
 from optuna.trial import FrozenTrial, TrialState
+from scipy.stats import qmc
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
@@ -25,6 +26,9 @@ from vessel_hsmc_ros.tuning.plan import Array, Tuning
 
 RUNS_OF_A_BATCH = 4
 """As many trials are proposed together as have at least this number of runs, which keeps several cores busy."""
+
+FIRST = 10
+"""Number of trials that do not depend on others."""
 
 RESULT, REASON = "result", "reason"
 """Attributes of a trial: its cost, effort and number of failed runs; why it was pruned."""
@@ -97,12 +101,11 @@ class Search:
         return waiting
 
     def _propose(self, number: int) -> FrozenTrial:
-        """Propose a trial; the first has the present gains."""
+        """Propose a trial: the present gains, then an even spread over the ranges, then what the finished trials suggest."""
         state = np.random.SeedSequence((self.tuning.seed, number)).generate_state(1)
-        self.study.sampler = TPESampler(seed=int(state[0]))
-        present = self.tuning.present
-        if number == 0 and all(gain.low <= present[gain.parameter] <= gain.high for gain in self.tuning.gains):
-            self.study.enqueue_trial(present, skip_if_exists=True)
+        self.study.sampler = TPESampler(seed=int(state[0]), n_startup_trials=FIRST)
+        if number < FIRST:
+            self.study.enqueue_trial(_first(self.tuning, number), skip_if_exists=True)
         asked = self.study.ask({gain.parameter: _distribution(gain) for gain in self.tuning.gains})
         return self.study.get_trials(deepcopy=False)[asked.number]
 
@@ -140,6 +143,15 @@ def _scenarios(tuning: Tuning, gains: dict[str, float]) -> tuple[list[Scenario],
         return tuning.scenarios(gains), ""
     except ParameterError as error:  # unstable at the rate of the law, or two gains that do not fit each other
         return [], str(error)
+
+
+def _first(tuning: Tuning, number: int) -> dict[str, float]:
+    """One of the first trials: the present gains, if they are inside the ranges, then points of a scrambled Halton sequence."""
+    present = tuning.present
+    if number == 0 and all(gain.low <= present[gain.parameter] <= gain.high for gain in tuning.gains):
+        return present
+    shares = qmc.Halton(len(tuning.gains), seed=tuning.seed).random(FIRST)[number]
+    return {gain.parameter: gain.at(share) for gain, share in zip(tuning.gains, shares, strict=True)}
 
 
 def _distribution(gain: Gain) -> BaseDistribution:
