@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.tuning.cases import Case
-from vessel_hsmc_ros.tuning.cost import ERROR, PENALTY, Objective, chosen_objective
+from vessel_hsmc_ros.tuning.cost import AGGREGATES, ERROR, FLOOR, Cost, Objective, chosen_objective
 
 METRICS = Metrics(*[1.0] * 10)
 
@@ -35,12 +35,23 @@ def test_a_limit_of_a_case_is_its_scale() -> None:
     assert scales[:, 0].tolist() == [0.4, 0.1]
 
 
-def test_a_run_that_fails_costs_as_much_as_the_poorest_one() -> None:
-    scales = np.ones((2, 2))
-    failing = Objective().cost(Objective().values([outcome(1.0, failure="diverged"), outcome(1.0)]), scales)
-    poor = Objective().cost(Objective().values([outcome(1e9, 1e9), outcome(1.0)]), scales)
-    assert failing[:2] == poor[:2] == pytest.approx((math.sqrt(PENALTY), math.sqrt(PENALTY)))
-    assert (failing.failed, poor.failed) == (1, 0)
+@pytest.mark.parametrize("aggregate", AGGREGATES)
+def test_a_run_that_fails_costs_more_than_the_poorest_one_and_two_cost_more_than_one(aggregate: str) -> None:
+    objective, scales = chosen_objective(aggregate=aggregate), np.ones((2, 2))
+
+    def cost(*runs: Outcome) -> Cost:
+        return objective.cost(objective.values(runs), scales)
+
+    poor, failing = cost(outcome(1e9, 1e9), outcome(1.0)), cost(outcome(1.0, failure="diverged"), outcome(1e-9, 1e-9))
+    both = cost(outcome(1.0, failure="diverged"), outcome(1.0, failure="diverged"))
+    assert poor.cost < failing.cost < both.cost < math.inf
+    assert poor.effort < failing.effort < both.effort < math.inf
+    assert (poor.failed, failing.failed, both.failed) == (0, 1, 2)
+
+
+def test_precision_far_below_the_scale_gains_nothing() -> None:
+    costs = [Objective().cost(Objective().values([outcome(error)]), np.ones((1, 2))).cost for error in (0.01, 1e-4)]
+    assert costs == pytest.approx([FLOOR, FLOOR])
 
 
 def test_the_worst_run_can_be_the_cost() -> None:

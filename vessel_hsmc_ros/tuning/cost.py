@@ -1,9 +1,13 @@
 """The cost of a set of gains: a metric over the same runs for every set, each relative to a scale of its own.
 
 For run i the ratio is q_i = |m_i| / s_i, with the metric m_i and its scale s_i: the limit of the case where it has one for this
-metric, else the value with the present gains. A run that fails or has no value counts as the largest ratio, Q = 1000, and all
-ratios are clipped to [1/Q, Q]: a failure is never better than a poor run, and no run outweighs all others. The cost is the
-geometric mean of the ratios, exp(mean(log q_i)), or the worst, max(q_i).
+metric, else the value with the present gains. Ratios are clipped to [0.01, Q] with Q = 1000, and a run that fails or has no value
+counts as Q: precision that is not needed does not outweigh the other runs, and a failure is never better than a poor run. With
+the share f of runs that fail, the cost is
+
+    J = (1 + Q·f)·exp(mean(log q_i))
+
+or with the worst ratio, max(q_i), in the place of the geometric mean.
 """
 
 from collections.abc import Sequence
@@ -20,8 +24,8 @@ from vessel_hsmc_ros.tuning.cases import Case
 
 Array = NDArray[np.float64]
 
-PENALTY = 1000.0
-"""The ratio of a run that fails, and the largest of any; the smallest is its inverse."""
+FLOOR, PENALTY = 0.01, 1000.0
+"""The smallest ratio, and the largest, which a run that fails has."""
 
 AGGREGATES = ("geometric_mean", "worst")
 
@@ -97,9 +101,11 @@ class Objective:
 
     def cost(self, values: Array, scales: Array) -> Cost:
         """The cost of a set of gains from its metrics and their scales, both (n, 2)."""
-        ratios = np.clip(np.where(np.isfinite(values), values / scales, PENALTY), 1.0 / PENALTY, PENALTY)
+        failed = ~np.isfinite(values)
+        ratios = np.clip(np.where(failed, PENALTY, values / scales), FLOOR, PENALTY)
         each = np.exp(np.log(ratios).mean(axis=0)) if self.aggregate == AGGREGATES[0] else ratios.max(axis=0)
-        return Cost(float(each[0]), float(each[1]), int(np.count_nonzero(~np.isfinite(values[:, 0]))))
+        cost, effort = (1.0 + PENALTY * failed.mean(axis=0)) * each
+        return Cost(float(cost), float(effort), int(np.count_nonzero(failed[:, 0])))
 
 
 def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:

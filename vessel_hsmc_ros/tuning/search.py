@@ -106,8 +106,8 @@ class Search:
         self.study.sampler = TPESampler(seed=int(state[0]), n_startup_trials=FIRST)
         if number < FIRST:
             self.study.enqueue_trial(_first(self.tuning, number), skip_if_exists=True)
-        asked = self.study.ask({gain.parameter: _distribution(gain) for gain in self.tuning.gains})
-        return self.study.get_trials(deepcopy=False)[asked.number]
+        proposed = self.study.ask({gain.parameter: _distribution(gain) for gain in self.tuning.gains})
+        return self.study.get_trials(deepcopy=False)[proposed.number]
 
     def _evaluate(self, batch: Sequence[FrozenTrial], report: Callable[[float], None]) -> None:
         """Simulate the runs of a batch in one call, then record its trials in their order."""
