@@ -39,10 +39,9 @@ from vessel_hsmc_ros.laws.guidance import (
     velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.laws.law import AdaptiveLaw
+from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Neurons, activate, add, output
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.terms import Terms
 
 Array = NDArray[np.float64]
 
@@ -86,6 +85,13 @@ class Memory(NamedTuple):
     H: Array
 
 
+class Constants(NamedTuple):
+    """What does not change from step to step."""
+
+    gains: Gains
+    neurons: Neurons
+
+
 def initial(neurons: int) -> Memory:
     """The internal state before the first step, for a number of neurons."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -127,6 +133,8 @@ class StepTerms(NamedTuple):
     surge_estimate: float
     sway_estimate: float
     yaw_estimate: float
+    surge_saturated: float
+    yaw_saturated: float
 
 
 @kernel
@@ -232,19 +240,19 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains, neurons: Neurons
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: correct the prediction, adapt the networks, compute commands and wrench, predict.
 
     Args:
         motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
         m: Internal state; its arrays are written in place.
-        g: Gains.
-        neurons: The neurons of the networks.
+        constants: Gains and neurons.
 
     Returns:
         The wrench, its terms, and the internal state.
     """
+    g, neurons = constants
     measured, desired = bounded(motion), bounded(desired)
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
@@ -263,8 +271,9 @@ def step(
     predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
-        z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr
-    )
+        z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
+        1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
+    )  # fmt: skip
     return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H)
 
 
@@ -276,35 +285,20 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
         vessel: The known inertia and limits.
         period: Control period, s.
 
-    Attributes:
-        memory: All internal state.
-
     Raises:
         ParameterError: the number of listed centres is not a multiple of three.
     """
 
     name = "guided"
+    kernel = staticmethod(step)
+    terms = StepTerms
+    networks = ("surge", "sway", "yaw")
+    memory: Memory
 
     def retune(self, parameters: GuidedParameters) -> None:
         """Take new gains and keep the internal state; the size of the network stays as constructed."""
-        self._gains = gains(parameters, self.vessel, self.period)
+        self.constants = Constants(gains(parameters, self.vessel, self.period), self.neurons)
 
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
-        self.memory = initial(len(self._neurons.mu))
-
-    @property
-    def weights(self) -> Array:
-        """Weights of the networks for f_u, f_v and f_r, shape (3, l)."""
-        return self.memory.W
-
-    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """Correct the prediction, adapt the networks, compute commands and wrench, predict; see `Law.step`."""
-        wrench, terms, self.memory = step(motion, desired, acceleration, self.memory, self._gains, self._neurons)
-        m = self.memory
-        Wu, Wv, Wr = m.W.copy()
-        return wrench, Terms(
-            **terms._asdict(),
-            surge_weights=Wu, sway_weights=Wv, yaw_weights=Wr,
-            surge_saturated=m.cut_1, yaw_saturated=m.cut_2,
-        )  # fmt: skip
+        self.memory = initial(len(self.neurons.mu))

@@ -34,14 +34,12 @@ class Neurons(NamedTuple):
         delta: Width.
         as_printed: Whether (3) is evaluated as printed.
         axis: Centres of a grid on each of its axes, shape (k,) with l = k³; empty for centres that are listed.
-        factors: Working memory of `activate`, shape (3, k).
     """
 
     mu: Array
     delta: float
     as_printed: bool
     axis: Array
-    factors: Array
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ class NetworkParameters:
         as_printed = self.basis == "as_printed"
         # Only the Gaussian of a squared distance is the product of Gaussians of its axes.
         axis = self._axis() if self.layout == "grid" and not as_printed else np.empty(0)
-        return Neurons(self.centers(), self.width, as_printed, axis, np.empty((3, len(axis))))
+        return Neurons(self.centers(), self.width, as_printed, axis)
 
     def centers(self) -> Array:
         """All centres, shape (l, 3); on the grid l = centers_per_axis³.
@@ -119,7 +117,7 @@ def activations(Z: Array, mu: Array, delta: float, as_printed: bool = False) -> 
         Activations in (0, 1], shape (l,).
     """
     H = np.empty(len(mu))
-    activate(float(Z[0]), float(Z[1]), float(Z[2]), Neurons(mu, delta, as_printed, np.empty(0), np.empty((3, 0))), H)
+    activate(float(Z[0]), float(Z[1]), float(Z[2]), Neurons(mu, delta, as_printed, np.empty(0)), H)
     return H
 
 
@@ -142,15 +140,19 @@ def _activate_grid(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
     scale = -0.5 / (n.delta * n.delta)
     k = len(n.axis)
     for i in range(k):
-        du, dv, dr = u - n.axis[i], v - n.axis[i], r - n.axis[i]
-        n.factors[0, i] = math.exp(du * du * scale)
-        n.factors[1, i] = math.exp(dv * dv * scale)
-        n.factors[2, i] = math.exp(dr * dr * scale)
-    for i in range(k):
-        for j in range(k):
-            plane = n.factors[0, i] * n.factors[1, j]
-            for m in range(k):
-                H[(i * k + j) * k + m] = plane * n.factors[2, m]
+        dr = r - n.axis[i]
+        H[i] = math.exp(dr * dr * scale)
+    # Each row of neurons along an axis is the first one times the factor of its place; the first is written last.
+    for row in range(k - 1, -1, -1):
+        dv = v - n.axis[row]
+        factor = math.exp(dv * dv * scale)
+        for i in range(k):
+            H[row * k + i] = factor * H[i]
+    for plane in range(k - 1, -1, -1):
+        du = u - n.axis[plane]
+        factor = math.exp(du * du * scale)
+        for i in range(k * k):
+            H[plane * k * k + i] = factor * H[i]
 
 
 @kernel
