@@ -115,9 +115,7 @@ class ClosedLoop:
         )
 
 
-def simulate(
-    scenario: Scenario, progress: Progress | None = None, law: Law[Any] | None = None, interpreted: bool = False
-) -> Run:
+def simulate(scenario: Scenario, progress: Progress | None = None, law: Law[Any] | None = None, interpreted: bool = False) -> Run:
     """Run a scenario offline.
 
     Args:

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
 from vessel_hsmc_ros.simulation.preparation import prepare
 from vessel_hsmc_ros.simulation.law_terms import all_terms
-from vessel_hsmc_ros.simulation.undefined import cause, compilable
+from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 from vessel_sim_node.simulator import divergence_of_ship
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ def make_loop(scenario: Scenario, samples: int, law: Law[Any] | None = None, int
         interpreted: Run interpreted in any case.
     """
     law = law or make_law(scenario.controller)
-    if not interpreted and isinstance(law, KernelLaw) and compilable(law) and available():
+    if not interpreted and isinstance(law, KernelLaw) and is_compilable(type(law)) and available():
         try:
             return CompiledLoop(scenario, samples, law)
         except SimulationError:  # of the reference: interpreted, the run goes on until it occurs
