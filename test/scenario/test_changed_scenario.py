@@ -45,7 +45,6 @@ def test_changes_add_up_and_leave_the_original_as_it_is() -> None:
         {"controller.law": "pid"},
         {"controller.rate_hz": 30.0},
         {"controller.hierarchical.yaw_reaching_gain": 1e3},
-        {"controller.law": "guided", "controller.rate_hz": 1.0},
         {"reference_ship.yaw_moment_steps.times": [0.0, 5.0]},
         {"reference_ship.mode": "circle", "vessel.yaw_moment_limit": 1.0},
     ],
