@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-from numba.extending import overload
+from numba.extending import overload, overload_method
 
 from vessel_hsmc_ros.core.kernel import KERNELS
 
@@ -32,6 +32,16 @@ def _remainder(x: Any, y: Any) -> Any:  # noqa: ARG001 - Numba calls it with typ
         elif rest == gap:  # half-way: to the even multiple
             rest -= 2.0 * ((0.5 * (size - rest)) % period)
         return math.copysign(1.0, x) * rest
+
+    return implementation
+
+
+@overload_method(numba.types.Array, "tolist")
+def _tolist(array: Any) -> Any:  # noqa: ARG001
+    """The array itself: kernels read plain floats from the list, which is faster only where they are interpreted."""
+
+    def implementation(array: Any) -> Any:
+        return array
 
     return implementation
 
