@@ -153,7 +153,7 @@ def _failures(runs: Results) -> str:
     if not count:
         return f"{statement}: a run fails with a probability of at most {bound}, at {100.0 * CONFIDENCE:g} % confidence."
     interval = interval_text(clopper_pearson(count, n))
-    return f"{statement}: a run fails with a probability of {share_text(count / n)}, interval {interval} at {100.0 * CONFIDENCE:g} %."
+    return f"{statement}: a run fails with a probability of {share_text(count / n)} ({interval} at {100.0 * CONFIDENCE:g} %)."
 
 
 def _sizes(runs: Results, metric: str) -> str:
