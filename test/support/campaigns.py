@@ -1,6 +1,7 @@
 """Small campaigns for tests."""
 
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -27,13 +28,13 @@ def entries(**changes: object) -> dict[str, object]:
     return {key: value for key, value in given.items() if value is not None}
 
 
-def campaign_file(folder: Path, name: str = "small", **changes: object) -> Path:
+def campaign_file(folder: Path, name: str = "small", **changes: Any) -> Path:
     """Write the file of a small campaign."""
     path = folder / f"{name}.yaml"
     path.write_text(yaml.safe_dump(entries(**changes), sort_keys=False))
     return path
 
 
-def campaign(folder: Path, **changes: object) -> Campaign:
+def campaign(folder: Path, **changes: Any) -> Campaign:
     """A small campaign."""
     return Campaign.load(campaign_file(folder, **changes))
