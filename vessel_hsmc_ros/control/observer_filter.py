@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.observer_model import DXI, PSI, Model, jacobian, multiply, propagate
+from vessel_hsmc_ros.control.observer_model import DXI, PSI, Model, propagate, propagate_covariance
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.limits import clip
@@ -109,9 +109,9 @@ def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: Observe
     for i in range(3):
         if new_heading if i == PSI else new_position:
             accepted = correct(i, pose[i], s.x, s.P, c) and accepted
-    s.P[:] = 0.5 * (s.P + s.P.T)  # rounding must not make it unsymmetric
     accepted_at = s.accepted_at
     if new_position or new_heading:
+        s.P[:] = 0.5 * (s.P + s.P.T)  # rounding must not make it unsymmetric
         if accepted:
             accepted_at = stamp
         elif seconds(stamp - accepted_at) > LONGEST_HOLD:
@@ -152,10 +152,8 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
         c: Constants.
     """
     # The vessel model is nonlinear, hence the Jacobian (extended Kalman filter); the wave filter is linear and exact.
-    F = jacobian(x, dt, c.model)
+    propagate_covariance(x, P, dt, c.model)
     propagate(x, applied[0] / c.m11, applied[1] / c.m33, dt, c.model)
-    multiply(F, P, dt, c.model)
-    multiply(F, P.T, dt, c.model)
     P += dt * c.Q
 
 

@@ -86,9 +86,9 @@ def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
     x[U], x[V] = rotated(-end, east + change_east, north + change_north)
     if m.waves:
         a, b, c, d = wave_transition(dt, m)
-        xi = a * x[XI:DXI] + b * x[DXI:]
-        x[DXI:] = c * x[XI:DXI] + d * x[DXI:]
-        x[XI:DXI] = xi
+        for i in range(3):
+            xi, dxi = float(x[XI + i]), float(x[DXI + i])
+            x[XI + i], x[DXI + i] = a * xi + b * dxi, c * xi + d * dxi
 
 
 @kernel
@@ -122,51 +122,96 @@ def wave_transition(dt: float, m: Model) -> tuple[float, float, float, float]:
     return c + m.zeta * m.omega_0 * s, s, -m.omega_0 * m.omega_0 * s, c - m.zeta * m.omega_0 * s
 
 
+class Jacobian(NamedTuple):
+    """The elements of G = F - I, where F is the Jacobian of `propagate`, to first order in dt.
+
+    Attributes:
+        dt: Time step, s.
+        c, s: dt·cos psi and dt·sin psi at the middle of the step.
+        x_psi, y_psi, u_psi, v_psi: Derivatives of the changes of x, y, u and v with respect to psi.
+        along, aside, turn: dt·u, dt·v and dt·r.
+        decay_u, decay_v, decay_r: Fractions by which damping reduces u, v and r.
+    """
+
+    dt: float
+    c: float
+    s: float
+    x_psi: float
+    y_psi: float
+    u_psi: float
+    v_psi: float
+    along: float
+    aside: float
+    turn: float
+    decay_u: float
+    decay_v: float
+    decay_r: float
+
+
 @kernel
-def jacobian(x: Array, dt: float, m: Model) -> Array:
-    """What is not constant in the Jacobian F of `propagate`, to first order in dt.
+def jacobian(x: Array, dt: float, m: Model) -> Jacobian:
+    """The Jacobian of `propagate` at the states x before the step."""
+    along, aside, turn = dt * float(x[U]), dt * float(x[V]), dt * float(x[R])
+    w_e, w_n = float(x[WE]), float(x[WN])
+    middle = float(x[PSI]) + 0.5 * turn
+    c, s = math.cos(middle), math.sin(middle)
+    decay_u, decay_v, decay_r = decays(dt, m)
+    return Jacobian(
+        dt,
+        dt * c,
+        dt * s,
+        -along * s - aside * c,
+        along * c - aside * s,
+        dt * (w_n * c - w_e * s),
+        dt * (-w_e * c - w_n * s),
+        along,
+        aside,
+        turn,
+        decay_u,
+        decay_v,
+        decay_r,
+    )
+
+
+@kernel
+def change(M: Array, g: Jacobian) -> Array:
+    """G·M for a matrix M with one row a state: the first six rows, because the others are zero."""
+    psi, u, v, r, w_e, w_n = M[PSI], M[U], M[V], M[R], M[WE], M[WN]
+    rows = np.empty((BU, M.shape[1]))
+    rows[0] = g.x_psi * psi + g.c * u - g.s * v
+    rows[1] = g.y_psi * psi + g.s * u + g.c * v
+    rows[PSI] = g.dt * r
+    rows[U] = g.u_psi * psi - g.decay_u * u + g.turn * v + g.aside * r + g.dt * M[BU] + g.c * w_e + g.s * w_n
+    rows[V] = g.v_psi * psi - g.turn * u - g.decay_v * v - g.along * r + g.dt * M[BV] - g.s * w_e + g.c * w_n
+    rows[R] = g.dt * M[BR] - g.decay_r * r
+    return rows
+
+
+@kernel
+def pass_waves(M: Array, dt: float, m: Model) -> None:
+    """M <- F·M in place for the rows of xi and dxi, from `wave_transition`."""
+    a, b, c, d = wave_transition(dt, m)
+    xi = a * M[XI:DXI] + b * M[DXI:]
+    M[DXI:] = c * M[XI:DXI] + d * M[DXI:]
+    M[XI:DXI] = xi
+
+
+@kernel
+def propagate_covariance(x: Array, P: Array, dt: float, m: Model) -> None:
+    """P <- F·P·Fᵀ in place, with the Jacobian F of `propagate` at x.
 
     Args:
         x: States before the step.
-        dt: Time step, s.
-        m: Constants of the model.
-
-    Returns:
-        The columns of psi, u, v, r, w_E and w_N of F - I, their rows those of the first six states, shape (6, 6, 1).
-    """
-    psi, u, v, r, w_e, w_n = float(x[PSI]), float(x[U]), float(x[V]), float(x[R]), float(x[WE]), float(x[WN])
-    decay_u, decay_v, decay_r = decays(dt, m)
-    middle = psi + 0.5 * dt * r
-    c, s = math.cos(middle), math.sin(middle)
-    columns = np.array(
-        [
-            [dt * (-u * s - v * c), dt * (u * c - v * s), 0.0, dt * (w_n * c - w_e * s), dt * (-w_e * c - w_n * s), 0.0],
-            [dt * c, dt * s, 0.0, -decay_u, -dt * r, 0.0],
-            [-dt * s, dt * c, 0.0, dt * r, -decay_v, 0.0],
-            [0.0, 0.0, dt, dt * v, -dt * u, -decay_r],
-            [0.0, 0.0, 0.0, dt * c, -dt * s, 0.0],
-            [0.0, 0.0, 0.0, dt * s, dt * c, 0.0],
-        ]
-    )
-    return columns.reshape(6, 6, 1)
-
-
-@kernel
-def multiply(F: Array, M: Array, dt: float, m: Model) -> None:
-    """M <- F·M in place, row by row, because most elements of F are those of the unit matrix.
-
-    Args:
-        F: The columns of `jacobian`.
-        M: Matrix with one row a state; F·(F·P)ᵀ is the predicted covariance.
+        P: Their covariance, symmetric.
         dt: Time step, s.
         m: Constants of the model.
     """
-    change = F[0] * M[PSI] + F[1] * M[U] + F[2] * M[V] + F[3] * M[R] + F[4] * M[WE] + F[5] * M[WN]
-    # The body-fixed disturbance accelerates u, v, r, which are next to one another as b_u, b_v, b_r are.
-    change[U:BU] += dt * M[BU:WE]
-    M[:BU] += change
     if m.waves:
-        a, b, c, d = wave_transition(dt, m)
-        xi = a * M[XI:DXI] + b * M[DXI:]
-        M[DXI:] = c * M[XI:DXI] + d * M[DXI:]
-        M[XI:DXI] = xi
+        pass_waves(P, dt, m)
+        pass_waves(P.T, dt, m)
+    # Most elements of F are those of the unit matrix: with F = I + G, F·P·Fᵀ = P + G·P + (G·P)ᵀ + G·(G·P)ᵀ.
+    g = jacobian(x, dt, m)
+    rows = change(P, g)
+    P[:BU] += rows
+    P[:, :BU] += rows.T
+    P[:BU, :BU] += change(rows.T, g)
