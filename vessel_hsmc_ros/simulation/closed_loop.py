@@ -89,7 +89,11 @@ class Kept(NamedTuple):
 
 @kernel
 def law_step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, memory: Any, constants: Any  # noqa: ARG001 - a stand-in
+    motion: Motion,
+    desired: Motion,
+    acceleration: Acceleration,
+    memory: Any,
+    constants: Any,  # noqa: ARG001 - a stand-in
 ) -> tuple[tuple[float, float], Any, Any]:
     """Stands for the step of a law, which takes this place where the loop is compiled."""
     return (math.nan, math.nan), (motion.x, desired.x, acceleration.du), memory
