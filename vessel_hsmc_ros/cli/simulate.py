@@ -8,6 +8,7 @@ import click
 from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.options import (
+    interpreted_option,
     law_file_option,
     load_checked,
     optional_scenario_argument,
@@ -24,6 +25,7 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable
 @optional_scenario_argument
 @campaign_row_options
 @set_option
+@interpreted_option
 @law_file_option
 @output_option
 @click.option("--no-bag", is_flag=True, help="Write no bag: only the parameters, the metrics, the page and the figures.")
