@@ -25,7 +25,7 @@ def test_the_course_surface_obeys_its_reaching_law(state, desired) -> None:
     """dS = -k·S - eta·sgn S where the network is exact."""
     reference = np.array([0.0, 0.0, desired[0], 0.0, 0.0, desired[1]])
     law: Any = make_controller("course", 0.01, **{"network.layout": "listed", "network.listed_centers": state[3:]})
-    law.weights[:] = unforced_acceleration(state[3], state[4], state[5], SHIP)[2]
+    law.memory.W[:] = unforced_acceleration(state[3], state[4], state[5], SHIP)[2]
     wrench, terms = law.update(0.0, state, reference, np.array([0.0, 0.0, desired[2]]))
     dds = derivative(state, wrench, CALM, SHIP)[5] - desired[2]
     S = terms.heading_surface
@@ -43,9 +43,9 @@ def test_the_course_network_learns_by_integration() -> None:
     assert ((H > 0.9) & (H <= 1.0)).all()  # the centres are within a fifth of the width
     np.testing.assert_allclose(third.yaw_weights, 2.0 * second.yaw_weights)
     law.retune(CourseLawParameters(reaching_gain=50.0))
-    assert law.weights.any()
+    assert law.update(0.0, state, np.zeros(6), np.zeros(3))[1].yaw_weights.any()
     law.reset()
-    assert not law.weights.any()
+    assert not law.update(0.0, state, np.zeros(6), np.zeros(3))[1].yaw_weights.any()
 
 
 def test_the_pd_controller_matches_a_calculation_by_hand() -> None:

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel, make_controller
-from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, Estimates, Filter, Memory, adapt, command
+from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, Filter, command, initial, learn
 from vessel_hsmc_ros.laws.guided_parameters import gains
+from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
 from vessel_sim_node.integrate import rk4
@@ -58,7 +59,7 @@ def test_any_finite_input_gives_a_finite_wrench_within_the_limits(inputs, period
             terms.yaw_estimate,
         )
         assert np.isfinite(values).all()
-        assert np.isfinite(law.weights).all()
+        assert np.isfinite(law.memory.W).all()
 
 
 def test_the_largest_floats_give_a_finite_wrench() -> None:
@@ -112,14 +113,14 @@ def test_near_zero_speed_a_small_change_makes_a_small_difference(u: float, v: fl
 def test_new_gains_keep_the_internal_state_and_reset_clears_it() -> None:
     law, course = controller(), [((3.0, 1.0, 0.2, 1.0, 0.1, 0.05), (0.0, 0.0, 0.0, 0.5, 0.0, 0.0))] * 20
     first = answers(law, course)
-    weights, memory = law.weights.copy(), law.memory
+    weights, memory = law.memory.W.copy(), law.memory
     law.retune(GuidedParameters(position_gain=0.1))
-    np.testing.assert_array_equal(law.weights, weights)
+    np.testing.assert_array_equal(law.memory.W, weights)
     assert law.memory is memory
     assert weights.any()
     law.retune(GuidedParameters())
     law.reset()
-    assert not law.weights.any()
+    assert not law.memory.W.any()
     np.testing.assert_array_equal(answers(law, course), first)
 
 
@@ -142,12 +143,12 @@ def distances(law, seconds=60.0):
 def test_saturated_actuators_suspend_the_adaptation() -> None:
     law = controller()
     moored(law, 6.0)
-    surge, _, yaw = law.weights
+    surge, _, yaw = law.memory.W.copy()
     held = moored(law, 54.0)
     assert all(terms.surge_saturated and terms.yaw_saturated for _, terms in held)
     np.testing.assert_allclose(np.abs([wrench for wrench, _ in held]), np.tile(LIMITS, (len(held), 1)))
-    np.testing.assert_array_equal(law.weights[0], surge)
-    np.testing.assert_array_equal(law.weights[2], yaw)
+    np.testing.assert_array_equal(law.memory.W[0], surge)
+    np.testing.assert_array_equal(law.memory.W[2], yaw)
     recovered, fresh = distances(law), distances(controller())
     arrivals = [T * np.flatnonzero(way > 0.1)[-1] for way in (recovered, fresh)]
     assert recovered.max() < 1.01 * fresh.max()
@@ -192,9 +193,14 @@ AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(channel: str) -> None:
     H = np.array([0.5, 1.0, 0.2])
     limit = LARGEST_INNOVATION["uvr".index(channel)]
-    outlier, largest, half = (
-        adapt(np.zeros((3, 3)), H, AT_REST._replace(**{channel: e}), Memory(AT_REST), G) for e in (1e3, limit, 0.5 * limit)
-    )
+
+    def adapted(innovation):
+        m = initial(3)
+        m.H[:] = H
+        learn(AT_REST._replace(**{channel: innovation}), m, G)
+        return m.W
+
+    outlier, largest, half = adapted(1e3), adapted(limit), adapted(0.5 * limit)
     np.testing.assert_array_equal(outlier, largest)
     np.testing.assert_allclose(half, 0.5 * largest)
     assert largest["uvr".index(channel)].all()
@@ -203,7 +209,7 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
 @pytest.mark.parametrize("rate", [10.0, -10.0])
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, for any state of the filter: anti-windup at the moment limit."""
-    m = Memory(AT_REST, Filter(rate=rate))
+    m = initial(1)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
     commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
     assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 

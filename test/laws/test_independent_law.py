@@ -9,7 +9,6 @@ from independent_law import IndependentLaw
 
 from vessel_hsmc_ros.core.schema import entries, symbols
 from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel, make_controller
-from vessel_hsmc_ros.laws.hierarchical import Weights
 
 PERIOD = 0.01
 SYMBOLS = {
@@ -63,9 +62,10 @@ def compare(random, motion, settings, options):
     named = {SYMBOLS[symbol]: value for symbol, value in gains.items()}
     shape = {f"network.{name}": value for name, value in {**network, "width": width}.items()}
     law: Any = make_controller("hierarchical", PERIOD, **{**named, **shape, **settings})
-    law.weights = Weights(*weights)
+    law.memory.W[:] = weights[[2, 0, 1]]  # the double has the order W1, W2, W3
     wrench, _ = law.update(0.0, *motion)
-    rates = (np.array(law.weights) - weights) / PERIOD
+    _, terms = law.update(PERIOD, *motion)
+    rates = (np.array([terms.sway_weights, terms.yaw_weights, terms.surge_weights]) - weights) / PERIOD
 
     centers = grid(network["center"], network["spacing"], 2)
     double = IndependentLaw({**gains, "delta": width}, centers, layers, **options)
@@ -110,7 +110,7 @@ def test_listed_neurons_agree(seed: int) -> None:
     motion, listed, weights = random_motion(random), random.uniform(-1.0, 1.0, (4, 3)), random.normal(size=(3, 4))
     named = {"network.layout": "listed", "network.listed_centers": list(listed.ravel()), "network.width": 0.8}
     law: Any = make_controller("hierarchical", PERIOD, **named)
-    law.weights = Weights(*weights)
+    law.memory.W[:] = weights[[2, 0, 1]]
     gains = {**symbols(HierarchicalParameters()), **symbols(KnownVessel()), "delta": 0.8}
     expected, _ = IndependentLaw(gains, listed).update(*motion, *weights)
     assert law.update(0.0, *motion)[0] == pytest.approx([float(tau) for tau in expected], rel=1e-9)
@@ -124,11 +124,12 @@ def test_the_course_law_is_the_same_law_with_the_heading_surface_alone(seed: int
     state[:2] = 0.0
     weights = random.normal(size=8)
     law: Any = make_controller("course", PERIOD, **{"network.centers_per_axis": 2, "switching_gain": 0.1, "adaptation_gain": 0.5})
-    law.weights = weights
+    law.memory.W[:] = weights
     (_, tau_2), _ = law.update(0.0, state, reference, acceleration)
+    _, after = law.update(PERIOD, state, reference, acceleration)
 
     gains = {**symbols(HierarchicalParameters()), **symbols(KnownVessel()), "delta": 5.0, "eta1": 0.1, "gamma2": 0.5}
     double = IndependentLaw({**gains, "a": 0.0, "b": 1.0}, grid(0.5, 0.5, 2))
     (_, expected), rates = double.update(state, reference, acceleration, [0.0] * 8, weights, [0.0] * 8)
     assert tau_2 == pytest.approx(float(expected), rel=1e-9)
-    assert law.weights - weights == pytest.approx([PERIOD * float(rate) for rate in rates[1]], rel=1e-9, abs=1e-15)
+    assert after.yaw_weights - weights == pytest.approx([PERIOD * float(rate) for rate in rates[1]], rel=1e-9, abs=1e-15)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import HierarchicalParameters, make_controller
-from vessel_hsmc_ros.laws.switching import switch
+from vessel_hsmc_ros.laws.switching import SWITCHING, switch
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters
@@ -29,7 +29,7 @@ states = st.tuples(places, places, st.floats(-3.0, 3.0), velocities, velocities,
     ],
 )
 def test_the_switching_functions_match_values_by_hand(kind: str, expected) -> None:
-    assert [switch(S, 0.02, kind) for S in (-0.06, -0.01, 0.0, 0.01, 0.06)] == pytest.approx(list(expected))
+    assert [switch(S, 0.02, SWITCHING.index(kind)) for S in (-0.06, -0.01, 0.0, 0.01, 0.06)] == pytest.approx(list(expected))
 
 
 @pytest.mark.parametrize(("switching", "chatters"), [("sgn", True), ("saturation", False), ("tanh", False)])

@@ -11,7 +11,6 @@ import sympy as sp
 from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel, make_controller
-from vessel_hsmc_ros.laws.hierarchical import Weights
 from vessel_sim_node.plant import VesselParameters, derivative
 
 SHIP = symbols(VesselParameters())
@@ -76,7 +75,7 @@ def test_the_law_matches_equations_22_and_28(motion) -> None:
 
     law: Any = make_controller("hierarchical", 0.01, **{"network.centers_per_axis": 1, "network.width": 1000.0})
     at_centre = state_of(motion)
-    law.weights = Weights(*(np.array([estimates[q] / activation(at_centre)]) for q in (p.fv_hat, p.fr_hat, p.fu_hat)))
+    law.memory.W[:, 0] = [estimates[q] / activation(at_centre) for q in (p.fu_hat, p.fv_hat, p.fr_hat)]
     wrench, terms = law.update(0.0, at_centre, state_of(motion, p.DESIRED), d_acceleration)
     assert terms.sway_surface == pytest.approx(number(p.sigma1, values), rel=1e-10)
     assert terms.heading_surface == pytest.approx(number(p.sigma2, values), rel=1e-10)

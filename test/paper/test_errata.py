@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws import Law, Terms, make_controller
-from vessel_hsmc_ros.laws.hierarchical import Weights
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.exact import ExactModelLaw
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
@@ -105,7 +104,7 @@ class ExactlyKnown(Law[None]):
         """Set the weights for which the outputs are exact, then step the law."""
         f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, SHIP)
         activation = np.exp(-0.5 * np.sum((np.array(motion[3:]) - 0.5) ** 2) / self.WIDTH**2)
-        self._law.weights = Weights(*(np.array([f / activation]) for f in (f_v, f_r, f_u)))
+        self._law.memory.W[:, 0] = np.array([f_u, f_v, f_r]) / activation
         return self._law.step(motion, desired, acceleration)
 
 

@@ -23,14 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
-from vessel_hsmc_ros.laws.law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import NetworkParameters, activate, output
+from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
+from vessel_hsmc_ros.laws.network import NetworkParameters, Neurons, activate, adapt, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
-from vessel_hsmc_ros.laws.terms import Terms
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,70 @@ class Gains(NamedTuple):
     phi: float
     tau_1: float
     m33: float
+    T: float
     switching: int
+
+
+class Constants(NamedTuple):
+    """What does not change from step to step."""
+
+    gains: Gains
+    neurons: Neurons
+
+
+class Memory(NamedTuple):
+    """Internal state of the law.
+
+    Attributes:
+        W: Weights, shape (1, l), written in place.
+        H: Activations of the last step, shape (l,), written in place.
+        scratch: Working memory, shape (1, l).
+        growth: Rate of the weights of the last step, divided by H and times T, shape (1, 1), written in place; the next step
+            integrates it.
+    """
+
+    W: Array
+    H: Array
+    scratch: Array
+    growth: Array
+
+
+class StepTerms(NamedTuple):
+    """The terms of a step, by their names in `Terms`."""
+
+    heading_error: float
+    heading_error_rate: float
+    heading_surface: float
+    yaw_surface: float
+    yaw_estimate: float
+
+
+@kernel
+def step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
+) -> tuple[tuple[float, float], StepTerms, Memory]:
+    """One period: the Euler step of the weights that the last period has left, then the wrench.
+
+    Args:
+        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
+        m: Internal state; its arrays are written in place.
+        constants: Gains and neurons.
+
+    Returns:
+        The wrench, its terms, and the internal state.
+    """
+    g, neurons = constants
+    # Adaptation (29) after the wrench of its period: a step uses the weights that its terms report.
+    adapt(m.W, m.growth, m.H, m.scratch)
+    activate(motion.u, motion.v, motion.r, neurons, m.H)
+    z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
+    fr = output(m.W[0], m.H, m.scratch)
+    S = g.c2 * z3e + dz3e
+    # The yaw acceleration for which dS = 0 if fr is exact; switching and reaching terms are added to it.
+    equivalent = -g.c2 * dz3e - fr + acceleration.dr
+    tau_2 = g.m33 * (equivalent - g.eta * switch(S, g.phi, g.switching) - g.k * S)
+    m.growth[0, 0] = g.T * (g.gamma * S)
+    return (g.tau_1, tau_2), StepTerms(z3e, dz3e, S, S, fr), m
 
 
 class CourseController(AdaptiveLaw[CourseLawParameters]):
@@ -84,6 +147,10 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
     """
 
     name = "course"
+    kernel = staticmethod(step)
+    terms = StepTerms
+    networks = ("yaw",)
+    memory: Memory
 
     def retune(self, parameters: CourseLawParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.
@@ -92,28 +159,11 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
             ParameterError: the reaching gain is unstable at the law's period.
         """
         check_step(parameters, "reaching_gain", "heading_surface_slope", self.period, "course")
-        known = schema.symbols(self.vessel)
-        self._gains = Gains(**schema.symbols(parameters), m33=known["m33"], switching=SWITCHING.index(parameters.switching))
+        known, switching = schema.symbols(self.vessel), SWITCHING.index(parameters.switching)
+        gains = Gains(**schema.symbols(parameters), m33=known["m33"], T=self.period, switching=switching)
+        self.constants = Constants(gains, self.neurons)
 
     def reset(self) -> None:
         """Set all weights to zero."""
-        self.weights: Array = np.zeros(len(self._neurons.mu))
-
-    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """The wrench with the present weights, then one Euler step of the weights; see `Law.step`."""
-        g = self._gains
-        z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
-        H = np.empty(len(self.weights))
-        activate(motion.u, motion.v, motion.r, self._neurons, H)
-        fr = output(self.weights, H)
-        S = g.c2 * z3e + dz3e
-        # The yaw acceleration for which dS = 0 if fr is exact; switching and reaching terms are added to it.
-        equivalent = -g.c2 * dz3e - fr + acceleration.dr
-        tau_2 = g.m33 * (equivalent - g.eta * switch(S, g.phi, g.switching) - g.k * S)
-        terms = Terms(
-            heading_error=z3e, heading_error_rate=dz3e, heading_surface=S, yaw_surface=S,
-            yaw_estimate=fr, yaw_weights=self.weights,
-        )  # fmt: skip
-        # Adaptation (29) after the wrench: a step uses the weights that its terms report.
-        self.weights = self.weights + (self.period * g.gamma * S) * H
-        return (g.tau_1, tau_2), terms
+        neurons = len(self.neurons.mu)
+        self.memory = Memory(np.zeros((1, neurons)), np.zeros(neurons), np.zeros((1, neurons)), np.zeros((1, 1)))

@@ -39,10 +39,9 @@ from vessel_hsmc_ros.laws.guidance import (
     velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.laws.law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Neurons, activate, add, output
+from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
+from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.terms import Terms
 
 Array = NDArray[np.float64]
 
@@ -73,6 +72,8 @@ class Memory(NamedTuple):
         cut_1, cut_2: Whether its force and its moment were saturated.
         W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
         H: Activations, shape (l,), written in place.
+        scratch: Working memory, shape (3, l).
+        growth: Working memory, shape (3, 1): the change of the weights, divided by H.
     """
 
     started: bool
@@ -84,21 +85,23 @@ class Memory(NamedTuple):
     cut_2: bool
     W: Array
     H: Array
+    scratch: Array
+    growth: Array
+
+
+class Constants(NamedTuple):
+    """What does not change from step to step."""
+
+    gains: Gains
+    neurons: Neurons
 
 
 def initial(neurons: int) -> Memory:
     """The internal state before the first step, for a number of neurons."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
-    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, np.zeros((3, neurons)), np.zeros(neurons))
-
-
-class Estimates(NamedTuple):
-    """Outputs of the networks; the rows of the weight array have the same order."""
-
-    fu: float
-    fv: float
-    fr: float
+    arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1))
+    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, *arrays)
 
 
 class Command(NamedTuple):
@@ -127,6 +130,8 @@ class StepTerms(NamedTuple):
     surge_estimate: float
     sway_estimate: float
     yaw_estimate: float
+    surge_saturated: float
+    yaw_saturated: float
 
 
 @kernel
@@ -138,7 +143,7 @@ def bounded(m: Motion) -> Motion:
 
 
 @kernel
-def adapt(measured: Motion, m: Memory, g: Gains) -> None:
+def learn(measured: Motion, m: Memory, g: Gains) -> None:
     """Adapt the weights in place, W += (1 - z)²/T·e·H/(HᵀH), to the innovation e.
 
     A saturated actuator does not deliver what the prediction assumes, so its network is not adapted.
@@ -151,12 +156,11 @@ def adapt(measured: Motion, m: Memory, g: Gains) -> None:
     p, (largest_u, largest_v, largest_r) = m.predicted, LARGEST_INNOVATION
     # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
     # small constant prevents a division by zero far from all centres, where H vanishes.
-    scale = 1.0 / (g.T * (output(m.H, m.H) + 1e-6))
-    if not m.cut_1:
-        add(m.W[0], (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, largest_u), m.H)
-    add(m.W[1], (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, largest_v), m.H)
-    if not m.cut_2:
-        add(m.W[2], (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, largest_r), m.H)
+    scale = 1.0 / (g.T * (output(m.H, m.H, m.scratch) + 1e-6))
+    m.growth[0, 0] = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, largest_u)
+    m.growth[1, 0] = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, largest_v)
+    m.growth[2, 0] = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, largest_r)
+    adapt(m.W, m.growth, m.H, m.scratch)
 
 
 @kernel
@@ -232,29 +236,29 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains, neurons: Neurons
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: correct the prediction, adapt the networks, compute commands and wrench, predict.
 
     Args:
         motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
         m: Internal state; its arrays are written in place.
-        g: Gains.
-        neurons: The neurons of the networks.
+        constants: Gains and neurons.
 
     Returns:
         The wrench, its terms, and the internal state.
     """
+    g, neurons = constants
     measured, desired = bounded(motion), bounded(desired)
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
-        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.W, m.H)
+        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.W, m.H, m.scratch, m.growth)
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
-    adapt(measured, m, g)
-    f = Estimates(output(m.W[0], m.H), output(m.W[1], m.H), output(m.W[2], m.H))
+    learn(measured, m, g)
+    f = outputs(m.W, m.H, m.scratch)
     c, filtered = command(motion, desired, acceleration, f, m, g)
 
     S1, S2 = motion.r - c.r_c, motion.u - c.u_c
@@ -263,9 +267,10 @@ def step(
     predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
-        z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr
-    )
-    return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H)
+        z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
+        1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
+    )  # fmt: skip
+    return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H, m.scratch, m.growth)
 
 
 class GuidedController(AdaptiveLaw[GuidedParameters]):
@@ -276,35 +281,20 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
         vessel: The known inertia and limits.
         period: Control period, s.
 
-    Attributes:
-        memory: All internal state.
-
     Raises:
         ParameterError: the number of listed centres is not a multiple of three.
     """
 
     name = "guided"
+    kernel = staticmethod(step)
+    terms = StepTerms
+    networks = ("surge", "sway", "yaw")
+    memory: Memory
 
     def retune(self, parameters: GuidedParameters) -> None:
         """Take new gains and keep the internal state; the size of the network stays as constructed."""
-        self._gains = gains(parameters, self.vessel, self.period)
+        self.constants = Constants(gains(parameters, self.vessel, self.period), self.neurons)
 
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
-        self.memory = initial(len(self._neurons.mu))
-
-    @property
-    def weights(self) -> Array:
-        """Weights of the networks for f_u, f_v and f_r, shape (3, l)."""
-        return self.memory.W
-
-    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """Correct the prediction, adapt the networks, compute commands and wrench, predict; see `Law.step`."""
-        wrench, terms, self.memory = step(motion, desired, acceleration, self.memory, self._gains, self._neurons)
-        m = self.memory
-        Wu, Wv, Wr = m.W.copy()
-        return wrench, Terms(
-            **terms._asdict(),
-            surge_weights=Wu, sway_weights=Wv, yaw_weights=Wr,
-            surge_saturated=m.cut_1, yaw_saturated=m.cut_2,
-        )  # fmt: skip
+        self.memory = initial(len(self.neurons.mu))

@@ -12,7 +12,7 @@
 | phi1, phi2 | boundary layers of S1, S2, not used with sgn | rad/s, m/s | - |
 | gamma1, gamma2, gamma3 | adaptation gains of f_v, f_r, f_u | mixed | (29) |
 | fu, fv, fr | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (14), (15), (25) |
-| Wv, Wr, Wu | their weights W1, W2, W3, shape (l,) | as the outputs | (14), (15), (25) |
+| W | their weights W3, W1, W2, shape (3, l) | as the outputs | (14), (15), (25) |
 | H | activations shared by the three networks, shape (l,) | - | (2) |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m | (28), (22) |
 
@@ -39,44 +39,45 @@ from vessel_hsmc_ros.core.kinematics import (
     transform_rate,
 )
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
-from vessel_hsmc_ros.laws.law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Neurons, activate, add, output
+from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
+from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, outputs
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import switch
-from vessel_hsmc_ros.laws.terms import Terms
 
 Array = NDArray[np.float64]
 
 
-class Weights(NamedTuple):
-    """Weights of the three networks, or their rates; each of shape (l,)."""
+class Rates(NamedTuple):
+    """Rates of the weights of the three networks, divided by the activations H that they share."""
 
-    Wv: Array
-    Wr: Array
-    Wu: Array
-
-
-class Factors(NamedTuple):
-    """The rates of the weights, divided by the activations H that all networks share."""
-
+    u: float
     v: float
     r: float
-    u: float
+
+
+class Constants(NamedTuple):
+    """What does not change from step to step."""
+
+    gains: Gains
+    neurons: Neurons
 
 
 class Memory(NamedTuple):
     """Internal state of the law.
 
     Attributes:
-        W: Weights, written in place.
+        W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
         H: Activations of the last step, shape (l,), written in place.
-        rates: Rates of the weights of the last step, divided by H; the next step integrates them.
-        side: Sign of b - a·z1 at the last step; 0 before the first, NaN after the law has become singular.
+        scratch: Working memory, shape (3, l).
+        growth: Rates of the weights of the last step, divided by H and times T, shape (3, 1), written in place; the next step
+            integrates them.
+        side: Sign of b - a·z1 at the last step; 0 before the first.
     """
 
-    W: Weights
+    W: Array
     H: Array
-    rates: Factors
+    scratch: Array
+    growth: Array
     side: float
 
 
@@ -98,7 +99,7 @@ class ErrorTerms(NamedTuple):
     yaw_estimate: float
 
 
-NO_WRENCH = 0.0, 0.0
+UNDEFINED_WRENCH = math.nan, math.nan
 UNDEFINED = ErrorTerms(*[math.nan] * len(ErrorTerms._fields))
 
 
@@ -118,7 +119,7 @@ def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
 
 @kernel
 def control(
-    motion: Motion, desired: Motion, acceleration: Acceleration, W: Weights, H: Array, g: Gains
+    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, g: Gains
 ) -> tuple[tuple[float, float], ErrorTerms]:
     """The wrench (22), (28), with the parts of tau_2 summed so that z1 cancels.
 
@@ -131,8 +132,7 @@ def control(
         motion: State of the ship.
         desired: State of the virtual ship.
         acceleration: du_d, dv_d, dr_d.
-        W: Weights of the networks.
-        H: Activations of their neurons at (u, v, r), shape (l,).
+        f: Outputs of the networks.
         g: Gains.
 
     Returns:
@@ -144,7 +144,7 @@ def control(
     ddz_d = transform_acceleration(z_d, desired, acceleration)
     z_e = tracking_error(z, z_d)
     dz1e, dz2e, dz3e = dz.z1 - dz_d.z1, dz.z2 - dz_d.z2, dz.z3 - dz_d.z3
-    fv, fr, fu = output(W.Wv, H), output(W.Wr, H), output(W.Wu, H)
+    fu, fv, fr = f
 
     sigma1 = g.c1 * z_e.z2 + dz2e
     sigma2 = g.c2 * z_e.z3 + dz3e
@@ -163,13 +163,11 @@ def control(
     tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
     tau_1 = tau_eq1 + g.m11 * (-g.eta2 * switch(S2, g.phi2, g.switching) - g.k2 * S2)
 
-    return (tau_1, tau_2), ErrorTerms(
-        z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e, sigma1, sigma2, S1, S2, fu, fv, fr
-    )
+    return (tau_1, tau_2), ErrorTerms(z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e, sigma1, sigma2, S1, S2, fu, fv, fr)
 
 
 @kernel
-def adaptation(z1: float, z2: float, S1: float, S2: float, a: float, g: Gains) -> Factors:
+def adaptation(z1: float, z2: float, S1: float, S2: float, a: float, g: Gains) -> Rates:
     """Rates of the weights, divided by H, that cancel the cross terms of (32); those of (29) if g.adapts_as_printed.
 
     dWv = gamma1·a·S1·H, dWr = gamma2·((b - a·z1)·S1 + z2·S2)·H, dWu = gamma3·S2·H
@@ -185,8 +183,8 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, a: float, g: Gains) -
         Time derivatives of the weights, divided by H.
     """
     if g.adapts_as_printed:
-        return Factors(g.gamma1 * S2, g.gamma2 * a * S1, g.gamma3 * (g.b * z1 * S1 - a * z1 * S1 + z2 * S2))
-    return Factors(g.gamma1 * a * S1, g.gamma2 * ((g.b - a * z1) * S1 + z2 * S2), g.gamma3 * S2)
+        return Rates(g.gamma3 * (g.b * z1 * S1 - a * z1 * S1 + z2 * S2), g.gamma1 * S2, g.gamma2 * a * S1)
+    return Rates(g.gamma3 * S2, g.gamma1 * a * S1, g.gamma2 * ((g.b - a * z1) * S1 + z2 * S2))
 
 
 @kernel
@@ -212,32 +210,32 @@ def side_of_singularity(z1: float, last: float, g: Gains) -> float:
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains, neurons: Neurons
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
 ) -> tuple[tuple[float, float], ErrorTerms, Memory]:
     """One period: the Euler step of the weights that the last period has left, then the wrench (22), (28).
 
     Args:
         motion, desired, acceleration: Ship, virtual ship, and derivatives of the virtual ship's velocities.
         m: Internal state; its arrays are written in place.
-        g: Gains.
-        neurons: The neurons of the networks.
+        constants: Gains and neurons.
 
     Returns:
-        The wrench, its terms, and the internal state; undefined where its `side` is NaN.
+        The wrench, its terms, and the internal state. At the singularity the wrench is NaN, and the state unchanged.
     """
-    add(m.W.Wv, g.T * m.rates.v, m.H)
-    add(m.W.Wr, g.T * m.rates.r, m.H)
-    add(m.W.Wu, g.T * m.rates.u, m.H)
+    g, neurons = constants
     z = transform(motion)
     side = side_of_singularity(z.z1, m.side, g)
     if math.isnan(side):
-        return NO_WRENCH, UNDEFINED, Memory(m.W, m.H, Factors(0.0, 0.0, 0.0), side)
+        return UNDEFINED_WRENCH, UNDEFINED, m
+    adapt(m.W, m.growth, m.H, m.scratch)
     activate(motion.u, motion.v, motion.r, neurons, m.H)
-    wrench, terms = control(motion, desired, acceleration, m.W, m.H, g)
+    f = outputs(m.W, m.H, m.scratch)
+    wrench, terms = control(motion, desired, acceleration, f, g)
     # The adaptation law takes the weight a with the sign that the control law has just used.
     a = sway_weight(terms.sway_surface, terms.heading_surface, g)
     rates = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, a, g)
-    return wrench, terms, Memory(m.W, m.H, rates, side)
+    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = g.T * rates.u, g.T * rates.v, g.T * rates.r
+    return wrench, terms, Memory(m.W, m.H, m.scratch, m.growth, side)
 
 
 class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
@@ -248,14 +246,15 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         vessel: The known inertia; the paper's law does not use the limits.
         period: Control period, s.
 
-    Attributes:
-        memory: Internal state.
-
     Raises:
         ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
     """
 
     name = "hierarchical"
+    kernel = staticmethod(step)
+    terms = ErrorTerms
+    networks = ("surge", "sway", "yaw")
+    memory: Memory
 
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.
@@ -265,42 +264,24 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         """
         for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
             check_step(parameters, gain, slope, self.period, "hierarchical")
-        self._gains = gains(parameters, self.vessel, self.period)
+        self.constants = Constants(gains(parameters, self.vessel, self.period), self.neurons)
         # New gains move the singularity z1 = b/a, so the ship may be on its other side.
-        self._forget_side = True
+        if hasattr(self, "memory"):
+            self.memory = self.memory._replace(side=0.0)
 
     def reset(self) -> None:
         """Set all weights to zero."""
-        l = len(self._neurons.mu)
-        self.memory = Memory(Weights(np.zeros(l), np.zeros(l), np.zeros(l)), np.zeros(l), Factors(0.0, 0.0, 0.0), 0.0)
+        neurons = len(self.neurons.mu)
+        self.memory = Memory(np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), 0.0)
 
-    @property
-    def weights(self) -> Weights:
-        """Weights of the three networks that the next step will use."""
-        m = self.memory
-        T = self.period
-        return Weights(*(W + (T * rate) * m.H for W, rate in zip(m.W, m.rates, strict=True)))
-
-    @weights.setter
-    def weights(self, weights: Weights) -> None:
-        self.memory = self.memory._replace(W=Weights(*(np.array(W, float) for W in weights)), rates=Factors(0.0, 0.0, 0.0))
-
-    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """The wrench (22), (28) with the present weights, then one Euler step of the weights; see `Law.step`.
+    def explain_undefined(self, motion: Motion) -> None:
+        """Report the singularity.
 
         Raises:
             ControlError: the ship is at the singularity z1 = b/a, or has crossed it since the last step.
         """
-        g = self._gains
-        m = self.memory._replace(side=0.0) if self._forget_side else self.memory
-        wrench, terms, after = step(motion, desired, acceleration, m, g, self._neurons)
-        if math.isnan(after.side):
-            z1 = transform(motion).z1
+        g, z1 = self.constants.gains, transform(motion).z1
+        if math.isnan(side_of_singularity(z1, self.memory.side, g)):
             raise ControlError(
                 f"the hierarchical law is singular at b = a·z1: a = {g.a:g}, b = {g.b:g}, and the ship is at z1 = {z1:g} m"
             )
-        self.memory, self._forget_side = after, False
-        W = after.W
-        return wrench, Terms(
-            **terms._asdict(), surge_weights=W.Wu.copy(), sway_weights=W.Wv.copy(), yaw_weights=W.Wr.copy()
-        )

@@ -58,7 +58,7 @@ class HierarchicalParameters:
 
 
 class Gains(NamedTuple):
-    """The constants of the law by the paper's symbols, the period T, and the chosen interpretations; `switching` is an index in SWITCHING."""
+    """The constants by the paper's symbols, the period T, and the interpretations; `switching` is an index in SWITCHING."""
 
     c1: float
     c2: float

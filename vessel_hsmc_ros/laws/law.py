@@ -2,30 +2,17 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.network import NetworkParameters
 from vessel_hsmc_ros.laws.terms import Terms
 
 Array = NDArray[np.float64]
 Parameters = TypeVar("Parameters")
-
-
-class WithNetwork(Protocol):
-    """Parameters that declare a network."""
-
-    @property
-    def network(self) -> NetworkParameters:
-        """The neurons."""
-        ...
-
-
-NetworkLawParameters = TypeVar("NetworkLawParameters", bound=WithNetwork)
 
 
 class Law(ABC, Generic[Parameters]):
@@ -112,21 +99,3 @@ class Law(ABC, Generic[Parameters]):
         del time
         wrench, terms = self.step(as_motion(state), as_motion(reference), as_acceleration(reference_acceleration))
         return np.array(wrench), terms
-
-
-class AdaptiveLaw(Law[NetworkLawParameters]):
-    """A law with a network whose neurons are fixed at construction; only its weights change.
-
-    Args:
-        parameters: Gains and network.
-        vessel: What the law knows of the ship.
-        period: Control period, s.
-
-    Raises:
-        ParameterError: a gain is unstable at this period, or the number of listed centres is not a multiple of three.
-    """
-
-    def __init__(self, parameters: NetworkLawParameters, vessel: KnownVessel, period: float) -> None:
-        # Before super().__init__, whose reset sizes the weights by the neurons.
-        self._neurons = parameters.network.neurons()
-        super().__init__(parameters, vessel, period)

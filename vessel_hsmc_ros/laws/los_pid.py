@@ -23,12 +23,15 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform, wrap
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.laws.law import Law
-from vessel_hsmc_ros.laws.terms import Terms
+from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
 
 RESTING_SPEED = 0.05
 """Below this speed of the reference the law changes to station keeping, m/s."""
@@ -76,16 +79,33 @@ class Gains(NamedTuple):
     R: float
     m11: float
     m33: float
+    tau_1max: float
+    tau_2max: float
+    T: float
 
 
 class Memory(NamedTuple):
-    """Internal state: s, the filtered heading offset psi_c - psi_d and its rate, I_1, I_2."""
+    """Internal state: s, the filtered heading offset psi_c - psi_d and its rate, I_1, I_2; there are no networks."""
 
-    drift: float = 0.0
-    offset: float = 0.0
-    offset_rate: float = 0.0
-    surge_integral: float = 0.0
-    yaw_integral: float = 0.0
+    drift: float
+    offset: float
+    offset_rate: float
+    surge_integral: float
+    yaw_integral: float
+    W: NDArray[np.float64]
+
+
+class StepTerms(NamedTuple):
+    """The terms of a step, by their names in `Terms`."""
+
+    surge_error: float
+    sway_error: float
+    heading_error: float
+    commanded_heading: float
+    commanded_yaw_rate: float
+    commanded_surge_velocity: float
+    surge_saturated: float
+    yaw_saturated: float
 
 
 class Aim(NamedTuple):
@@ -96,6 +116,7 @@ class Aim(NamedTuple):
     drift_rate: float
 
 
+@kernel
 def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
     """Integral line-of-sight guidance on the line through the moving reference, along its course.
 
@@ -115,7 +136,7 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     x, y = motion.x - desired.x, motion.y - desired.y
     c, s = math.cos(course), math.sin(course)
     x_e, y_e = c * x + s * y, -s * x + c * y
-    speed = math.hypot(u_d, v_d)
+    speed = magnitude(u_d, v_d)
     # A lookahead proportional to the speed gives the same time constant of the cross-track error at every speed.
     D = max(g.D_min, g.T_D * speed)
     compensated = y_e + drift
@@ -126,6 +147,7 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     )
 
 
+@kernel
 def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
     """Station keeping by pure pursuit, ahead or astern, whichever needs the smaller turn; inside R, the reference's heading.
 
@@ -140,12 +162,13 @@ def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
     x, y = desired.x - motion.x, desired.y - motion.y
     along = x * math.cos(motion.psi) + y * math.sin(motion.psi)
     speed = clip(g.k_x * along, g.v_e)
-    if math.hypot(x, y) <= g.R:
+    if magnitude(x, y) <= g.R:
         return Aim(0.0, speed, 0.0)
     bearing = math.atan2(y, x) if along >= 0.0 else math.atan2(-y, -x)
     return Aim(wrap(bearing - desired.psi), speed, 0.0)
 
 
+@kernel
 def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
     """Line-of-sight guidance while the reference moves, pure pursuit in station keeping.
 
@@ -157,12 +180,74 @@ def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
     Returns:
         Heading offset, speed command and rate of s.
     """
-    if math.hypot(desired.u, desired.v) < RESTING_SPEED:
+    if magnitude(desired.u, desired.v) < RESTING_SPEED:
         return pursuit(motion, desired, g)
     return line_of_sight(motion, desired, drift, g)
 
 
-class LosPidController(Law[LosPidParameters]):
+@kernel
+def integrate(aim: Aim, offset_acceleration: float, u_e: float, psi_e: float, m: Memory, g: Gains) -> Memory:
+    """One Euler step of the command filter and the integrators.
+
+    Args:
+        aim: Output of the guidance.
+        offset_acceleration: Second derivative of the filtered heading offset, rad/s².
+        u_e, psi_e: Inputs of the two integrators, m/s and rad.
+        m: Internal state.
+        g: Gains.
+
+    Returns:
+        The internal state one period later.
+    """
+    return Memory(
+        m.drift + g.T * aim.drift_rate,
+        m.offset + g.T * m.offset_rate,
+        m.offset_rate + g.T * offset_acceleration,
+        m.surge_integral + g.T * g.k_iu * u_e,
+        m.yaw_integral + g.T * g.k_ipsi * psi_e,
+        m.W,
+    )
+
+
+@kernel
+def step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains
+) -> tuple[tuple[float, float], StepTerms, Memory]:
+    """One period: guidance, command filter, the two controllers, saturation.
+
+    Args:
+        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
+        m: Internal state.
+        g: Gains.
+
+    Returns:
+        The wrench, its terms, and the internal state.
+    """
+    aim = guide(motion, desired, m.drift, g)
+    # Critically damped second-order filter of the heading offset; its derivatives are fed forward below. Filtering the
+    # offset instead of the heading leaves the reference's own turn without a lag.
+    offset_acceleration = g.w_c * (g.w_c * wrap(aim.offset - m.offset) - 2.0 * m.offset_rate)
+    psi_c, r_c = desired.psi + m.offset, desired.r + m.offset_rate
+    psi_e, r_e = wrap(motion.psi - psi_c), motion.r - r_c
+    # The speed is reduced while the ship points away from its course, to zero at 90 degrees.
+    alignment = math.cos(psi_e)
+    u_c = aim.speed * (alignment if alignment > 0.0 else 0.0)
+    u_e = motion.u - u_c
+
+    feedback_1 = -g.k_u * u_e - m.surge_integral
+    feedback_2 = -2.0 * g.zeta * g.w_psi * r_e - g.w_psi * g.w_psi * psi_e - m.yaw_integral
+    demand_1 = g.m11 * (acceleration.du + feedback_1)
+    demand_2 = g.m33 * (acceleration.dr + offset_acceleration + feedback_2)
+    tau_1, tau_2 = clip(demand_1, g.tau_1max), clip(demand_2, g.tau_2max)
+    cut_1, cut_2 = tau_1 != demand_1, tau_2 != demand_2
+    # Anti-windup: an integrator takes no error in while its actuator is saturated.
+    after = integrate(aim, offset_acceleration, 0.0 if cut_1 else u_e, 0.0 if cut_2 else psi_e, m, g)
+    e = tracking_error(transform(motion), transform(desired))
+    flags = 1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0
+    return (tau_1, tau_2), StepTerms(e.z1, e.z2, e.z3, wrap(psi_c), r_c, u_c, flags[0], flags[1]), after
+
+
+class LosPidController(KernelLaw[LosPidParameters]):
     """The law with its internal state, integrators and command filter, which are integrated by one Euler step per period.
 
     Args:
@@ -172,61 +257,16 @@ class LosPidController(Law[LosPidParameters]):
     """
 
     name = "los_pid"
+    kernel = staticmethod(step)
+    terms = StepTerms
+    memory: Memory
 
     def retune(self, parameters: LosPidParameters) -> None:
         """Take new gains and keep the integrals."""
-        self._gains = Gains(**schema.symbols(parameters), **schema.symbols(self.vessel))
+        known = self.vessel
+        limits = {"tau_1max": known.surge_force_limit, "tau_2max": known.yaw_moment_limit}
+        self.constants = Gains(**schema.symbols(parameters), **schema.symbols(known), **limits, T=self.period)
 
     def reset(self) -> None:
         """Set the integrals and the command filter to zero."""
-        self.memory = Memory()
-
-    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """Guidance, command filter, the two controllers, saturation; see `Law.step`."""
-        g, m = self._gains, self.memory
-        aim = guide(motion, desired, m.drift, g)
-        # Critically damped second-order filter of the heading offset; its derivatives are fed forward below. Filtering the
-        # offset instead of the heading leaves the reference's own turn without a lag.
-        offset_acceleration = g.w_c * (g.w_c * wrap(aim.offset - m.offset) - 2.0 * m.offset_rate)
-        psi_c = desired.psi + m.offset
-        r_c = desired.r + m.offset_rate
-        psi_e, r_e = wrap(motion.psi - psi_c), motion.r - r_c
-        # The speed is reduced while the ship points away from its course, to zero at 90 degrees.
-        u_c = aim.speed * max(0.0, math.cos(psi_e))
-        u_e = motion.u - u_c
-
-        feedback_1 = -g.k_u * u_e - m.surge_integral
-        feedback_2 = -2.0 * g.zeta * g.w_psi * r_e - g.w_psi * g.w_psi * psi_e - m.yaw_integral
-        demand_1 = g.m11 * (acceleration.du + feedback_1)
-        demand_2 = g.m33 * (acceleration.dr + offset_acceleration + feedback_2)
-        tau_1 = clip(demand_1, self.vessel.surge_force_limit)
-        tau_2 = clip(demand_2, self.vessel.yaw_moment_limit)
-        cut_1, cut_2 = tau_1 != demand_1, tau_2 != demand_2
-        # Anti-windup: an integrator takes no error in while its actuator is saturated.
-        self._integrate(aim, offset_acceleration, 0.0 if cut_1 else u_e, 0.0 if cut_2 else psi_e)
-        errors = tracking_error(transform(motion), transform(desired))
-        return (tau_1, tau_2), Terms(
-            *errors,
-            commanded_heading=wrap(psi_c),
-            commanded_yaw_rate=r_c,
-            commanded_surge_velocity=u_c,
-            surge_saturated=cut_1,
-            yaw_saturated=cut_2,
-        )
-
-    def _integrate(self, aim: Aim, offset_acceleration: float, u_e: float, psi_e: float) -> None:
-        """One Euler step of the command filter and the integrators.
-
-        Args:
-            aim: Output of the guidance.
-            offset_acceleration: Second derivative of the filtered heading offset, rad/s².
-            u_e, psi_e: Inputs of the two integrators, m/s and rad.
-        """
-        g, T, m = self._gains, self.period, self.memory
-        self.memory = Memory(
-            m.drift + T * aim.drift_rate,
-            m.offset + T * m.offset_rate,
-            m.offset_rate + T * offset_acceleration,
-            m.surge_integral + T * g.k_iu * u_e,
-            m.yaw_integral + T * g.k_ipsi * psi_e,
-        )
+        self.memory = Memory(0.0, 0.0, 0.0, 0.0, 0.0, NO_NETWORKS)

@@ -20,12 +20,15 @@ ten degrees under the disturbance: the damping ratio is 2.4, and the disturbance
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws.course import thrust
-from vessel_hsmc_ros.laws.law import Law
-from vessel_hsmc_ros.laws.terms import Terms
+from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
 
 
 def gain(default: float, description: str, unit: str, symbol: str) -> float:
@@ -53,7 +56,41 @@ class Gains(NamedTuple):
     m33: float
 
 
-class PdController(Law[PdParameters]):
+class Memory(NamedTuple):
+    """There is no internal state: W has the shape (0, 0)."""
+
+    W: NDArray[np.float64]
+
+
+class StepTerms(NamedTuple):
+    """The terms of a step, by their names in `Terms`."""
+
+    heading_error: float
+    heading_error_rate: float
+
+
+@kernel
+def step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains
+) -> tuple[tuple[float, float], StepTerms, Memory]:
+    """The wrench for the present errors.
+
+    Args:
+        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
+        m: Internal state, returned unchanged.
+        g: Gains.
+
+    Returns:
+        The wrench, its terms, and the internal state.
+    """
+    z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
+    # The moment that moves a ship with linear damping along the desired heading without any error.
+    feedforward = g.m33 * acceleration.dr + g.d_r * desired.r
+    tau_2 = feedforward - g.Kp * z3e - g.Kd * dz3e
+    return (g.tau_1, tau_2), StepTerms(z3e, dz3e), m
+
+
+class PdController(KernelLaw[PdParameters]):
     """The law; it has no internal state.
 
     Args:
@@ -63,16 +100,10 @@ class PdController(Law[PdParameters]):
     """
 
     name = "pd"
+    kernel = staticmethod(step)
+    terms = StepTerms
+    memory = Memory(NO_NETWORKS)
 
     def retune(self, parameters: PdParameters) -> None:
         """Take new gains."""
-        self._gains = Gains(**schema.symbols(parameters), m33=schema.symbols(self.vessel)["m33"])
-
-    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """The wrench for the present errors; see `Law.step`."""
-        g = self._gains
-        z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
-        # The moment that moves a ship with linear damping along the desired heading without any error.
-        feedforward = g.m33 * acceleration.dr + g.d_r * desired.r
-        tau_2 = feedforward - g.Kp * z3e - g.Kd * dz3e
-        return (g.tau_1, tau_2), Terms(heading_error=z3e, heading_error_rate=dz3e)
+        self.constants = Gains(**schema.symbols(parameters), m33=schema.symbols(self.vessel)["m33"])

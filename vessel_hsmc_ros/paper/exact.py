@@ -8,14 +8,13 @@ import math
 import numpy as np
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.laws.hierarchical import Weights, control
+from vessel_hsmc_ros.laws.hierarchical import control
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_sim_node.plant import Vessel, unforced_acceleration
-
-ONE_NEURON = np.ones(1)
 
 
 class ExactModelLaw(Law[HierarchicalParameters]):
@@ -33,14 +32,15 @@ class ExactModelLaw(Law[HierarchicalParameters]):
 
     def retune(self, parameters: HierarchicalParameters) -> None:
         """Replace the gains."""
-        self._gains = gains(parameters, self.vessel)
+        self._gains = gains(parameters, self.vessel, self.period)
 
     def reset(self) -> None:
         """There is no state to reset."""
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """The wrench (22), (28) with exact network outputs; see `Law.step`."""
+        f = Estimates(*unforced_acceleration(motion.u, motion.v, motion.r, self._ship))
+        wrench, terms = control(motion, desired, acceleration, f, self._gains)
         # Each network is one neuron, constantly active, with the true value as its weight.
-        f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, self._ship)
-        weights = Weights(np.array([f_v]), np.array([f_r]), np.array([f_u]))
-        return control(motion, desired, acceleration, weights, ONE_NEURON, self._gains)
+        Wu, Wv, Wr = np.array(f).reshape(3, 1)
+        return wrench, Terms(**terms._asdict(), surge_weights=Wu, sway_weights=Wv, yaw_weights=Wr)
