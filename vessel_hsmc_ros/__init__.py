@@ -5,6 +5,8 @@ The public interface, loaded when it is first used:
     simulate         run a scenario in this process, without ROS
     load_scenario    read and check a scenario
     make_controller  make a control law by its name
+    run_campaign     run a scenario thousands of times with drawn parameters; read_rows reads the results
+    Campaign         the plan of a campaign: the scenario of each of its runs
     open_bag         read a recorded bag as NumPy columns
     Run              the arrays of one run
     VesselHsmcError  base of all errors of this package; the others are in `vessel_hsmc_ros.core.exceptions`
@@ -22,6 +24,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from vessel_hsmc_ros.campaign.dataset import read_rows as read_rows
+    from vessel_hsmc_ros.campaign.execute import run_campaign as run_campaign
+    from vessel_hsmc_ros.campaign.plan import Campaign as Campaign
     from vessel_hsmc_ros.bags.reader import open_bag as open_bag
     from vessel_hsmc_ros.core.exceptions import VesselHsmcError as VesselHsmcError
     from vessel_hsmc_ros.core.kinematics import Acceleration as Acceleration
@@ -41,6 +46,7 @@ if TYPE_CHECKING:
 _ROOMS = {
     "__version__": "core.version",
     "Acceleration": "core.kinematics",
+    "Campaign": "campaign.plan",
     "Law": "laws.law",
     "Motion": "core.kinematics",
     "Run": "core.run_data",
@@ -52,12 +58,15 @@ _ROOMS = {
     "make_controller": "laws",
     "open_bag": "bags.reader",
     "parameter": "core.schema",
+    "read_rows": "campaign.dataset",
+    "run_campaign": "campaign.execute",
     "simulate": "runs.offline",
     "wrap": "core.kinematics",
 }
 
 __all__ = [
     "Acceleration",
+    "Campaign",
     "Law",
     "Motion",
     "Run",
@@ -70,6 +79,8 @@ __all__ = [
     "make_controller",
     "open_bag",
     "parameter",
+    "read_rows",
+    "run_campaign",
     "simulate",
     "wrap",
 ]

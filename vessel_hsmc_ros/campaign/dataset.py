@@ -181,9 +181,7 @@ def read_rows(folder: Path | str) -> "pyarrow.Table":
         CampaignError: the folder is not that of a campaign, or a file of it is cut or that of another campaign.
     """
     pa = _pyarrow()
-    campaign, dataset = Campaign.load(folder), Dataset(Path(folder))
-    if not dataset.path.is_dir():
-        raise CampaignError(f"folder {folder} does not exist")
+    campaign, dataset = Campaign.of_folder(folder), Dataset(Path(folder))
     tables = [read_chunk(path, campaign) for path in dataset.files()]
     empty = table_schema(campaign, 0).remove_metadata().empty_table()
     return pa.concat_tables([empty, *tables])

@@ -159,7 +159,7 @@ def _plane(results: Results) -> tuple[str, str] | None:
 
 
 def _scatter(runs: Results, law: str, x: tuple[Axis, Any], y: tuple[Axis, Any], colour: tuple[Axis, Any]) -> Scatter:
-    """At most as many runs as can be told apart: the failures first, then others in equal steps."""
+    """At most as many runs as can be distinguished: the failures first, then others in equal steps."""
     order = np.argsort(~runs.failed, kind="stable")
     failures = order[: min(int(runs.failed.sum()), POINTS // 2)]
     others = order[int(runs.failed.sum()) :]

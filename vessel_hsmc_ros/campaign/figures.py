@@ -85,7 +85,7 @@ def _bars(panel: "Axes", drawn: Bars, colour: str) -> None:
     lengths = [100.0 * max(entry.first_order, 0.0) for entry in drawn.entries]
     spreads = [100.0 * entry.uncertainty for entry in drawn.entries]
     panel.barh(names, lengths, xerr=spreads, color=colour, error_kw={"ecolor": NEUTRAL, "capsize": 2})
-    panel.set(xlabel="explained variance of the ranks [%]", title=f"{drawn.law}: {drawn.metric}")
+    panel.set(xlabel="explained variance of the ranks [%]", title=f"{drawn.law}:\n{drawn.metric}")
     panel.set_xlim(left=0.0)
 
 

@@ -146,14 +146,14 @@ def replay_command(folder: Path, run: int) -> str:
 
 def _failures(runs: Results) -> str:
     count, n = int(runs.failed.sum()), len(runs)
-    said = f"{count} of {n} runs failed"
+    statement = f"{count} of {n} runs failed"
     if runs.campaign.grids:
-        return f"{said}, {share_text(count / n)}{GRID}."
+        return f"{statement}, {share_text(count / n)}{GRID}."
     bound = share_text(at_most(count, n))
     if not count:
-        return f"{said}: a run fails with a probability of at most {bound}, at {100.0 * CONFIDENCE:g} % confidence."
+        return f"{statement}: a run fails with a probability of at most {bound}, at {100.0 * CONFIDENCE:g} % confidence."
     interval = interval_text(clopper_pearson(count, n))
-    return f"{said}: a run fails with a probability of {share_text(count / n)}, interval {interval} at {100.0 * CONFIDENCE:g} %."
+    return f"{statement}: a run fails with a probability of {share_text(count / n)} ({interval} at {100.0 * CONFIDENCE:g} %)."
 
 
 def _sizes(runs: Results, metric: str) -> str:
@@ -180,11 +180,11 @@ def _causes(found: list[Influence], runs: int) -> str:
 def _comparison(results: Results, first: str, second: str) -> str:
     found = paired(*results.paired(first, second, results.main))
     n = found.better + found.worse + found.equal
-    said = f"{first} has the smaller {label(results.main)} than {second} in {found.better} of {n} draws"
+    statement = f"{first} has the smaller {label(results.main)} than {second} in {found.better} of {n} draws"
     if not results.campaign.grids:
-        said += f" (probability {interval_text(found.share)})"
+        statement += f" (probability {interval_text(found.share)})"
     ratio = f"; the median ratio is {found.ratio.value:.2g}" if math.isfinite(found.ratio.value) else ""
-    return f"{said}{ratio}."
+    return f"{statement}{ratio}."
 
 
 def _quantile(metric: str, found: Quantile, grid: bool) -> Cell:

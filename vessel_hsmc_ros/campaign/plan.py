@@ -94,13 +94,18 @@ class Campaign:
             ParameterError: a parameter, distribution, limit or law of it is not allowed.
             CampaignError: the folder is not that of a campaign.
         """
-        from vessel_hsmc_ros.campaign.dataset import Dataset
         from vessel_hsmc_ros.campaign.plan_file import parse_campaign, read_source
 
-        if Path(path).is_dir():
-            dataset = Dataset(Path(path))
-            return parse_campaign(dataset.read_source(), runs or dataset.read_repetitions())
-        return parse_campaign(read_source(path), runs)
+        return cls.of_folder(path, runs) if Path(path).is_dir() else parse_campaign(read_source(path), runs)
+
+    @classmethod
+    def of_folder(cls, folder: Path | str, runs: int | None = None) -> "Campaign":
+        """Read the campaign of a folder; see `load`."""
+        from vessel_hsmc_ros.campaign.dataset import Dataset
+        from vessel_hsmc_ros.campaign.plan_file import parse_campaign
+
+        dataset = Dataset(Path(folder))
+        return parse_campaign(dataset.read_source(), runs or dataset.read_repetitions())
 
     @property
     def name(self) -> str:

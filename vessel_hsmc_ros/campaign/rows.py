@@ -35,7 +35,7 @@ class Row:
             ParameterError: the campaign has no such row.
             CampaignError: the folder is not that of a campaign, or the file of the row is damaged.
         """
-        campaign = Campaign.load(folder)
+        campaign = Campaign.of_folder(folder)
         campaign.planned(run)  # checks the number
         path = Dataset(Path(folder)).chunk_path(run // campaign.chunk)
         rows = read_chunk(path, campaign).to_pylist() if path.exists() else []

@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from SALib.analyze import rbd_fast  # type: ignore[import-untyped]
 from scipy import stats  # type: ignore[import-untyped]
 
 from vessel_hsmc_ros.campaign.statistics import CONFIDENCE
+from vessel_hsmc_ros.core.exceptions import InstallationError
 
 Array = NDArray[np.float64]
 
@@ -59,6 +59,9 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
 
     Returns:
         One entry for each parameter; none for fewer than 100 runs, or where the metric is the same for all of them.
+
+    Raises:
+        InstallationError: SALib is not installed.
     """
     if len(values) < FEWEST or not drawn or np.all(values == values[0]):
         return []
@@ -67,7 +70,7 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
     ranks = stats.rankdata(values[chosen])
     columns = {name: _numbers(column[chosen]) for name, column in drawn.items()}
     problem = {"num_vars": len(columns), "names": list(columns)}
-    found = rbd_fast.analyze(
+    found = _rbd_fast()(
         problem, np.column_stack(list(columns.values())), ranks, HARMONICS, RESAMPLES, conf_level=CONFIDENCE, seed=0
     )
     entries = [
@@ -75,6 +78,15 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
         for name, index, uncertainty in zip(columns, found["S1"], found["S1_conf"], strict=True)
     ]
     return sorted(entries, key=lambda entry: -entry.first_order)
+
+
+def _rbd_fast() -> Any:
+    """The method of SALib, which only this report needs."""
+    try:
+        from SALib.analyze import rbd_fast  # type: ignore[import-untyped]
+    except ModuleNotFoundError:
+        raise InstallationError("the report of a campaign needs SALib, which is not installed: pip install SALib") from None
+    return rbd_fast.analyze
 
 
 def _numbers(column: NDArray[np.generic]) -> Array:

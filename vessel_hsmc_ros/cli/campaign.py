@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from vessel_hsmc_ros.cli.campaign_report import report
 from vessel_hsmc_ros.cli.console import LINE_PERIODS, print_line, print_status, progress_bar
 from vessel_hsmc_ros.cli.options import law_file_option
 from vessel_hsmc_ros.scenario.run_folder import check_writable
@@ -41,6 +42,9 @@ def campaign() -> None:
 
     docs/campaigns.md explains the file.
     """  # noqa: D301 - the escape keeps click from joining the lines
+
+
+campaign.add_command(report)
 
 
 @campaign.command(RUN)

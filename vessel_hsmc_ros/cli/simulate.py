@@ -5,13 +5,15 @@ from pathlib import Path
 
 import click
 
+from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.options import (
+    interpreted_option,
     law_file_option,
     load_checked,
+    optional_scenario_argument,
     output_option,
     parse_changes,
-    scenario_argument,
     set_option,
 )
 from vessel_hsmc_ros.cli.results import print_result
@@ -20,20 +22,26 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable
 
 
 @click.command()
-@scenario_argument
+@optional_scenario_argument
+@campaign_row_options
 @set_option
+@interpreted_option
 @law_file_option
 @output_option
 @click.option("--no-bag", is_flag=True, help="Write no bag: only the parameters, the metrics, the page and the figures.")
-def simulate(scenario: str, changes: tuple[str, ...], output: Path, no_bag: bool) -> None:
+def simulate(
+    scenario: str | None, campaign: Path | None, row: int | None, changes: tuple[str, ...], output: Path, no_bag: bool
+) -> None:
     """Simulate a scenario quickly, without ROS.
 
     The results are bit-identical to those of `run`, and the run folder has a bag as that of `run` has. SCENARIO is one that comes
-    with the package, such as case2_tracking, or the path of a YAML file.
+    with the package, such as case2_tracking, or the path of a YAML file. With --campaign and --run in its place the verb repeats
+    a row of a campaign, and compares the metrics.
     """
-    loaded = load_checked(scenario, parse_changes(changes))
+    chosen = of_row(scenario, campaign, row, bool(changes))
+    loaded = chosen.scenario() if chosen else load_checked(scenario or "", parse_changes(changes))
     check_writable(output)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
         result = scenario_run.run_offline(loaded, output, update, with_bag=not no_bag)
     print_result(result)
-    sys.exit(result.exit_code)
+    sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)

@@ -24,7 +24,19 @@ from vessel_hsmc_ros.report.style import SERIES, css_variables
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
-SCRIPTS = ("units.js", "data.js", "clock.js", "export.js", "legend.js", "marks.js", "chart.js", "track.js", "map.js", "theme.js", "main.js")
+SCRIPTS = (
+    "units.js",
+    "data.js",
+    "clock.js",
+    "export.js",
+    "legend.js",
+    "marks.js",
+    "chart.js",
+    "track.js",
+    "map.js",
+    "theme.js",
+    "main.js",
+)
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
 """Largest number of values of one line, and of all lines of a page; 4 bytes each before compression."""
 

@@ -88,6 +88,11 @@ def entry(name: str) -> Iterator[Entry]:
     _remove_stale(folder.parent)
 
 
+def is_stored(name: str) -> bool:
+    """Whether a kernel has an entry that is not empty."""
+    return any(_stored(place / key() / name) for place in places())
+
+
 def places() -> list[Path]:
     """The folders that may hold compiled kernels, in order of preference."""
     if given := os.environ.get("NUMBA_CACHE_DIR"):

@@ -5,14 +5,14 @@
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
-from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law
 from vessel_hsmc_ros.simulation.compilation import available
-from vessel_hsmc_ros.simulation.compiled_loop import make_loop
+from vessel_hsmc_ros.simulation.compiled_loop import compiled_step, make_loop
 from vessel_hsmc_ros.simulation.undefined import is_compilable
 
 
@@ -25,11 +25,29 @@ def compilable_laws() -> list[str]:
 def compile_law(name: str) -> float:
     """Compile the loop with a law, unless it is stored; returns the time that it has taken, s."""
     started = time.perf_counter()
-    make_loop(load_scenario("case2_tracking", {"controller.law": name}), 2).advance(2)
+    make_loop(_scenario(name), 2).advance(2)
     return time.perf_counter() - started
 
 
-def compile_laws(names: Sequence[str] = ()) -> None:
+def _scenario(law: str) -> Scenario:
+    return load_scenario("case2_tracking", {"controller.law": law})
+
+
+def ensure_compiled(names: Iterable[str]) -> None:
+    """Compile laws that are not stored, before worker processes each begin to do so.
+
+    Args:
+        names: Of laws; those that cannot be compiled are left out.
+    """
+    if not available():
+        return
+    for name in {*names} & {*compilable_laws()}:
+        law = make_law(_scenario(name).controller)
+        if isinstance(law, KernelLaw) and not compiled_step(law).stored:
+            compile_law(name)
+
+
+def main(names: Sequence[str] = ()) -> None:
     """Compile laws in two processes, and print what each has taken.
 
     Args:
@@ -44,4 +62,4 @@ def compile_laws(names: Sequence[str] = ()) -> None:
 
 
 if __name__ == "__main__":
-    compile_laws(sys.argv[1:])
+    main(sys.argv[1:])
