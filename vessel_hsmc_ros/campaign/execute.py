@@ -10,6 +10,7 @@ from vessel_hsmc_ros.campaign.dataset import Dataset, write_file
 from vessel_hsmc_ros.campaign.folder import opened
 from vessel_hsmc_ros.campaign.plan import Campaign, Source
 from vessel_hsmc_ros.runs import worker_pool
+from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 Progress = Callable[[float, int], None]
 
@@ -75,6 +76,7 @@ def run_campaign(
             _compute_on_cluster(scheduler, campaign, dataset, missing, report)
         elif missing:
             tasks = [_Task(campaign.source, campaign.repetitions, number, dataset.path) for number in missing]
+            ensure_compiled(campaign.laws)
             worker_pool.run_all(_compute, tasks, workers=workers, on_progress=report)
         report(len(missing))
     return dataset.path

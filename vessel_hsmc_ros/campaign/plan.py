@@ -202,14 +202,12 @@ class Campaign:
         """
         planned = self.planned(run)
         drawn = self._with_lists(planned.values)
-        return self._scenario({**self.changes, **drawn, SEED: planned.seed, LAW: planned.law, **(changes or {})})
+        return self.base.changed({**drawn, SEED: planned.seed, LAW: planned.law, **(changes or {})})
 
     @cached_property
     def base(self) -> Scenario:
         """The scenario with its fixed changes and the first law."""
-        return self._scenario({**self.changes, LAW: self.laws[0]})
-
-    def _scenario(self, changes: Mapping[str, object]) -> Scenario:
+        changes = {**self.changes, LAW: self.laws[0]}
         return parse_scenario(self.source.scenario, self.source.scenario_name, changes, f"scenario of {self.name}")
 
     def _of_grids(self, draw: int) -> dict[str, Any]:
