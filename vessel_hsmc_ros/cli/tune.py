@@ -44,7 +44,11 @@ if TYPE_CHECKING:
 )
 @click.option("--held-out", metavar="SCENARIO|SUITE|CAMPAIGN", help="Runs to evaluate the result on [default: other seeds].")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the search.")
-@click.option("--workers", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Number of parallel runs [default: one per core for 100 runs or more a trial, else 1].",
+)
 @set_option
 @law_file_option
 @click.option(
