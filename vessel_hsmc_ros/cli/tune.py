@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import law_file_option, parse_changes, set_option
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
@@ -44,7 +44,11 @@ if TYPE_CHECKING:
 )
 @click.option("--held-out", metavar="SCENARIO|SUITE|CAMPAIGN", help="Runs to evaluate the result on [default: other seeds].")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the search.")
-@click.option("--workers", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Number of parallel runs [default: one per core for 100 runs or more a trial, else 1].",
+)
 @set_option
 @law_file_option
 @click.option(
@@ -83,6 +87,7 @@ def tune(
     tuning = Tuning(runs, parse_gains(gains, law, runs[0].scenario), chosen_objective(**objective), seed, workers)
     unseen = held_out_cases(held_out or source, given, law, others=held_out is not None)
     folder = _folder(output, f"{Path(source).stem}_{law}_tune")
+    print_status(f"folder: {folder}; after an interruption the same command with --output {folder} continues")
     with progress_bar(f"tuning {law} over {len(runs)} {'run' if len(runs) == 1 else 'runs'}", trials, "trials") as update:
         result = run_tuning(tuning, folder, trials, unseen, lambda done, best: update(done, note=best))
     _print(result)

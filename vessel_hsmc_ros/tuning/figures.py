@@ -3,14 +3,14 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, SERIES
 from vessel_hsmc_ros.report.tables import METRICS
-from vessel_hsmc_ros.tuning.cost import PENALTY
+from vessel_hsmc_ros.tuning.cost import PENALTY, Cost
 from vessel_hsmc_ros.tuning.gains import Gain
 from vessel_hsmc_ros.tuning.result import Result
 
@@ -29,11 +29,6 @@ SHOWN = 30.0
 """Trials with more than this multiple of the smallest cost or effort are drawn at the edge."""
 
 
-def axis_label(metric: str, relative: str = "relative") -> str:
-    """A metric in words, as the ratio that the cost consists of."""
-    return f"{METRICS[metric][0]} ({relative})"
-
-
 def draw_front(path: Path, result: Result) -> None:
     """Draw cost against effort: all trials, the front, the present and the tuned gains.
 
@@ -48,19 +43,20 @@ def draw_front(path: Path, result: Result) -> None:
         picture = Figure(figsize=(7.2, 4.8), layout="constrained")
         panel = picture.subplots()
         costs = [trial.cost for trial in result.trials if trial.cost is not None]
-        ends = (
-            _end([cost.effort for cost in [*costs, result.present.cost]]),
-            _end([cost.cost for cost in [*costs, result.present.cost]]),
-        )
-        points = np.minimum([[cost.effort, cost.cost] for cost in costs], ends)
-        panel.plot(*points.T, ".", color=NEUTRAL, ms=5, label="trials")
-        front = np.minimum([[trial.cost.effort, trial.cost.cost] for trial in result.front[::-1] if trial.cost], ends)
-        panel.step(*front.T, "o-", where="post", color=FRONT, ms=5, lw=1.2, label="front of trade-offs")
-        _mark(panel, result.present.cost.effort, result.present.cost.cost, "D", PRESENT, "present gains")
-        _mark(panel, result.tuned.cost.effort, result.tuned.cost.cost, "*", TUNED, "tuned gains")
-        _scale(panel, points)
+        ends = [_end([cost[i] for cost in (*costs, result.present.cost)]) for i in (0, 1)]
+
+        def points(shown: Sequence[Cost]) -> NDArray[np.float64]:
+            """Effort and cost, (2, n)."""
+            return np.minimum([cost[:2] for cost in shown], ends).T[::-1]
+
+        panel.plot(*points(costs), ".", color=NEUTRAL, ms=5, label="trials")
+        front = [trial.cost for trial in result.front[::-1] if trial.cost is not None]
+        panel.step(*points(front), "o-", where="post", color=FRONT, ms=5, lw=1.2, label="front of trade-offs")
+        _mark(panel, points([result.present.cost]), "D", PRESENT, "present gains")
+        _mark(panel, points([result.tuned.cost]), "*", TUNED, "tuned gains")
+        _scale(panel, points(costs))
         objective = result.tuning.objective
-        panel.set(xlabel=axis_label(objective.second), ylabel=axis_label(objective.metric, objective.aggregate.replace("_", " ")))
+        panel.set(xlabel=f"effort: {METRICS[objective.second][0]}", ylabel=f"cost: {METRICS[objective.metric][0]}")
         panel.legend(loc="best")
         picture.savefig(path)
 
@@ -111,8 +107,8 @@ def _over_gain(panel: "Axes", gain: Gain, result: Result) -> None:
     end = _end([*costs, result.present.cost.cost])
     costs = np.minimum(costs, end)
     panel.plot(values, costs, ".", color=NEUTRAL, ms=4)
-    _mark(panel, result.tuning.present[gain.parameter], min(result.present.cost.cost, end), "D", PRESENT)
-    _mark(panel, result.best.gains[gain.parameter], result.tuned.cost.cost, "*", TUNED)
+    _mark(panel, (result.tuning.present[gain.parameter], min(result.present.cost.cost, end)), "D", PRESENT)
+    _mark(panel, (result.best.gains[gain.parameter], result.tuned.cost.cost), "*", TUNED)
     middle = math.sqrt(gain.low * gain.high) if gain.logarithmic else 0.5 * (gain.low + gain.high)
     if gain.logarithmic:
         panel.set_xscale("log")
@@ -123,9 +119,9 @@ def _over_gain(panel: "Axes", gain: Gain, result: Result) -> None:
     panel.set(xlabel=f"{gain.name} [{gain.unit}]" if gain.unit else gain.name, ylabel="cost")
 
 
-def _mark(panel: "Axes", x: float, y: float, marker: str, colour: str, label: str = "") -> None:
+def _mark(panel: "Axes", point: Any, marker: str, colour: str, label: str = "") -> None:
     size = 13 if marker == "*" else 7
-    panel.plot([x], [y], marker, color=colour, ms=size, mec="white", mew=0.8, zorder=5, label=label or "_")
+    panel.plot(*point, marker, color=colour, ms=size, mec="white", mew=0.8, zorder=5, label=label or "_")
 
 
 def _end(values: Sequence[float]) -> float:
@@ -135,6 +131,6 @@ def _end(values: Sequence[float]) -> float:
 
 def _scale(panel: "Axes", points: NDArray[np.float64]) -> None:
     """Choose logarithmic scales for widely spaced values."""
-    for set_scale, values in ((panel.set_xscale, points[:, 0]), (panel.set_yscale, points[:, 1])):
+    for set_scale, values in ((panel.set_xscale, points[0]), (panel.set_yscale, points[1])):
         if values.max() > WIDE * values.min():
             set_scale("log")

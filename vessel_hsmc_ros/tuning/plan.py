@@ -1,7 +1,7 @@
 """What a tuning consists of: cases, gains and objective; and the evaluation of one set of gains."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.version import __version__
-from vessel_hsmc_ros.runs.batch import simulate_many
+from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 from vessel_hsmc_ros.tuning.cases import Case
 from vessel_hsmc_ros.tuning.cost import Cost, Objective
 from vessel_hsmc_ros.tuning.gains import NODE, Gain, with_gains
 
 Array = NDArray[np.float64]
+
+MANY = 100
+"""From this number of runs on, parallel processes save more time than their start takes."""
 
 
 class Evaluation(NamedTuple):
@@ -46,18 +49,24 @@ class Tuning:
         gains: The gains and their ranges.
         objective: The cost.
         seed: Seed of the search; the noise of the runs has its own.
-        workers: Number of processes for the runs, which the results do not depend on; None for one per core.
+        workers: Number of processes for the runs, which the results do not depend on; None for one per core if a trial has MANY
+            runs, else one.
     """
 
     cases: Sequence[Case]
     gains: Sequence[Gain]
     objective: Objective
     seed: int = 1
-    workers: int | None = 1
+    workers: int | None = None
 
     def __post_init__(self) -> None:
         if not self.gains:
             raise ParameterError("a tuning without gains is not allowed: it takes --gain controller.law.name")
+
+    def simulate(self, scenarios: Sequence[Scenario], on_run: Callable[[Outcome], None] | None = None) -> list[Outcome]:
+        """Simulate scenarios; `on_run` is called with each outcome as soon as it is known."""
+        workers = self.workers or (None if len(self.cases) >= MANY else 1)
+        return simulate_many(scenarios, workers=workers, on_result=on_run)
 
     @property
     def law(self) -> str:
@@ -103,7 +112,7 @@ class Tuning:
             gains: The gains by parameter; those that are left out keep their value.
             scales: The scales of the metrics; None for the limits of the cases, else the values of these runs.
         """
-        outcomes = simulate_many([with_gains(case.scenario, gains) for case in cases], workers=self.workers)
+        outcomes = self.simulate([with_gains(case.scenario, gains) for case in cases])
         values = self.objective.values(outcomes)
         if scales is None:
             scales = self.objective.scales(cases, values)

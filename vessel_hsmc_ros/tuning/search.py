@@ -18,7 +18,7 @@ from optuna.trial import FrozenTrial, TrialState
 from scipy.stats import qmc
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
+from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.tuning.cost import Cost
 from vessel_hsmc_ros.tuning.gains import Gain
@@ -120,7 +120,7 @@ class Search:
             report(finished / runs)
 
         every = [scenario for scenarios, _ in planned for scenario in scenarios]
-        outcomes = iter(simulate_many(every, workers=self.tuning.workers, on_result=count))
+        outcomes = iter(self.tuning.simulate(every, count))
         for each, (scenarios, reason) in zip(batch, planned, strict=True):
             values = self.tuning.objective.values([next(outcomes) for _ in scenarios])
             self._record(each, None if reason else self.tuning.objective.cost(values, self.scales), reason)
