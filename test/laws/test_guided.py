@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel, make_controller
-from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, Estimates, Filter, adapt, command, initial
+from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, Filter, command, initial, learn
 from vessel_hsmc_ros.laws.guided_parameters import gains
+from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
 from vessel_sim_node.integrate import rk4
@@ -196,7 +197,7 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
     def adapted(innovation):
         m = initial(3)
         m.H[:] = H
-        adapt(AT_REST._replace(**{channel: innovation}), m, G)
+        learn(AT_REST._replace(**{channel: innovation}), m, G)
         return m.W
 
     outlier, largest, half = adapted(1e3), adapted(limit), adapted(0.5 * limit)

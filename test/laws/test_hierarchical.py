@@ -13,9 +13,10 @@ from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical import Estimates, adaptation, control
+from vessel_hsmc_ros.laws.hierarchical import adaptation, control
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.laws.switching import sign
 from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
 

@@ -23,19 +23,19 @@ def test_grid_of_centres() -> None:
 def test_gradient_descent_fits_a_damping_curve_with_125_neurons() -> None:
     mu = NetworkParameters(center=0.0, spacing=0.6, centers_per_axis=5).centers()
     random = np.random.default_rng(1)
-    W = np.zeros(len(mu))
+    W, scratch = np.zeros(len(mu)), np.empty((1, len(mu)))
 
     def damping(Z):
         return -0.18 * Z[0] - 0.036 * abs(Z[0]) * Z[0] + 1.5 * Z[1] * Z[2]
 
     def error_rms():
         points = random.uniform(-1.0, 1.0, (500, 3))
-        return np.sqrt(np.mean([(damping(Z) - output(W, activations(Z, mu, 0.4))) ** 2 for Z in points]))
+        return np.sqrt(np.mean([(damping(Z) - output(W, activations(Z, mu, 0.4), scratch)) ** 2 for Z in points]))
 
     untaught = error_rms()
     for Z in random.uniform(-1.0, 1.0, (20_000, 3)):
         H = activations(Z, mu, 0.4)
-        W += (damping(Z) - output(W, H)) * H / (H @ H)
+        W += (damping(Z) - output(W, H, scratch)) * H / (H @ H)
     assert error_rms() < 0.05 * untaught
 
 

@@ -28,7 +28,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import NetworkParameters, Neurons, activate, add, output
+from vessel_hsmc_ros.laws.network import NetworkParameters, Neurons, activate, adapt, output
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
 
@@ -85,12 +85,15 @@ class Memory(NamedTuple):
     Attributes:
         W: Weights, shape (1, l), written in place.
         H: Activations of the last step, shape (l,), written in place.
-        rate: Rate of the weights of the last step, divided by H; the next step integrates it.
+        scratch: Working memory, shape (1, l).
+        growth: Rate of the weights of the last step, divided by H and times T, shape (1, 1), written in place; the next step
+            integrates it.
     """
 
     W: Array
     H: Array
-    rate: float
+    scratch: Array
+    growth: Array
 
 
 class StepTerms(NamedTuple):
@@ -118,17 +121,17 @@ def step(
         The wrench, its terms, and the internal state.
     """
     g, neurons = constants
-    W = m.W[0]
     # Adaptation (29) after the wrench of its period: a step uses the weights that its terms report.
-    add(W, g.T * m.rate, m.H)
+    adapt(m.W, m.growth, m.H, m.scratch)
     activate(motion.u, motion.v, motion.r, neurons, m.H)
     z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
-    fr = output(W, m.H)
+    fr = output(m.W[0], m.H, m.scratch)
     S = g.c2 * z3e + dz3e
     # The yaw acceleration for which dS = 0 if fr is exact; switching and reaching terms are added to it.
     equivalent = -g.c2 * dz3e - fr + acceleration.dr
     tau_2 = g.m33 * (equivalent - g.eta * switch(S, g.phi, g.switching) - g.k * S)
-    return (g.tau_1, tau_2), StepTerms(z3e, dz3e, S, S, fr), Memory(m.W, m.H, g.gamma * S)
+    m.growth[0, 0] = g.T * (g.gamma * S)
+    return (g.tau_1, tau_2), StepTerms(z3e, dz3e, S, S, fr), m
 
 
 class CourseController(AdaptiveLaw[CourseLawParameters]):
@@ -163,4 +166,4 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
     def reset(self) -> None:
         """Set all weights to zero."""
         neurons = len(self.neurons.mu)
-        self.memory = Memory(np.zeros((1, neurons)), np.zeros(neurons), 0.0)
+        self.memory = Memory(np.zeros((1, neurons)), np.zeros(neurons), np.zeros((1, neurons)), np.zeros((1, 1)))

@@ -40,7 +40,7 @@ from vessel_hsmc_ros.laws.guidance import (
 )
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Neurons, activate, add, output
+from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
 
 Array = NDArray[np.float64]
@@ -72,6 +72,8 @@ class Memory(NamedTuple):
         cut_1, cut_2: Whether its force and its moment were saturated.
         W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
         H: Activations, shape (l,), written in place.
+        scratch: Working memory, shape (3, l).
+        growth: Working memory, shape (3, 1): the change of the weights, divided by H.
     """
 
     started: bool
@@ -83,6 +85,8 @@ class Memory(NamedTuple):
     cut_2: bool
     W: Array
     H: Array
+    scratch: Array
+    growth: Array
 
 
 class Constants(NamedTuple):
@@ -96,15 +100,8 @@ def initial(neurons: int) -> Memory:
     """The internal state before the first step, for a number of neurons."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
-    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, np.zeros((3, neurons)), np.zeros(neurons))
-
-
-class Estimates(NamedTuple):
-    """Outputs of the networks; the rows of the weight array have the same order."""
-
-    fu: float
-    fv: float
-    fr: float
+    arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1))
+    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, *arrays)
 
 
 class Command(NamedTuple):
@@ -146,7 +143,7 @@ def bounded(m: Motion) -> Motion:
 
 
 @kernel
-def adapt(measured: Motion, m: Memory, g: Gains) -> None:
+def learn(measured: Motion, m: Memory, g: Gains) -> None:
     """Adapt the weights in place, W += (1 - z)²/T·e·H/(HᵀH), to the innovation e.
 
     A saturated actuator does not deliver what the prediction assumes, so its network is not adapted.
@@ -159,12 +156,11 @@ def adapt(measured: Motion, m: Memory, g: Gains) -> None:
     p, (largest_u, largest_v, largest_r) = m.predicted, LARGEST_INNOVATION
     # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
     # small constant prevents a division by zero far from all centres, where H vanishes.
-    scale = 1.0 / (g.T * (output(m.H, m.H) + 1e-6))
-    if not m.cut_1:
-        add(m.W[0], (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, largest_u), m.H)
-    add(m.W[1], (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, largest_v), m.H)
-    if not m.cut_2:
-        add(m.W[2], (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, largest_r), m.H)
+    scale = 1.0 / (g.T * (output(m.H, m.H, m.scratch) + 1e-6))
+    m.growth[0, 0] = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, largest_u)
+    m.growth[1, 0] = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, largest_v)
+    m.growth[2, 0] = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, largest_r)
+    adapt(m.W, m.growth, m.H, m.scratch)
 
 
 @kernel
@@ -257,12 +253,12 @@ def step(
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
-        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.W, m.H)
+        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.W, m.H, m.scratch, m.growth)
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
-    adapt(measured, m, g)
-    f = Estimates(output(m.W[0], m.H), output(m.W[1], m.H), output(m.W[2], m.H))
+    learn(measured, m, g)
+    f = outputs(m.W, m.H, m.scratch)
     c, filtered = command(motion, desired, acceleration, f, m, g)
 
     S1, S2 = motion.r - c.r_c, motion.u - c.u_c
@@ -274,7 +270,7 @@ def step(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
         1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
     )  # fmt: skip
-    return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H)
+    return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H, m.scratch, m.growth)
 
 
 class GuidedController(AdaptiveLaw[GuidedParameters]):

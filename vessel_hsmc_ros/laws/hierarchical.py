@@ -40,19 +40,11 @@ from vessel_hsmc_ros.core.kinematics import (
 )
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Neurons, activate, add, output
+from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, outputs
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import switch
 
 Array = NDArray[np.float64]
-
-
-class Estimates(NamedTuple):
-    """Outputs of the networks."""
-
-    fu: float
-    fv: float
-    fr: float
 
 
 class Rates(NamedTuple):
@@ -76,13 +68,16 @@ class Memory(NamedTuple):
     Attributes:
         W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
         H: Activations of the last step, shape (l,), written in place.
-        rates: Rates of the weights of the last step, divided by H; the next step integrates them.
+        scratch: Working memory, shape (3, l).
+        growth: Rates of the weights of the last step, divided by H and times T, shape (3, 1), written in place; the next step
+            integrates them.
         side: Sign of b - a·z1 at the last step; 0 before the first.
     """
 
     W: Array
     H: Array
-    rates: Rates
+    scratch: Array
+    growth: Array
     side: float
 
 
@@ -232,16 +227,15 @@ def step(
     side = side_of_singularity(z.z1, m.side, g)
     if math.isnan(side):
         return UNDEFINED_WRENCH, UNDEFINED, m
-    add(m.W[0], g.T * m.rates.u, m.H)
-    add(m.W[1], g.T * m.rates.v, m.H)
-    add(m.W[2], g.T * m.rates.r, m.H)
+    adapt(m.W, m.growth, m.H, m.scratch)
     activate(motion.u, motion.v, motion.r, neurons, m.H)
-    f = Estimates(output(m.W[0], m.H), output(m.W[1], m.H), output(m.W[2], m.H))
+    f = outputs(m.W, m.H, m.scratch)
     wrench, terms = control(motion, desired, acceleration, f, g)
     # The adaptation law takes the weight a with the sign that the control law has just used.
     a = sway_weight(terms.sway_surface, terms.heading_surface, g)
     rates = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, a, g)
-    return wrench, terms, Memory(m.W, m.H, rates, side)
+    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = g.T * rates.u, g.T * rates.v, g.T * rates.r
+    return wrench, terms, Memory(m.W, m.H, m.scratch, m.growth, side)
 
 
 class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
@@ -278,7 +272,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     def reset(self) -> None:
         """Set all weights to zero."""
         neurons = len(self.neurons.mu)
-        self.memory = Memory(np.zeros((3, neurons)), np.zeros(neurons), Rates(0.0, 0.0, 0.0), 0.0)
+        self.memory = Memory(np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), 0.0)
 
     def explain_undefined(self, motion: Motion) -> None:
         """Report the singularity.

@@ -16,8 +16,8 @@ from vessel_hsmc_ros.laws.terms import Terms
 NO_NETWORKS = np.empty((0, 0))
 """The weights of a law without networks."""
 
-FLAGS = [field for field, default in Terms._field_defaults.items() if default is False]
-"""The terms that are booleans; a kernel returns 0.0 or 1.0. They are the last fields of `Terms`."""
+FLAGS = tuple(name for name, default in Terms._field_defaults.items() if default is False)
+"""The terms that are booleans, the last fields of `Terms`; a kernel returns 0.0 or 1.0."""
 
 
 class KernelLaw(Law[Parameters]):
@@ -47,16 +47,18 @@ class KernelLaw(Law[Parameters]):
     constants: Any
     memory: Any
 
+    _absent: ClassVar[tuple[Any, ...]]
+    _in_order: ClassVar[Callable[[tuple[Any, ...]], tuple[Any, ...]]]
+    _has_flags: ClassVar[bool]
+
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
-        if "terms" in vars(cls) or "networks" in vars(cls):
+        if "terms" in vars(cls):
             given = (*cls.terms._fields, *(f"{name}_weights" for name in cls.networks))
-            cls._absent = tuple(value for name, value in Terms._field_defaults.items() if name not in given)
-            names = (*given, *(name for name in Terms._fields if name not in given))
-            cls._order = itemgetter(*(names.index(name) for name in Terms._fields))
-
-    _absent: ClassVar[tuple[Any, ...]]
-    _order: ClassVar[Callable[[tuple[Any, ...]], tuple[Any, ...]]]
+            absent = [name for name in Terms._fields if name not in given]
+            cls._absent = tuple(Terms._field_defaults[name] for name in absent)
+            cls._in_order = itemgetter(*map((*given, *absent).index, Terms._fields))
+            cls._has_flags = not set(FLAGS).isdisjoint(given)
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """Call the kernel and keep its memory; see `Law.step`.
@@ -80,9 +82,10 @@ class KernelLaw(Law[Parameters]):
     @classmethod
     def as_terms(cls, terms: tuple[float, ...], W: Any) -> Terms:
         """The terms of the kernel as `Terms`, with a copy of the weights W, shape (k, l)."""
-        values = cls._order((*terms, *W.copy(), *cls._absent))
-        flags = (value != 0.0 for value in values[-len(FLAGS) :])
-        return Terms._make((*values[: -len(FLAGS)], *flags))
+        values = cls._in_order(tuple(terms) + tuple(W.copy()) + cls._absent)
+        if cls._has_flags:
+            values = *values[: -len(FLAGS)], *map(bool, values[-len(FLAGS) :])
+        return Terms._make(values)
 
 
 class WithNetwork(Protocol):

@@ -25,6 +25,17 @@ from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
 
+LONGEST_LOOP = 32
+"""Longer sums are folded before they are added up one by one."""
+
+
+class Estimates(NamedTuple):
+    """Outputs of the networks for f_u, f_v, f_r."""
+
+    fu: float
+    fv: float
+    fr: float
+
 
 class Neurons(NamedTuple):
     """The neurons of a network.
@@ -124,48 +135,90 @@ def activations(Z: Array, mu: Array, delta: float, as_printed: bool = False) -> 
 @kernel
 def activate(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
     """Write H(Z) of (2), (3) for Z = (u, v, r) into an array of shape (l,)."""
-    if len(n.axis):
-        _activate_grid(u, v, r, n, H)
-        return
     scale = -0.5 / (n.delta * n.delta)
+    if len(n.axis):
+        _activate_grid(u, v, r, n.axis, scale, H)
+        return
+    du, dv, dr = u - n.mu[:, 0], v - n.mu[:, 1], r - n.mu[:, 2]
+    distance = du * du + dv * dv + dr * dr
+    if n.as_printed:
+        distance = np.sqrt(distance)
     for i in range(len(H)):
-        du, dv, dr = u - n.mu[i, 0], v - n.mu[i, 1], r - n.mu[i, 2]
-        squared = du * du + dv * dv + dr * dr
-        H[i] = math.exp((math.sqrt(squared) if n.as_printed else squared) * scale)
+        H[i] = math.exp(distance[i] * scale)
 
 
 @kernel
-def _activate_grid(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
+def _activate_grid(u: float, v: float, r: float, axis: Array, scale: float, H: Array) -> None:
     """`activate` on a grid: exp(-(a + b + c)) = exp(-a)·exp(-b)·exp(-c), so k³ neurons need 3·k exponentials."""
-    scale = -0.5 / (n.delta * n.delta)
-    k = len(n.axis)
+    k = len(axis)
     for i in range(k):
-        dr = r - n.axis[i]
+        dr = r - axis[i]
         H[i] = math.exp(dr * dr * scale)
-    # Each row of neurons along an axis is the first one times the factor of its place; the first is written last.
+    # Every row of neurons is the first one times the factor of its place, and so is every plane; the first is written last.
     for row in range(k - 1, -1, -1):
-        dv = v - n.axis[row]
+        dv = v - axis[row]
         factor = math.exp(dv * dv * scale)
         for i in range(k):
             H[row * k + i] = factor * H[i]
+    size = k * k
     for plane in range(k - 1, -1, -1):
-        du = u - n.axis[plane]
-        factor = math.exp(du * du * scale)
-        for i in range(k * k):
-            H[plane * k * k + i] = factor * H[i]
+        du = u - axis[plane]
+        np.multiply(H[:size], math.exp(du * du * scale), H[plane * size : (plane + 1) * size])
 
 
 @kernel
-def output(W: Array, H: Array) -> float:
-    """The network's output f_n = WᵀH of (1)."""
+def output(W: Array, H: Array, scratch: Array) -> float:
+    """The network's output f_n = WᵀH of (1), with an array to work in, shape (k, l) and k >= 1."""
+    np.multiply(W, H, scratch[0])
     total = 0.0
-    for i in range(len(H)):
-        total += W[i] * H[i]
+    for product in scratch[0, : _fold(scratch[:1])]:
+        total += product
     return float(total)
 
 
 @kernel
-def add(W: Array, factor: float, H: Array) -> None:
-    """W += factor·H in place: one step of the adaptation of a network."""
-    for i in range(len(H)):
-        W[i] += factor * H[i]
+def outputs(W: Array, H: Array, scratch: Array) -> Estimates:
+    """The outputs (1) of three networks that share their neurons.
+
+    Args:
+        W: Weights, shape (3, l).
+        H: Activations, shape (l,).
+        scratch: An array to work in, shape (3, l).
+
+    Returns:
+        The outputs, in the order of the rows of W.
+    """
+    np.multiply(W, H, scratch)
+    n = _fold(scratch)
+    fu, fv, fr = 0.0, 0.0, 0.0
+    for u, v, r in zip(scratch[0, :n], scratch[1, :n], scratch[2, :n]):  # noqa: B905 - Numba knows no `strict`
+        fu += u
+        fv += v
+        fr += r
+    return Estimates(float(fu), float(fv), float(fr))
+
+
+@kernel
+def _fold(rows: Array) -> int:
+    """Add the halves of long rows until they have at most LONGEST_LOOP elements with the same sum; their number."""
+    # Whole halves at once, because a loop over 729 elements is slow where it is interpreted.
+    n = rows.shape[1]
+    while n > LONGEST_LOOP:
+        half = n // 2
+        np.add(rows[:, :half], rows[:, n - half : n], rows[:, :half])
+        n -= half
+    return n
+
+
+@kernel
+def adapt(W: Array, growth: Array, H: Array, scratch: Array) -> None:
+    """One step of the adaptation of k networks that share their neurons, in place: W += growth·Hᵀ.
+
+    Args:
+        W: Weights, shape (k, l).
+        growth: Change of the weights of each network for a fully active neuron, shape (k, 1).
+        H: Activations, shape (l,).
+        scratch: An array to work in, shape (k, l).
+    """
+    np.multiply(growth, H, scratch)
+    np.add(W, scratch, W)

@@ -8,10 +8,11 @@ import math
 import numpy as np
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.laws.hierarchical import Estimates, control
+from vessel_hsmc_ros.laws.hierarchical import control
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.laws.terms import Terms
 from vessel_sim_node.plant import Vessel, unforced_acceleration
 

@@ -1,7 +1,8 @@
 """The closed loop without ROS: the same plant, virtual ship and law, stepped in one process.
 
 Values are exchanged between the parts as their messages would carry them, for instance the heading as a quaternion, so that a
-lockstep run of the nodes gives bit-identical results. The laws of the package run compiled, with the same bits; others interpreted.
+lockstep run of the nodes gives bit-identical results. The laws of the package run
+compiled, with the same bits; others run interpreted.
 """
 
 from collections.abc import Callable
@@ -113,9 +114,7 @@ class ClosedLoop:
         )
 
 
-def simulate(
-    scenario: Scenario, progress: Progress | None = None, law: Law[Any] | None = None, interpreted: bool = False
-) -> Run:
+def simulate(scenario: Scenario, progress: Progress | None = None, law: Law[Any] | None = None, interpreted: bool = False) -> Run:
     """Run a scenario offline.
 
     Args:

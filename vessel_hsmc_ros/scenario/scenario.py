@@ -8,11 +8,12 @@ from typing import Any
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import InstabilityError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.scenario.changes import by_node, full_names
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
@@ -21,7 +22,6 @@ from vessel_hsmc_ros.scenario.parameters import (
     ReferenceParameters,
     SimParameters,
     declared,
-    without_foreign_hull_data,
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
 
@@ -42,6 +42,20 @@ class Scenario:
     controller: ControllerParameters
     recorder: RecorderParameters
     given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+
+    def changed(self, changes: Mapping[str, object]) -> "Scenario":
+        """The same scenario with other values, as `load_scenario` with these changes gives it, without reading a file.
+
+        Args:
+            changes: Values by `node.parameter`, or `vessel.parameter` for every node that declares it.
+
+        Raises:
+            ScenarioError: the rates do not fit each other.
+            ParameterError: a parameter is unknown or out of range, or parameters do not fit each other.
+        """
+        values = {node: changed for node, changed in by_node(changes).items() if changed}
+        parts: dict[str, Any] = {node: schema.changed(getattr(self, node), new, node) for node, new in values.items()}
+        return _validated(replace(self, **parts, given=self.given | full_names(values)), values)
 
     def with_bag(self, directory: Path, parameters: Path) -> "Scenario":
         """The same scenario, recorded into a directory, with a parameters file to store inside the bag."""
@@ -95,30 +109,34 @@ def parse_scenario(
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    names = declared()
-    values = read_parameters(text, names, source)
-    for key, value in (changes or {}).items():
-        node, _, parameter = key.partition(".")
-        if parameter and node == "vessel":
-            for each in NODES:
-                values[each] |= without_foreign_hull_data({key: value}, names[each])
-        elif parameter and node in NODES:
-            values[node][parameter] = value
-        else:
-            nodes = f"{', '.join(NODES)}, or vessel.parameter for all nodes"
-            raise ParameterError(f"{key} is not a parameter: it takes node.parameter with a node of {nodes}")
+    values = read_parameters(text, declared(), source)
+    for node, changed in by_node(changes or {}).items():
+        values[node] |= changed
     # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
     parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
-    given = frozenset(f"{node}.{parameter}" for node in NODES for parameter in values[node])
-    scenario = Scenario(name, **parts, given=given)
+    return _validated(Scenario(name, **parts, given=full_names(values)), NODES)
+
+
+def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
+    """The scenario, once what single parameters cannot show is validated: rates, stability at the rate, lengths of lists.
+
+    Args:
+        scenario: The scenario.
+        changed: The nodes whose parameters have not been validated together yet.
+
+    Raises:
+        ScenarioError: its rates do not fit each other.
+        ParameterError: parameters do not fit each other.
+    """
     _check_rates(scenario)
-    # Law and reference are constructed only to validate what single parameters cannot show: stability at the rate, lengths of
-    # lists.
-    try:
-        make_law(scenario.controller)
-    except InstabilityError as error:
-        raise InstabilityError(f"{error}{_defaults_named_in(str(error), given)}") from None
-    make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
+    # Law and reference are constructed only for their validation.
+    if "controller" in changed:
+        try:
+            make_law(scenario.controller)
+        except InstabilityError as error:
+            raise InstabilityError(f"{error}{_defaults_named_in(str(error), scenario.given)}") from None
+    if "reference_ship" in changed:
+        make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
     return scenario
 
 

@@ -21,8 +21,11 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
 
-ROOMS = (*(PACKAGE / room for room in ("core", "laws", "control", "reference", "simulation")), PACKAGE.parent / "vessel_sim_node")
-"""Where kernels are."""
+ROOMS = (*(PACKAGE / room for room in ("core", "laws", "control", "reference")), PACKAGE.parent / "vessel_sim_node")
+"""Where kernels are, and what they take their constants from."""
+
+MODULES = ("closed_loop", "recorded_loop", "preparation", "compilation", "numba_additions")
+"""The modules of this room that have kernels or compile them."""
 
 KEPT = 4
 """Number of folders that are kept in a place, so that environments that share it do not remove each other's."""
@@ -85,6 +88,11 @@ def entry(name: str) -> Iterator[Entry]:
     _remove_stale(folder.parent)
 
 
+def is_stored(name: str) -> bool:
+    """Whether a kernel has an entry that is not empty."""
+    return any(_stored(place / key() / name) for place in places())
+
+
 def places() -> list[Path]:
     """The folders that may hold compiled kernels, in order of preference."""
     if given := os.environ.get("NUMBA_CACHE_DIR"):
@@ -103,9 +111,9 @@ def key() -> str:
     # With the path: Numba finds stored code by that of the source file, and a copied tree must not look as if it had any.
     for text in (str(PACKAGE), platform.python_version(), *versions, binding.get_host_cpu_name()):
         digest.update(f"{text}\n".encode())
-    for room in ROOMS:
-        for path in sorted(room.rglob("*.py")):
-            digest.update(path.name.encode() + path.read_bytes())
+    modules = [Path(__file__).with_name(f"{name}.py") for name in MODULES]
+    for path in [*modules, *(path for room in ROOMS for path in sorted(room.rglob("*.py")))]:
+        digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 

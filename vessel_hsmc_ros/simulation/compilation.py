@@ -6,6 +6,7 @@ float64 without fast-math: no operation is reordered, contracted or approximated
 import functools
 import importlib.util
 import logging
+import os
 import types
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -16,9 +17,22 @@ from vessel_hsmc_ros.simulation import cache
 Function = Callable[..., Any]
 
 
-@functools.cache
+DISABLED = "NUMBA_DISABLE_JIT"
+"""Numba's environment variable that switches compilation off; worker processes inherit it."""
+
+
+def disable() -> None:
+    """Run everything interpreted, in this process and in those that it starts."""
+    os.environ[DISABLED] = "1"
+
+
 def available() -> bool:
-    """Whether kernels can be compiled; without Numba everything runs interpreted, which is logged once."""
+    """Whether kernels can be compiled."""
+    return os.environ.get(DISABLED, "0") in ("", "0") and _installed()
+
+
+@functools.cache
+def _installed() -> bool:
     found = importlib.util.find_spec("numba") is not None
     if not found:
         logging.getLogger(__name__).warning("warning: Numba is not installed: simulations run interpreted, some 100 times slower")
@@ -39,6 +53,11 @@ class Compiled:
         names = (f"{each.__module__}.{each.__qualname__}" for each in (function, *kernels.values()))
         self._name = "-".join(name.removeprefix("vessel_hsmc_ros.") for name in names)
         self._call: Function | None = None
+
+    @property
+    def stored(self) -> bool:
+        """Whether a call needs no compilation."""
+        return self._call is not None or cache.is_stored(self._name)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code."""

@@ -15,16 +15,18 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, Kept, advance, desired_motion, received
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
+from vessel_hsmc_ros.simulation.law_terms import all_terms
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
 from vessel_hsmc_ros.simulation.preparation import prepare
-from vessel_hsmc_ros.simulation.law_terms import all_terms
-from vessel_hsmc_ros.simulation.undefined import cause, compilable
+from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 from vessel_sim_node.simulator import divergence_of_ship
 
 Array = NDArray[np.float64]
 
 
-def make_loop(scenario: Scenario, samples: int, law: Law[Any] | None = None, interpreted: bool = False) -> Loop:
+def make_loop(
+    scenario: Scenario, samples: int, law: Law[Any] | None = None, interpreted: bool = False, rows: Array | None = None
+) -> Loop:
     """Make the loop of a scenario: compiled where its law can be, otherwise interpreted.
 
     Args:
@@ -32,11 +34,12 @@ def make_loop(scenario: Scenario, samples: int, law: Law[Any] | None = None, int
         samples: Number of rows of the complete run.
         law: A control law that replaces the scenario's.
         interpreted: Run interpreted in any case.
+        rows: Array for the rows of a compiled run that is only to be evaluated, (samples, BRIEF).
     """
     law = law or make_law(scenario.controller)
-    if not interpreted and isinstance(law, KernelLaw) and compilable(law) and available():
+    if not interpreted and isinstance(law, KernelLaw) and is_compilable(type(law)) and available():
         try:
-            return CompiledLoop(scenario, samples, law)
+            return CompiledLoop(scenario, samples, law, rows)
         except SimulationError:  # of the reference: interpreted, the run goes on until it occurs
             pass
     return InterpretedLoop(scenario, samples, law)
@@ -54,6 +57,7 @@ class CompiledLoop(Loop):
         scenario: A scenario with a duration.
         samples: Number of rows of the complete run.
         law: The law; it is reset.
+        rows: Array for its rows; with BRIEF columns only, nothing of the controller is kept. By default it makes one.
 
     Raises:
         SimulationError: the motion of the reference is no longer finite.
@@ -61,13 +65,13 @@ class CompiledLoop(Loop):
 
     block = 2000
 
-    def __init__(self, scenario: Scenario, samples: int, law: KernelLaw[Any]) -> None:
+    def __init__(self, scenario: Scenario, samples: int, law: KernelLaw[Any], rows: Array | None = None) -> None:
         law.reset()
         self._scenario, self._law, self._grid = scenario, law, RateGrid(scenario.controller.rate_hz)
         self.samples, self.done = samples, 0
         self._state, self._constants, self._inputs = prepare(scenario, samples, law)
-        self.rows = np.empty((samples, WIDTH))
-        periods = int(np.count_nonzero(self._inputs.due))
+        self.rows = np.empty((samples, WIDTH)) if rows is None else rows
+        periods = int(np.count_nonzero(self._inputs.due)) if self.rows.shape[1] == WIDTH else 0
         estimates = np.empty((periods if self._constants.observer.enabled else 0, 7))
         terms, weights = np.empty((periods, len(law.terms._fields))), np.empty((periods, *law.memory.W.shape))
         self._kept = Kept(self.rows, terms, weights, estimates)

@@ -18,6 +18,9 @@ the measurement in the messages, not wrapped."""
 
 WIDTH = sum(WIDTHS.values())
 
+BRIEF = 21
+"""Columns up to the wrench: what metrics need."""
+
 
 class Control(NamedTuple):
     """What the controller has computed, a row for each control period.

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleratio
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.closed_loop import law_step
 from vessel_hsmc_ros.simulation.compilation import available, compiled
-from vessel_hsmc_ros.simulation.undefined import cause, compilable
+from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,14 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         ControlError: the law is not defined for a recorded input.
     """
     law = loop.law
-    if interpreted or not loop.enabled or len(span) < FEW or not isinstance(law, KernelLaw) or not compilable(law) or not available():
+    if (
+        interpreted
+        or not loop.enabled
+        or len(span) < FEW
+        or not isinstance(law, KernelLaw)
+        or not is_compilable(type(law))
+        or not available()
+    ):
         _serve_interpreted(loop, recorded, span)
         return
     observer = loop.observer or idle

@@ -8,9 +8,9 @@ from vessel_hsmc_ros.laws.guard import guarded_step, named
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 
 
-def compilable(law: KernelLaw[Any]) -> bool:
+def is_compilable(law: type[Any]) -> bool:
     """Whether a law is one of the package; the kernels of a user's may not be what they seem."""
-    return type(law).__module__.startswith("vessel_hsmc_ros.laws.")
+    return law.__module__.startswith("vessel_hsmc_ros.laws.")
 
 
 def cause(law: KernelLaw[Any], motion: Motion, desired: Motion, acceleration: Acceleration) -> VesselHsmcError:
