@@ -79,7 +79,7 @@ def simulate_many(
     Raises:
         RunError: a worker process was killed.
     """
-    ensure_compiled({scenario.controller.law for scenario in scenarios})
+    ensure_compiled(scenarios)
     outcomes: list[Outcome] = []
 
     def note(found: Sequence[Outcome]) -> None:

@@ -170,5 +170,5 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
         RunError: a worker process was killed.
     """
     # All are prepared before the first one runs: a wrong name is reported at once and not after minutes of simulation.
-    ensure_compiled({prepare(task)[0].controller.law for task in tasks})
+    ensure_compiled([prepare(task)[0] for task in tasks])
     return worker_pool.run_all(run_task, tasks, workers=jobs, on_result=progress)

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs import batch, worker_pool
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
-from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 LAW = "controller.law"
@@ -174,20 +174,20 @@ def run_all(
     return worker_pool.run_all(run_point, planned, workers=jobs, on_result=on_result)
 
 
-def check(point: Point) -> str:
+def check(point: Point) -> Scenario | None:
     """Check the scenario and the values of a point; an unstable gain is allowed, because a sweep shows where it begins.
 
     Returns:
-        The law that it runs with; empty if that is unstable.
+        Its scenario; None if a gain is unstable.
 
     Raises:
         ScenarioError: the scenario does not exist or cannot be read.
         ParameterError: a parameter is unknown or a value is out of range.
     """
     try:
-        return load_scenario(point.scenario, point.changes).controller.law
+        return load_scenario(point.scenario, point.changes)
     except InstabilityError:
-        return ""
+        return None
 
 
 def check_metrics(names: Sequence[str]) -> None:

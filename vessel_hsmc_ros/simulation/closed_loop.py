@@ -100,6 +100,18 @@ def law_step(
 
 
 @kernel
+def unobserved(
+    stamp: int,  # noqa: ARG001 - in the place of `observe`
+    pose: Any,  # noqa: ARG001
+    wrench: Any,  # noqa: ARG001
+    state: ObserverState,
+    constants: ObserverConstants,  # noqa: ARG001
+) -> ObserverState:
+    """Takes the place of `observe` where the observer is switched off, which halves the time of compilation."""
+    return state
+
+
+@kernel
 def write(row: Array, start: int, values: Any) -> None:
     """Write the elements of a tuple into a row."""
     for i in range(len(values)):
