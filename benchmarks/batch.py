@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from rich.console import Console
@@ -32,6 +33,9 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.runs.batch import simulate_many
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_sim_node.simulator import Simulator
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
 
 SOURCE = Path(__file__).parent / "scalar" / "case2.cpp"
 COMPILE = ["g++", "-O3", "-march=native", "-o"]
@@ -104,7 +108,10 @@ class Scalar:
 def write_input(scenario: Scenario, path: Path) -> None:
     """Write the constants and the reference for the C++ program."""
     sim = scenario.vessel_sim
-    plant, law = Simulator(sim, 1.0 / sim.rate_hz).constants(), make_law(scenario.controller).constants
+    plant, law = (
+        Simulator(sim, 1.0 / sim.rate_hz).constants(),
+        cast("HierarchicalController", make_law(scenario.controller)).constants,
+    )
     count = round(sim.duration * sim.rate_hz) + 1
     reference = trajectory(scenario.reference_ship, scenario.reference_ship.rate_hz, count)
     reference[:, 2] = [as_published(row[:6]).psi for row in reference]
@@ -153,9 +160,8 @@ def ratios(scalar: Scalar, runs: int, rounds: int) -> dict[str, float]:
             single, double = elapsed(lambda: scalar.results(runs)), elapsed(lambda: two_at_once(scalar, runs))
             alone, both = elapsed(lambda: simulate_many(hierarchical)), elapsed(lambda: simulate_many(twice, workers=2))
             two.append((alone / both) / (single / double))
-            console.print(
-                f"C++ {1e9 * theirs / steps:.0f} ns a step, hierarchical {1e9 * ours / steps:.0f}, guided {1e9 * of_guided / steps:.0f}"
-            )
+            pace = [f"{1e9 * taken / steps:.0f}" for taken in (theirs, ours, of_guided)]
+            console.print("ns a step: C++ {}, hierarchical law {}, guided law {}".format(*pace))
     names = iter(LIMITS)
     return {name: statistics.median(found) for name, found in zip(names, (one, two, laws), strict=False)}
 
