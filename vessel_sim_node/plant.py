@@ -227,10 +227,11 @@ def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> 
 @kernel
 def unforced(motion: Motion, vessel: Vessel, current: tuple[float, float]) -> tuple[float, float, float]:
     """`unforced_in_current` of a motion."""
-    if current[0] == 0.0 and current[1] == 0.0:
-        return unforced_acceleration(motion.u, motion.v, motion.r, vessel)
-    c, s = math.cos(motion.psi), math.sin(motion.psi)
-    # The current in the body frame; the terms r·v_c and -r·u_c are its rates there.
-    u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
+    u_c = v_c = 0.0
+    # In still water the forces do not wait for the cosine and sine.
+    if current[0] != 0.0 or current[1] != 0.0:
+        c, s = math.cos(motion.psi), math.sin(motion.psi)
+        # The current in the body frame; the terms r·v_c and -r·u_c are its rates there.
+        u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
     f_u, f_v, f_r = unforced_acceleration(motion.u - u_c, motion.v - v_c, motion.r, vessel)
     return f_u + motion.r * v_c, f_v - motion.r * u_c, f_r

@@ -24,6 +24,20 @@ def test_every_instant_is_found_by_its_own_stamp(rate: float, k: int) -> None:
     assert grid.index(grid.stamp(k + 1) - 1) == k
 
 
+@given(rates, rates, st.integers(1, 300))
+def test_arrays_of_instants_are_those_of_single_calls(rate: float, other: float, count: int) -> None:
+    grid, stamps = RateGrid(rate), RateGrid(other).stamps(count)
+    assert stamps.tolist() == [RateGrid(other).stamp(k) for k in range(count)]
+    assert grid.indices(stamps).tolist() == [grid.index(stamp) for stamp in stamps.tolist()]
+
+
+def test_a_rate_with_six_decimals_stays_exact_in_arrays() -> None:
+    grid = RateGrid(999.999999)
+    stamps = grid.stamps(100_000)
+    assert stamps[-1] == grid.stamp(99_999)
+    assert grid.indices(stamps[-3:] - 1).tolist() == [99_996, 99_997, 99_998]
+
+
 def test_a_slow_grid_divides_its_integer_multiples() -> None:
     assert RateGrid(50.0).divides(RateGrid(100.0))
     assert RateGrid(30.0).divides(RateGrid(90.0))

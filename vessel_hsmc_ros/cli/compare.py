@@ -8,7 +8,14 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
-from vessel_hsmc_ros.cli.options import law_file_option, load_checked, output_option, parse_changes, set_option
+from vessel_hsmc_ros.cli.options import (
+    interpreted_option,
+    law_file_option,
+    load_checked,
+    output_option,
+    parse_changes,
+    set_option,
+)
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs import comparison_page
@@ -29,6 +36,7 @@ FEW = 3
 @click.option("--rate", "rate_hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")
 @click.option("--jobs", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
 @set_option
+@interpreted_option
 @law_file_option
 @output_option
 def compare(

@@ -13,6 +13,7 @@ from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
+from vessel_hsmc_ros.simulation import compilation
 
 scenario_argument = click.argument("scenario")
 
@@ -44,6 +45,21 @@ law_file_option = click.option(
     is_eager=True,
 )
 """Registers the laws before the verb starts, which therefore takes no argument for it."""
+
+
+def _interpret(_context: click.Context, _option: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        compilation.disable()
+
+
+interpreted_option = click.option(
+    "--interpreted",
+    is_flag=True,
+    help="Run the laws interpreted instead of compiled: the numbers are the same, it takes some hundred times longer.",
+    callback=_interpret,
+    expose_value=False,
+)
+"""Takes effect before the verb starts, which therefore takes no argument for it."""
 
 output_option = click.option(
     "--output",

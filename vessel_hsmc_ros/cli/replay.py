@@ -10,7 +10,14 @@ import click
 from rich.console import Console
 
 from vessel_hsmc_ros.cli.console import print_line, print_table
-from vessel_hsmc_ros.cli.options import bag_argument, law_file_option, namespace_option, output_option, parse_changes
+from vessel_hsmc_ros.cli.options import (
+    bag_argument,
+    interpreted_option,
+    law_file_option,
+    namespace_option,
+    output_option,
+    parse_changes,
+)
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
 
@@ -32,6 +39,7 @@ AXES = (("surge force", "N"), ("yaw moment", "N·m"))
 @click.option("--verify", "verified", is_flag=True, help="Recompute every recorded command and compare it bit by bit.")
 @click.option("--set", "edits", multiple=True, metavar="NODE.PARAM=VALUE", help="With --verify: change a parameter.")
 @click.option("--with", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Rerun the bag's scenario with a change.")
+@interpreted_option
 @law_file_option
 @namespace_option
 @output_option

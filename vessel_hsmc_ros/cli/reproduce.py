@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
+from vessel_hsmc_ros.cli.options import interpreted_option
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.case_run import duration_of
 from vessel_hsmc_ros.paper.cases import CASES
@@ -16,6 +17,7 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 
 @click.command()
+@interpreted_option
 @click.option("--ros", is_flag=True, help="Run the cases by ROS 2 nodes where possible: same results, but slower.")
 @click.option(
     "--output", type=click.Path(path_type=Path, file_okay=False), help="Folder of the results [default: a new one in runs]."

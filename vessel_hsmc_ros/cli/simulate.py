@@ -7,6 +7,7 @@ import click
 
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.options import (
+    interpreted_option,
     law_file_option,
     load_checked,
     output_option,
@@ -22,6 +23,7 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable
 @click.command()
 @scenario_argument
 @set_option
+@interpreted_option
 @law_file_option
 @output_option
 @click.option("--no-bag", is_flag=True, help="Write no bag: only the parameters, the metrics, the page and the figures.")

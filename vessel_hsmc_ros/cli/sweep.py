@@ -8,7 +8,15 @@ import click
 
 from vessel_hsmc_ros.cli.compare import chosen
 from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
-from vessel_hsmc_ros.cli.options import law_file_option, load_checked, output_option, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import (
+    interpreted_option,
+    law_file_option,
+    load_checked,
+    output_option,
+    parse_changes,
+    scenario_argument,
+    set_option,
+)
 from vessel_hsmc_ros.runs import sweep as sweeps
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
@@ -32,6 +40,7 @@ LONGEST = 60
 )
 @click.option("--jobs", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
 @set_option
+@interpreted_option
 @law_file_option
 @output_option
 def sweep(

@@ -143,26 +143,28 @@ def activate(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
     distance = du * du + dv * dv + dr * dr
     if n.as_printed:
         distance = np.sqrt(distance)
+    exponents = (distance * scale).tolist()
     for i in range(len(H)):
-        H[i] = math.exp(distance[i] * scale)
+        H[i] = math.exp(exponents[i])
 
 
 @kernel
 def _activate_grid(u: float, v: float, r: float, axis: Array, scale: float, H: Array) -> None:
     """`activate` on a grid: exp(-(a + b + c)) = exp(-a)·exp(-b)·exp(-c), so k³ neurons need 3·k exponentials."""
-    k = len(axis)
+    places = axis.tolist()
+    k = len(places)
     for i in range(k):
-        dr = r - axis[i]
+        dr = r - places[i]
         H[i] = math.exp(dr * dr * scale)
     # Every row of neurons is the first one times the factor of its place, and so is every plane; the first is written last.
     for row in range(k - 1, -1, -1):
-        dv = v - axis[row]
+        dv = v - places[row]
         factor = math.exp(dv * dv * scale)
         for i in range(k):
             H[row * k + i] = factor * H[i]
     size = k * k
     for plane in range(k - 1, -1, -1):
-        du = u - axis[plane]
+        du = u - places[plane]
         np.multiply(H[:size], math.exp(du * du * scale), H[plane * size : (plane + 1) * size])
 
 
@@ -171,9 +173,9 @@ def output(W: Array, H: Array, scratch: Array) -> float:
     """The network's output f_n = WᵀH of (1), with an array to work in, shape (k, l) and k >= 1."""
     np.multiply(W, H, scratch[0])
     total = 0.0
-    for product in scratch[0, : _fold(scratch[:1])]:
+    for product in scratch[0, : _fold(scratch[:1])].tolist():
         total += product
-    return float(total)
+    return total
 
 
 @kernel
@@ -189,13 +191,13 @@ def outputs(W: Array, H: Array, scratch: Array) -> Estimates:
         The outputs, in the order of the rows of W.
     """
     np.multiply(W, H, scratch)
-    n = _fold(scratch)
+    sums = scratch[:, : _fold(scratch)]
     fu, fv, fr = 0.0, 0.0, 0.0
-    for u, v, r in zip(scratch[0, :n], scratch[1, :n], scratch[2, :n]):  # noqa: B905 - Numba knows no `strict`
+    for u, v, r in zip(sums[0].tolist(), sums[1].tolist(), sums[2].tolist()):  # noqa: B905 - Numba knows no `strict`
         fu += u
         fv += v
         fr += r
-    return Estimates(float(fu), float(fv), float(fr))
+    return Estimates(fu, fv, fr)
 
 
 @kernel

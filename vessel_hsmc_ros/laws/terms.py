@@ -16,12 +16,13 @@
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Number = TypeVar("Number", float, NDArray[np.float64])
 
 NONE = math.nan
 NO_WEIGHTS: Array = np.empty(0)
@@ -69,8 +70,7 @@ def diagnosed(terms: Terms, previous_lyapunov: float | None, interval: float) ->
     Returns:
         The terms with weight_norm, lyapunov and lyapunov_rate filled in.
     """
-    # NaN for a law without both surfaces, because NaN propagates.
-    lyapunov = 0.5 * (terms.yaw_surface * terms.yaw_surface + terms.surge_surface * terms.surge_surface)
+    lyapunov = lyapunov_function(terms.yaw_surface, terms.surge_surface)
     rate = 0.0 if previous_lyapunov is None else (lyapunov - previous_lyapunov) / interval
     return terms._replace(
         surge_weight_norm=_norm(terms.surge_weights),
@@ -81,5 +81,41 @@ def diagnosed(terms: Terms, previous_lyapunov: float | None, interval: float) ->
     )
 
 
+def lyapunov_function(yaw_surface: Number, surge_surface: Number) -> Number:
+    """V_S of (30) from S1 and S2, numbers or arrays; NaN for a law without both surfaces."""
+    return 0.5 * (yaw_surface * yaw_surface + surge_surface * surge_surface)
+
+
+def lyapunov_rates(lyapunov: Array, interval: float | Array) -> Array:
+    """The rates of V_S that `diagnosed` gives step by step, for a whole run.
+
+    Args:
+        lyapunov: V_S at each control step, shape (m,).
+        interval: Time since the step before, s; a number, or an array of shape (m,) whose first value is not used.
+
+    Returns:
+        Difference quotients, shape (m,); the first is 0.
+    """
+    rates = np.zeros(len(lyapunov))
+    rates[1:] = np.diff(lyapunov) / (interval if np.ndim(interval) == 0 else interval[1:])
+    return rates
+
+
+def weight_norms(weights: Array) -> Array:
+    """Euclidean norms over the last axis, bit-identical to those that `diagnosed` gives step by step.
+
+    Args:
+        weights: Weights, shape (..., l).
+
+    Returns:
+        The norms, shape (...).
+    """
+    squares = np.zeros(weights.shape[:-1])
+    # One after the other, as `_norm` does: np.sum and np.dot add in other orders for other shapes.
+    for i in range(weights.shape[-1]):
+        squares += weights[..., i] * weights[..., i]
+    return np.sqrt(squares)
+
+
 def _norm(weights: Array) -> float:
-    return math.sqrt(float(np.dot(weights, weights))) if len(weights) else NONE
+    return math.sqrt(np.add.accumulate(weights * weights)[-1]) if len(weights) else NONE

@@ -1,14 +1,34 @@
-"""Many runs in one call: their metrics always, their trajectories where they are asked for."""
+"""Many runs in one call: their metrics always, their trajectories where they are asked for.
 
+Runs that have the same reference, rates and duration share it and the schedule; every run draws its own noise from its own seed.
+Memory is bounded: the arrays of a run that is not kept are overwritten by the next one.
+"""
+
+import functools
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
-from vessel_hsmc_ros.core.metrics import Metrics
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
+from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.report.record import measured
-from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.report.record import hull_length, limits, measured
+from vessel_hsmc_ros.runs import worker_pool
+from vessel_hsmc_ros.runs.offline import sample_count, simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.simulation.compile import ensure_compiled
+from vessel_hsmc_ros.simulation.compiled_loop import make_loop
+from vessel_hsmc_ros.simulation.loop import BRIEF
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+CHUNK = 50
+"""Largest number of runs that a worker process takes at once."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +48,19 @@ class Outcome:
     run: Run | None = None
 
 
+class Chunk(NamedTuple):
+    """Runs for a worker process: their numbers, scenarios, and for each how to thin its arrays, 0 to keep none."""
+
+    indices: Sequence[int]
+    scenarios: Sequence[Scenario]
+    every: Sequence[int]
+
+
 def simulate_many(
     scenarios: Sequence[Scenario],
     *,
     keep: Collection[int] = (),
+    every: int = 1,
     workers: int | None = 1,
     on_result: Callable[[Outcome], None] | None = None,
 ) -> list[Outcome]:
@@ -40,25 +69,94 @@ def simulate_many(
     Args:
         scenarios: One for each run, with its own seed.
         keep: Numbers of the runs whose arrays are kept.
+        every: Of the kept arrays, keep every k-th row only.
         workers: Number of processes; None for one per core.
         on_result: Called with each outcome as soon as it is known.
 
     Returns:
         The outcomes in the order of the scenarios.
+
+    Raises:
+        RunError: a worker process was killed.
     """
-    del workers
+    ensure_compiled(scenarios)
+    outcomes: list[Outcome] = []
+
+    def note(found: Sequence[Outcome]) -> None:
+        outcomes.extend(found)
+        for outcome in found if on_result else ():
+            on_result(outcome)  # type: ignore[misc]
+
+    size = 1 if workers == 1 else max(1, min(CHUNK, len(scenarios) // (4 * (workers or 2))))
+    starts = range(0, len(scenarios), size)
+    wanted = [every if index in keep else 0 for index in range(len(scenarios))]
+    chunks = [Chunk(range(len(scenarios))[k : k + size], scenarios[k : k + size], wanted[k : k + size]) for k in starts]
+    worker_pool.run_all(run_chunk, chunks, workers=workers, on_result=note)
+    return sorted(outcomes, key=lambda outcome: outcome.index)
+
+
+def run_chunk(chunk: Chunk, progress: Progress) -> list[Outcome]:
+    """Simulate the runs of a chunk one after the other."""
     outcomes = []
-    for index, scenario in enumerate(scenarios):
-        outcomes.append(simulate_one(scenario, index, index in keep))
-        if on_result is not None:
-            on_result(outcomes[-1])
+    count = len(chunk.indices)
+    for done, (index, scenario, every) in enumerate(zip(*chunk, strict=True)):
+
+        def report(fraction: float, done: int = done) -> None:
+            progress((done + fraction) / count)
+
+        outcomes.append(simulate_one(scenario, index, bool(every), every or 1, report))
     return outcomes
 
 
-def simulate_one(scenario: Scenario, index: int = 0, keep: bool = False) -> Outcome:
-    """Simulate and evaluate one scenario; see `simulate_many`."""
+def simulate_one(
+    scenario: Scenario, index: int = 0, keep: bool = False, every: int = 1, progress: Progress | None = None
+) -> Outcome:
+    """Simulate and evaluate one scenario.
+
+    Args:
+        scenario: The scenario.
+        index: Number of the run.
+        keep: Whether to keep its arrays.
+        every: Of the kept arrays, keep every k-th row only.
+        progress: Called now and then with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
+    """
     try:
-        run = simulate(scenario)
-    except (ControlError, SimulationError) as error:
+        if not keep:
+            return Outcome(index, metrics=_metrics(scenario, progress))
+        run = simulate(scenario, (lambda done, total: progress(done / total)) if progress else None)
+    except (ControlError, SimulationError, InstabilityError) as error:
         return Outcome(index, str(error))
-    return Outcome(index, metrics=measured(run, scenario), run=run if keep else None)
+    return Outcome(index, metrics=measured(run, scenario), run=run if every == 1 else thinned(run, every))
+
+
+def thinned(run: Run, every: int) -> Run:
+    """Every k-th row of the arrays of a run."""
+    names = [name for name in run.__dataclass_fields__ if name != "control"]
+    arrays = {name: getattr(run, name)[::every].copy() for name in names}
+    return replace(run, **arrays, control={name: values[::every].copy() for name, values in run.control.items()})
+
+
+def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
+    """The metrics of a run, as `report.record.measured` gives them, without keeping more than they need."""
+    samples = sample_count(scenario.vessel_sim.duration, RateGrid(scenario.vessel_sim.rate_hz))
+    loop = make_loop(scenario, samples, rows=_rows(samples))
+    while loop.done < samples:
+        loop.advance(min(loop.done + loop.block, samples))
+        if progress:
+            progress(loop.done / samples)
+    columns = loop.columns()
+    surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
+    return evaluate(
+        columns["time"][:, 0],
+        columns["state"],
+        columns["reference"],
+        columns["wrench"],
+        limits=(surge, yaw),
+        hull_length=hull_length(scenario),
+    )
+
+
+@functools.lru_cache(maxsize=1)
+def _rows(samples: int) -> Array:
+    """An array for the rows of one run after the other."""
+    return np.empty((samples, BRIEF))

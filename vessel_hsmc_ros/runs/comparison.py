@@ -16,6 +16,7 @@ from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
+from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 Array = NDArray[np.float64]
 
@@ -168,6 +169,6 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
         ParameterError: a law or a changed parameter is unknown or out of range. All tasks are checked before the first one runs.
         RunError: a worker process was killed.
     """
-    for task in tasks:  # a wrong name is reported at once and not after minutes of simulation
-        prepare(task)
+    # All are prepared before the first one runs: a wrong name is reported at once and not after minutes of simulation.
+    ensure_compiled([prepare(task)[0] for task in tasks])
     return worker_pool.run_all(run_task, tasks, workers=jobs, on_result=progress)

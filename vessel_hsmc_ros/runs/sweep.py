@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 
-from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, ParameterError, SimulationError
+from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.report.record import measured
-from vessel_hsmc_ros.runs import worker_pool
-from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.runs import batch, worker_pool
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
-from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 LAW = "controller.law"
 
@@ -147,12 +146,10 @@ def run_point(point: Point, progress: Callable[[float], None] | None = None) -> 
         progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     try:
-        scenario = load_scenario(point.scenario, point.changes)
-        run = simulate(scenario, (lambda done, total: progress(done / total)) if progress else None)
-    except (InstabilityError, ControlError, SimulationError) as error:
+        found = batch.simulate_one(load_scenario(point.scenario, point.changes), progress=progress)
+    except InstabilityError as error:
         return Outcome(point, str(error))
-    metrics = measured(run, scenario)
-    return Outcome(point, metrics=metrics._asdict() if metrics else {})
+    return Outcome(point, found.failure, found.metrics._asdict() if found.metrics else {})
 
 
 def run_all(
@@ -173,22 +170,24 @@ def run_all(
         ParameterError: a parameter is unknown or a value is out of range. All points are checked before the first one runs.
         RunError: a worker process was killed.
     """
-    for point in planned:
-        check(point)
+    ensure_compiled(filter(None, [check(point) for point in planned]))
     return worker_pool.run_all(run_point, planned, workers=jobs, on_result=on_result)
 
 
-def check(point: Point) -> None:
+def check(point: Point) -> Scenario | None:
     """Check the scenario and the values of a point; an unstable gain is allowed, because a sweep shows where it begins.
+
+    Returns:
+        Its scenario; None if a gain is unstable.
 
     Raises:
         ScenarioError: the scenario does not exist or cannot be read.
         ParameterError: a parameter is unknown or a value is out of range.
     """
     try:
-        load_scenario(point.scenario, point.changes)
+        return load_scenario(point.scenario, point.changes)
     except InstabilityError:
-        return
+        return None
 
 
 def check_metrics(names: Sequence[str]) -> None:

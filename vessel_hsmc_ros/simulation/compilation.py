@@ -120,7 +120,8 @@ def _inner(function: Function) -> Function:
     """A kernel that is called by another one; it is compiled together with that one."""
     import numba
 
-    return numba.njit(error_model="numpy", nogil=True)(_rebuilt(function, {}))  # type: ignore[no-any-return]
+    dispatcher: Function = numba.njit(error_model="numpy", nogil=True)(_rebuilt(function, {}))
+    return dispatcher
 
 
 def _rebuilt(function: Any, kernels: Mapping[str, Function]) -> Function:

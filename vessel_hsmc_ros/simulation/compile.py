@@ -10,9 +10,9 @@ from concurrent.futures import ProcessPoolExecutor
 
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
-from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available
-from vessel_hsmc_ros.simulation.compiled_loop import compiled_step, make_loop
+from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
 from vessel_hsmc_ros.simulation.undefined import is_compilable
 
 
@@ -22,43 +22,44 @@ def compilable_laws() -> list[str]:
     return [name for name, cls in classes.items() if issubclass(cls, KernelLaw) and is_compilable(cls)]
 
 
-def compile_law(name: str) -> float:
-    """Compile the loop with a law, unless it is stored; returns the time that it has taken, s."""
+def compile_law(name: str, observed: bool = False) -> float:
+    """Compile the loop with a law, unless it is stored.
+
+    Args:
+        name: Name of the law.
+        observed: With the observer.
+
+    Returns:
+        The time that it has taken, s.
+    """
     started = time.perf_counter()
-    make_loop(_scenario(name), 2).advance(2)
+    scenario = load_scenario("case2_tracking", {"controller.law": name, "controller.observer.enabled": observed})
+    make_loop(scenario, 2).advance(2)
     return time.perf_counter() - started
 
 
-def _scenario(law: str) -> Scenario:
-    return load_scenario("case2_tracking", {"controller.law": law})
-
-
-def ensure_compiled(names: Iterable[str]) -> None:
-    """Compile laws that are not stored, before worker processes each begin to do so.
-
-    Args:
-        names: Of laws; those that cannot be compiled are left out.
-    """
+def ensure_compiled(scenarios: Iterable[Scenario]) -> None:
+    """Compile what scenarios need and what is not stored, before worker processes each begin to do so."""
     if not available():
         return
-    for name in {*names} & {*compilable_laws()}:
-        law = make_law(_scenario(name).controller)
-        if isinstance(law, KernelLaw) and not compiled_step(law).stored:
-            compile_law(name)
+    known = compilable_laws()
+    for name, observed in {(each.controller.law, each.controller.observer.enabled) for each in scenarios}:
+        if name in known and not compiled_loop(LAWS[name].controller, observed).stored:
+            compile_law(name, observed)
 
 
 def main(names: Sequence[str] = ()) -> None:
-    """Compile laws in two processes, and print what each has taken.
+    """Compile laws in two processes, without and with the observer, and print what each has taken.
 
     Args:
         names: Of the laws; all that can be compiled by default.
     """
     if not available():
         return
-    chosen = list(names or compilable_laws())
-    with ProcessPoolExecutor(min(2, len(chosen))) as pool:
-        for name, duration in zip(chosen, pool.map(compile_law, chosen), strict=True):
-            print(f"law {name}: {duration:.1f} s", flush=True)
+    chosen = [(name, observed) for observed in (False, True) for name in names or compilable_laws()]
+    with ProcessPoolExecutor(2) as pool:
+        for (name, observed), duration in zip(chosen, pool.map(compile_law, *zip(*chosen, strict=True)), strict=True):
+            print(f"law {name}{' with the observer' * observed}: {duration:.1f} s", flush=True)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
-from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, Kept, advance, desired_motion, received
+from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, Kept, advance, desired_motion, received, unobserved
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.law_terms import all_terms
@@ -45,9 +45,11 @@ def make_loop(
     return InterpretedLoop(scenario, samples, law)
 
 
-def compiled_step(law: KernelLaw[Any]) -> Compiled:
-    """The loop with a law."""
-    return compiled(advance, f"the law {law.name}", law_step=type(law).kernel)
+def compiled_loop(law: type[KernelLaw[Any]], observed: bool) -> Compiled:
+    """The loop with a law, and with the observer or without."""
+    if observed:
+        return compiled(advance, f"the law {law.name} with the observer", law_step=law.kernel)
+    return compiled(advance, f"the law {law.name}", law_step=law.kernel, observe=unobserved)
 
 
 class CompiledLoop(Loop):
@@ -75,7 +77,7 @@ class CompiledLoop(Loop):
         estimates = np.empty((periods if self._constants.observer.enabled else 0, 7))
         terms, weights = np.empty((periods, len(law.terms._fields))), np.empty((periods, *law.memory.W.shape))
         self._kept = Kept(self.rows, terms, weights, estimates)
-        self._advance = compiled_step(law)
+        self._advance = compiled_loop(type(law), self._constants.observer.enabled)
 
     def advance(self, stop: int) -> None:
         """Go on until `stop` rows are done."""

@@ -1,6 +1,5 @@
 """The terms of a law over a whole run, by the field names of ControlState.msg, from the arrays that its kernel has filled."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws.kernel_law import FLAGS, KernelLaw
-from vessel_hsmc_ros.laws.terms import Terms
+from vessel_hsmc_ros.laws.terms import Terms, lyapunov_function, lyapunov_rates, weight_norms
 
 Array = NDArray[np.float64]
 
@@ -33,11 +32,9 @@ def all_terms(law: KernelLaw[Any], stamps: NDArray[np.int64], grid: RateGrid, te
     for name, default in Terms._field_defaults.items():
         values = given.get(name, np.empty((m, 0)) if name.endswith("_weights") else np.full(m, default))
         found[name] = values != 0.0 if name in FLAGS else np.ascontiguousarray(values)
-    for name in law.networks:
-        found[f"{name}_weight_norm"] = np.array([math.sqrt(float(np.dot(W, W))) for W in found[f"{name}_weights"]])
-    yaw, surge = found["yaw_surface"], found["surge_surface"]
-    found["lyapunov"] = lyapunov = 0.5 * (yaw * yaw + surge * surge)
-    rate = np.zeros(m)
-    rate[1:] = np.diff(lyapunov) / (np.diff(grid.indices(stamps)) * grid.period)
-    found["lyapunov_rate"] = rate
+    for i, norm in enumerate(weight_norms(weights).T):
+        found[f"{law.networks[i]}_weight_norm"] = norm
+    found["lyapunov"] = lyapunov_function(found["yaw_surface"], found["surge_surface"])
+    intervals = np.diff(grid.indices(stamps), prepend=0) * grid.period
+    found["lyapunov_rate"] = lyapunov_rates(found["lyapunov"], intervals)
     return found

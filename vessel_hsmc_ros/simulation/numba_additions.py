@@ -9,7 +9,8 @@ from unittest.mock import patch
 from numba.core.codegen import CPUCodeLibrary, JITCPUCodegen
 from numba.core.cpu import CPUContext
 from numba.core.registry import cpu_target
-from numba.extending import overload
+from numba.core.types import Array
+from numba.extending import overload, overload_method
 
 OUTERMOST = "_outermost"
 """Ends the name of a function that is called from Python."""
@@ -63,5 +64,15 @@ def _remainder(x: Any, y: Any) -> Any:  # noqa: ARG001 - Numba calls it with typ
         elif rest == gap:  # half-way: to the even multiple
             rest -= 2.0 * ((0.5 * (size - rest)) % period)
         return math.copysign(1.0, x) * rest
+
+    return implementation
+
+
+@overload_method(Array, "tolist")
+def _tolist(array: Any) -> Any:  # noqa: ARG001
+    """The array itself: kernels read plain floats from the list, which is faster only where they are interpreted."""
+
+    def implementation(array: Any) -> Any:
+        return array
 
     return implementation

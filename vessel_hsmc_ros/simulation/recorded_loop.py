@@ -12,7 +12,7 @@ from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverS
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
-from vessel_hsmc_ros.simulation.closed_loop import law_step
+from vessel_hsmc_ros.simulation.closed_loop import law_step, unobserved
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 
@@ -110,7 +110,8 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         _serve_interpreted(loop, recorded, span)
         return
     observer = loop.observer or idle
-    run = compiled(answer, f"the law {law.name} for recorded inputs", law_step=type(law).kernel)
+    kernels = {"law_step": type(law).kernel} | ({} if loop.observer else {"observe": unobserved})
+    run = compiled(answer, f"the law {law.name} for recorded inputs", **kernels)
     before = Answered(span.start, loop.wrench, law.memory, observer.state)
     after = run(before, span.stop, law.constants, observer.constants, recorded)
     law.memory, observer.state, loop.wrench = after.memory, after.observer, after.wrench
