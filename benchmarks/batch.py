@@ -4,12 +4,13 @@ Compiles benchmarks/scalar/case2.cpp, checks that it gives the results of the pa
 processor time, on two cores by the time that two at once take. Also the guided law relative to the hierarchical one, and how the
 time grows with the number of runs. The exit code is 1 if a limit is missed.
 
-    python benchmarks/batch.py [--runs 20] [--rounds 5] [--growth 100 1000] [--full]
+    python benchmarks/batch.py [--runs 20] [--rounds 5] [--growth 100 1000] [--full] [--chart FILE]
 
-With `--full` 10,000 runs of 400 s of the guided law with drawn hull, wind and sensor noise, on all cores.
+With `--full` 10,000 runs of 400 s of the guided law with drawn hull, wind and sensor noise, on all cores. With `--chart` the time of one run in each form is drawn.
 """
 
 import argparse
+import os
 import resource
 import statistics
 import subprocess
@@ -21,6 +22,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+import matplotlib.pyplot as plt
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
@@ -63,10 +65,13 @@ def main() -> int:
     parser.add_argument("--rounds", type=int, default=5, help="turns of each")
     parser.add_argument("--growth", type=int, nargs=2, default=[100, 1000], help="numbers of runs to compare")
     parser.add_argument("--full", action="store_true", help="also 10,000 runs of the guided law")
+    parser.add_argument("--chart", type=Path, help="picture to draw, such as docs/images/speed.png")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         scalar = Scalar(Path(folder))
         agree(scalar)
+        if arguments.chart:
+            draw(forms(scalar, arguments.runs), arguments.chart)
         found = ratios(scalar, arguments.runs, arguments.rounds)
     found["time of a run, many relative to few"] = growth(*arguments.growth)
     if arguments.full:
@@ -112,7 +117,7 @@ def write_input(scenario: Scenario, path: Path) -> None:
         Simulator(sim, 1.0 / sim.rate_hz).constants(),
         cast("HierarchicalController", make_law(scenario.controller)).constants,
     )
-    count = round(sim.duration * sim.rate_hz) + 1
+    count = samples(scenario)
     reference = trajectory(scenario.reference_ship, scenario.reference_ship.rate_hz, count)
     reference[:, 2] = [as_published(row[:6]).psi for row in reference]
     actuators = [float(value) for actuator in (plant.surge, plant.yaw) for value in actuator]
@@ -149,7 +154,7 @@ def ratios(scalar: Scalar, runs: int, rounds: int) -> dict[str, float]:
     for warm in (hierarchical[:1], guided[:1]):
         simulate_many(warm)
     one, two, laws = [], [], []
-    steps = runs * (round(100.0 * hierarchical[0].vessel_sim.duration) + 1)
+    steps = runs * samples(hierarchical[0])
     with Progress(console=console, transient=True) as progress:
         for _ in progress.track(range(rounds)):
             theirs = scalar.results(runs)[0] * 1e-9 * steps
@@ -184,6 +189,36 @@ def elapsed(work: Callable[[], object]) -> float:
     began = time.perf_counter()
     work()
     return time.perf_counter() - began
+
+
+def forms(scalar: Scalar, runs: int) -> dict[str, float]:
+    """Measure the processor time of one run of case 2 in each form, s."""
+    one, many = scenarios("hierarchical", 1)[0], scenarios("hierarchical", runs)
+    simulate(one), simulate_many(many[:1])
+    return {
+        "interpreted: simulate --interpreted": processor_time(lambda: simulate(one, interpreted=True)),
+        "compiled: simulate, everything recorded": min(processor_time(lambda: simulate(one)) for _ in range(3)),
+        "compiled: one run of a batch, its metrics": processor_time(lambda: simulate_many(many)) / runs,
+        "scalar C++ of the same arithmetic": scalar.results(runs)[0] * 1e-9 * samples(one),
+    }
+
+
+def draw(times: dict[str, float], path: Path) -> None:
+    """Draw the time of a run in each form on a logarithmic axis."""
+    figure, axes = plt.subplots(figsize=(8.0, 2.4), layout="constrained")
+    bars = axes.barh(list(times), list(times.values()), color=["#9aa5b1", "#1f77b4", "#1f77b4", "#9aa5b1"])
+    labels = [f"{value:.1f} s" if value >= 1.0 else f"{1e3 * value:.0f} ms" for value in times.values()]
+    axes.bar_label(bars, labels, padding=4)
+    axes.set(xscale="log", xlabel="processor time of 400 s of case 2 at 100 Hz, 27 neurons [s]")
+    axes.set_xlim(right=3.0 * max(times.values()))
+    axes.invert_yaxis()
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(path, dpi=150)
+
+
+def samples(scenario: Scenario) -> int:
+    """Number of steps of a run."""
+    return round(scenario.vessel_sim.duration * scenario.vessel_sim.rate_hz) + 1
 
 
 def growth(few: int, many: int) -> float:
@@ -222,7 +257,7 @@ def campaign(runs: int) -> float:
 def peak_memory() -> float:
     """Return the largest resident memory of this process, and that of a worker for each core, GB."""
     own, worker = (resource.getrusage(who).ru_maxrss * 1e-6 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return own + 2.0 * worker
+    return own + (os.cpu_count() or 1) * worker
 
 
 if __name__ == "__main__":

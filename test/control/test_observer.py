@@ -187,8 +187,8 @@ def test_the_jacobian_is_the_derivative_of_the_model() -> None:
     m, dt, step = model(ObserverParameters(wave_period=6.0)), 1e-4, 1e-5
     x = np.array([3.0, -2.0, 0.7, 1.5, -0.4, 0.2, 0.03, -0.05, 0.01, 0.04, -0.06, 0.1, -0.2, 0.03, 0.2, 0.1, -0.01])
     columns = []
-    for change in step * np.eye(17):
-        ahead, behind = x + change, x - change
+    for difference in step * np.eye(17):
+        ahead, behind = x + difference, x - difference
         for changed in (ahead, behind):
             propagate(changed, 0.1, 0.02, dt, m)
         columns.append((ahead - behind) / (2.0 * step))
