@@ -37,6 +37,13 @@ class ActuatorParameters:
     surge_lag: float = lag("the surge force")
     yaw_lag: float = lag("the yaw moment")
 
+    def constants(self, period: float) -> tuple["Actuator", "Actuator"]:
+        """The actuators of surge force and yaw moment in discrete time; the period in s."""
+        return (
+            actuator(self.surge_force_limit, self.surge_force_rate, self.surge_lag, period),
+            actuator(self.yaw_moment_limit, self.yaw_moment_rate, self.yaw_lag, period),
+        )
+
 
 class Actuator(NamedTuple):
     """The constants of one actuator in discrete time.
@@ -85,27 +92,3 @@ def actuate(last: float, command: float, a: Actuator) -> float:
     elif not a.instant:  # an actuator without lag takes its command as it is, without a rounding error
         target = last + change
     return clip(target, a.limit)
-
-
-class Actuators:
-    """The actuators of surge force and yaw moment, initially at zero.
-
-    Args:
-        parameters: Limits and lags.
-        period: Period of the plant, s.
-    """
-
-    def __init__(self, parameters: ActuatorParameters, period: float) -> None:
-        p = parameters
-        self.surge = actuator(p.surge_force_limit, p.surge_force_rate, p.surge_lag, period)
-        self.yaw = actuator(p.yaw_moment_limit, p.yaw_moment_rate, p.yaw_lag, period)
-        self._wrench = 0.0, 0.0
-
-    def step(self, command: tuple[float, float]) -> tuple[float, float]:
-        """The wrench applied to the hull over the next period.
-
-        Args:
-            command: Surge force [N] and yaw moment [N·m], finite.
-        """
-        self._wrench = actuate(self._wrench[0], command[0], self.surge), actuate(self._wrench[1], command[1], self.yaw)
-        return self._wrench

@@ -12,8 +12,7 @@
 
 import math
 from dataclasses import dataclass
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
@@ -21,6 +20,9 @@ from vessel_sim_node.plant import Vessel
 
 Wrench = tuple[float, float, float]
 """Surge force [N], sway force [N], yaw moment [N·m] in the body frame."""
+
+Gust = tuple[float, float]
+"""g_E, g_N, N."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,10 @@ class PeriodicParameters:
     sway_force: float = parameter(26e2, "Mean disturbing force in sway.", unit="N", low=-1e9, high=1e9)
     yaw_moment: float = parameter(950e2, "Mean disturbing moment in yaw.", unit="N·m", low=-1e12, high=1e12)
     frequency: float = parameter(0.01, "Angular frequency of the oscillation.", unit="rad/s", low=0.0, high=1e3, symbol="w")
+
+    def constants(self, phase: float = 0.0) -> "Periodic":
+        """What the wrench needs, with a phase."""
+        return Periodic(self.surge_force, self.sway_force, self.yaw_moment, self.frequency, phase)
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,17 @@ class EarthFixedParameters:
         """Whether any of the forces is not zero."""
         return bool(self.east_force or self.north_force or self.gust_deviation)
 
+    def constants(self, period: float, blowing: bool = False) -> "Wind":
+        """The wind in discrete time.
+
+        Args:
+            period: Period of the plant, s.
+            blowing: Whether the wind has blown before, so that gusts are left.
+        """
+        memory = math.exp(-period / self.gust_time_constant)
+        innovation = self.gust_deviation * math.sqrt(1.0 - memory**2)
+        return Wind(self.east_force, self.north_force, self.lever, memory, innovation, blowing or self.active())
+
 
 @dataclass(frozen=True)
 class CurrentParameters:
@@ -60,58 +77,63 @@ class CurrentParameters:
     north: float = parameter(0.0, "Current towards the north.", unit="m/s", low=-20.0, high=20.0)
 
 
-def periodic_wrench(time: float, parameters: PeriodicParameters, phase: float = 0.0) -> Wrench:
-    """The disturbance of section 6.2 as a wrench: (F_u, F_v, N_r)·(1 + sin(w·t + phase)).
+class Periodic(NamedTuple):
+    """The periodic disturbance, and its phase, which is not 0 where the frequency has been changed."""
+
+    surge_force: float
+    sway_force: float
+    yaw_moment: float
+    frequency: float
+    phase: float
+
+
+@kernel
+def periodic_wrench(time: float, p: Periodic) -> Wrench:
+    """The disturbance of section 6.2 as a wrench: (F_u, F_v, N_r)·(1 + sin(w·t + phase)), in the body frame.
 
     Args:
         time: Time since the start, s.
-        parameters: Mean values and frequency.
-        phase: 0 in the paper; other values keep the phase continuous where the frequency has been changed.
-
-    Returns:
-        Surge force [N], sway force [N], yaw moment [N·m] in the body frame.
+        p: Mean values, frequency and phase.
     """
-    factor = 1.0 + math.sin(parameters.frequency * time + phase)
-    return parameters.surge_force * factor, parameters.sway_force * factor, parameters.yaw_moment * factor
+    factor = 1.0 + math.sin(p.frequency * time + p.phase)
+    return p.surge_force * factor, p.sway_force * factor, p.yaw_moment * factor
 
 
-class Wind:
-    """An earth-fixed force with gusts in discrete time.
+class Wind(NamedTuple):
+    """An earth-fixed force with gusts in discrete time, period T.
+
+    Attributes:
+        east, north: Mean force, N.
+        lever: Lever arm, m.
+        memory: exp(-T/T_g).
+        innovation: sigma·sqrt(1 - exp(-2·T/T_g)), which keeps the variance of the gusts at sigma² for any period.
+        blows: Whether there is any; once it blows, its gusts go on.
+    """
+
+    east: float
+    north: float
+    lever: float
+    memory: float
+    innovation: float
+    blows: bool
+
+
+@kernel
+def wind_wrench(gust: Gust, psi: float, wind: Wind) -> Wrench:
+    """The wrench of F_E + g_E and F_N + g_N in the body frame of a ship with heading psi."""
+    return body_wrench((wind.east + gust[0], wind.north + gust[1]), psi, wind.lever)
+
+
+@kernel
+def next_gust(gust: Gust, normal: Any, wind: Wind) -> Gust:
+    """The gusts one period later: g = exp(-T/T_g)·g + sigma·sqrt(1 - exp(-2·T/T_g))·white noise, exact for any T.
 
     Args:
-        parameters: Mean force, lever arm and gusts.
-        period: Period of the plant, s.
-        random: Random-number generator of the gusts.
+        gust: g_E, g_N.
+        normal: Independent standard normal numbers, shape (2,).
+        wind: Memory and innovation.
     """
-
-    def __init__(self, parameters: EarthFixedParameters, period: float, random: np.random.Generator) -> None:
-        self._period = period
-        self._random = random
-        self.retune(parameters)
-        # The first gust is drawn from the stationary distribution, so that there is no transient of the gusts.
-        self._gust = parameters.gust_deviation * random.standard_normal(2)
-
-    def retune(self, parameters: EarthFixedParameters) -> None:
-        """Take other parameters; the gusts go on from their present values."""
-        p = parameters
-        self._mean = np.array([p.east_force, p.north_force])
-        self._lever = p.lever
-        self._memory = math.exp(-self._period / p.gust_time_constant)
-        # This keeps the variance of the discrete process at sigma² for any period.
-        self._innovation = p.gust_deviation * math.sqrt(1.0 - self._memory**2)
-
-    def force(self) -> tuple[float, float]:
-        """F_E + g_E and F_N + g_N in this period, N."""
-        east, north = self._mean + self._gust
-        return float(east), float(north)
-
-    def wrench(self, psi: float) -> Wrench:
-        """The wrench of this period in the body frame of a ship with heading psi."""
-        return body_wrench(self.force(), psi, self._lever)
-
-    def advance(self) -> None:
-        """Advance the gusts by one period: g = exp(-T/T_g)·g + sigma·sqrt(1 - exp(-2·T/T_g))·white noise, exact for any T."""
-        self._gust = self._memory * self._gust + self._innovation * self._random.standard_normal(2)
+    return wind.memory * gust[0] + wind.innovation * normal[0], wind.memory * gust[1] + wind.innovation * normal[1]
 
 
 @kernel

@@ -71,7 +71,7 @@ def rk4_step(
 
 @kernel
 def moved(motion: Motion, step: float, rate: Motion) -> Motion:
-    """motion + step·rate."""
+    """The motion after a step of a rate: motion + step·rate."""
     return Motion(
         motion.x + step * rate.x,
         motion.y + step * rate.y,

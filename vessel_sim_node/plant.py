@@ -227,6 +227,8 @@ def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> 
 @kernel
 def unforced(motion: Motion, vessel: Vessel, current: tuple[float, float]) -> tuple[float, float, float]:
     """`unforced_in_current` of a motion."""
+    if current[0] == 0.0 and current[1] == 0.0:
+        return unforced_acceleration(motion.u, motion.v, motion.r, vessel)
     c, s = math.cos(motion.psi), math.sin(motion.psi)
     # The current in the body frame; the terms r·v_c and -r·u_c are its rates there.
     u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s

@@ -8,17 +8,15 @@
 """
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.core.timing import RateGrid
-
-Array = NDArray[np.float64]
-
-_CHANNELS = (slice(0, 2), slice(2, 3), slice(3, 6))
-"""Position, heading and velocities are separate sensors with rates of their own."""
+from vessel_hsmc_ros.core.timing import Instants, RateGrid
 
 
 def deviation(description: str, unit: str = "") -> float:
@@ -60,43 +58,88 @@ class SensorParameters:
         """Whether the measurements equal the true state."""
         return self == SensorParameters()
 
+    def rates(self) -> tuple[float, float, float]:
+        """The sampling rates of position, heading and velocities, separate sensors; 0 samples for every message."""
+        return self.position_rate_hz, self.heading_rate_hz, self.velocity_rate_hz
 
-class Sensors:
-    """The sensors with their held samples.
+    def constants(self) -> "Sensors":
+        """What the measurement of a period needs."""
+        (x, y), (u, v) = self.position_bias, self.velocity_bias
+        bias = (x, y, self.heading_bias, u, v, self.yaw_rate_bias)
+        noise = [self.position_noise] * 2 + [self.heading_noise] + [self.velocity_noise] * 2 + [self.yaw_rate_noise]
+        return Sensors(as_motion(bias), as_motion(noise), self.measures_velocity)
 
-    Args:
-        parameters: Errors and sampling rates.
-        random: Random-number generator of the noise.
+
+class Sensors(NamedTuple):
+    """The constants of the sensors.
+
+    Attributes:
+        bias: Constant errors.
+        noise: Standard deviations of the white noise.
+        measures_velocity: Whether velocities are measured.
     """
 
-    def __init__(self, parameters: SensorParameters, random: np.random.Generator) -> None:
-        p = parameters
-        self._random = random
-        self._noise = np.array([p.position_noise] * 2 + [p.heading_noise] + [p.velocity_noise] * 2 + [p.yaw_rate_noise])
-        self._bias = np.array([*p.position_bias, p.heading_bias, *p.velocity_bias, p.yaw_rate_bias])
-        rates = (p.position_rate_hz, p.heading_rate_hz, p.velocity_rate_hz)
-        self._grids = [RateGrid(rate) if rate else None for rate in rates]
-        self._measures_velocity = p.measures_velocity
-        self._sampled: list[int | None] = [None] * len(rates)
-        self._held = np.zeros(6)
+    bias: Motion
+    noise: Motion
+    measures_velocity: bool
 
-    def measure(self, stamp: int, state: Array) -> Array:
-        """The measurement at a time; each call draws noise.
+
+@kernel
+def measurement(motion: Motion, held: Motion, sampled: tuple[bool, bool, bool], normal: Any, sensors: Sensors) -> Motion:
+    """The measurement of a motion: new samples, and held ones of the sensors that do not sample now.
+
+    Args:
+        motion: Motion of the hull.
+        held: The last measurement; zero before the first.
+        sampled: Whether position, heading and velocities are sampled now.
+        normal: Independent standard normal numbers, shape (6,).
+        sensors: Bias and noise.
+    """
+    b, n = sensors.bias, sensors.noise
+    x, y, psi, u, v, r = held
+    if sampled[0]:
+        x, y = (motion.x + b.x) + n.x * normal[0], (motion.y + b.y) + n.y * normal[1]
+    if sampled[1]:
+        psi = (motion.psi + b.psi) + n.psi * normal[2]
+    if sampled[2] and sensors.measures_velocity:
+        u, v = (motion.u + b.u) + n.u * normal[3], (motion.v + b.v) + n.v * normal[4]
+        r = (motion.r + b.r) + n.r * normal[5]
+    return Motion(x, y, psi, u, v, r)
+
+
+class Sampling:
+    """The instants at which each sensor samples.
+
+    Args:
+        rates_hz: Sampling rates, 0 for every message.
+    """
+
+    def __init__(self, rates_hz: tuple[float, float, float]) -> None:
+        self._grids = [RateGrid(rate) if rate else None for rate in rates_hz]
+        self._last = [-1, -1, -1]
+
+    def due(self, stamp: int) -> tuple[bool, bool, bool]:
+        """Whether each sensor samples at a time: at the first message at or after each of its own instants.
 
         Args:
-            stamp: Time since the start, ns; not before that of the last call.
-            state: True x, y, psi, u, v, r, shape (6,).
-
-        Returns:
-            Measured x, y, psi, u, v, r, shape (6,).
+            stamp: Time since the start, ns; after that of the last call.
         """
-        # Noise is drawn at every call, also for held samples: so the random sequence does not depend on the sampling rates.
-        sample = state + self._bias + self._noise * self._random.standard_normal(6)
-        if not self._measures_velocity:
-            sample[3:] = 0.0
-        for i, (channel, grid) in enumerate(zip(_CHANNELS, self._grids, strict=True)):
-            index = grid.index(stamp) if grid else stamp
-            if index != self._sampled[i]:
-                self._sampled[i] = index
-                self._held[channel] = sample[channel]
-        return self._held.copy()
+        last, self._last = self._last, [grid.index(stamp) if grid else stamp for grid in self._grids]
+        return self._last[0] != last[0], self._last[1] != last[1], self._last[2] != last[2]
+
+
+def sampling(rates_hz: tuple[float, float, float], stamps: Instants) -> NDArray[np.bool_]:
+    """`Sampling.due` of all messages of a run.
+
+    Args:
+        rates_hz: Sampling rates, 0 for every message.
+        stamps: Times of the messages since the start, increasing, ns, (n,).
+
+    Returns:
+        Whether position, heading and velocities are sampled, (n, 3).
+    """
+    due = np.ones((len(stamps), len(rates_hz)), np.bool_)
+    for i, rate in enumerate(rates_hz):
+        if rate:
+            due[1:, i] = np.diff(RateGrid(rate).indices(stamps)) != 0
+    return due

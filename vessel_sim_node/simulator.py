@@ -6,23 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_sim_node.actuators import ActuatorParameters, Actuators
-from vessel_sim_node.disturbance import (
-    CurrentParameters,
-    EarthFixedParameters,
-    PeriodicParameters,
-    Wind,
-    Wrench,
-    acceleration,
-    periodic_wrench,
-    total,
-)
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import Array, ShipParameters, divergence, initial_pose, initial_velocity, unforced_in_current
-from vessel_sim_node.sensors import SensorParameters, Sensors
-from vessel_sim_node.waves import WaveParameters, Waves
+from vessel_sim_node.actuators import ActuatorParameters
+from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters, Wrench, acceleration
+from vessel_sim_node.plant import Array, ShipParameters, divergence, initial_pose, initial_velocity, unforced
+from vessel_sim_node.sensors import Sampling, SensorParameters
+from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
+from vessel_sim_node.waves import Sea, WaveParameters, make_sea
+
+AT_REST = as_motion((0.0,) * 6)
+CALM = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -57,7 +52,6 @@ class Simulator:
         period: Time between two odometry messages, s.
 
     Attributes:
-        state: True x, y, psi, u, v, r, without the wave-frequency motion, shape (6,).
         odometry_is_true: Whether measurements equal the state: perfect sensors and no waves.
     """
 
@@ -66,22 +60,39 @@ class Simulator:
         self._period = period
         self._phase = 0.0
         self._periods = 0
-        self._vessel = parameters.vessel.coefficients()
-        self._current = parameters.disturbance.current.east, parameters.disturbance.current.north
-        self.odometry_is_true = parameters.sensors.perfect() and not parameters.disturbance.waves.significant_height
         self.reset()
+        self.odometry_is_true = self._constants.odometry_is_true
 
     def reset(self) -> None:
         """Return to the initial state and restart the random numbers from their seed."""
-        p, environment = self._parameters, self._parameters.disturbance
+        p, wind = self._parameters, self._parameters.disturbance.earth_fixed
         # Separate generators: switching one source of randomness on or off leaves the others unchanged.
-        gusts, sensors, sea = (np.random.default_rng((p.seed, i)) for i in range(3))
-        self.state: Array = np.array(p.initial_pose + p.initial_velocity)
-        self._actuators = Actuators(within(p.actuators, p.vessel), self._period)
-        self._sensors = Sensors(p.sensors, sensors)
-        self._gusts = gusts
-        self._wind = Wind(environment.earth_fixed, self._period, gusts) if environment.earth_fixed.active() else None
-        self._waves = Waves(environment.waves, sea, p.vessel) if environment.waves.significant_height else None
+        self._gusts, self._noise, sea = (np.random.default_rng((p.seed, i)) for i in range(3))
+        self._sampling = Sampling(p.sensors.rates())
+        self._constants = plant_constants(p, self._period, make_sea(p.disturbance.waves, sea, p.vessel), self._phase)
+        gust = self._first_gust() if wind.active() else CALM
+        self._state = PlantState(as_motion(p.initial_pose + p.initial_velocity), AT_REST, CALM, gust)
+
+    @property
+    def state(self) -> Motion:
+        """True x, y, psi, u, v, r, without the wave-frequency motion."""
+        return self._state.motion
+
+    def constants(self) -> PlantConstants:
+        """What the compiled kernels of a period need, with arrays."""
+        return self._constants._replace(sea=self._constants.sea.as_arrays())
+
+    def initial_state(self) -> PlantState:
+        """The state of the first period; it is that of the present one."""
+        return self._state
+
+    def gust_noise(self, count: int) -> Array:
+        """Draw the standard normal numbers of the gusts for the next periods, (count, 2)."""
+        return self._gusts.standard_normal((count, 2))
+
+    def sensor_noise(self, count: int) -> Array:
+        """Draw the standard normal numbers of the sensors for the next measurements, (count, 6)."""
+        return self._noise.standard_normal((count, 6))
 
     def retune(self, changed: DisturbanceParameters, time: float) -> None:
         """Take changed periodic and earth-fixed disturbances and a changed current while the ship moves.
@@ -93,21 +104,23 @@ class Simulator:
             changed: All disturbances; the waves are those of the start.
             time: Time since the start, s.
         """
-        old = self._parameters.disturbance
+        old, constants = self._parameters.disturbance, self._constants
         self._parameters = replace(self._parameters, disturbance=changed)
         # w·t + phase stays equal at the time of the change.
         self._phase += (old.periodic.frequency - changed.periodic.frequency) * time
-        current = changed.current.east, changed.current.north
-        if self._waves:
-            self._waves.change_current(self._current, current, time)
-        self._current = current
-        if self._wind:
-            self._wind.retune(changed.earth_fixed)
-        elif changed.earth_fixed.active():
-            self._wind = Wind(changed.earth_fixed, self._period, self._gusts)
+        change = changed.current.east - old.current.east, changed.current.north - old.current.north
+        sea = constants.sea.with_current(change, time)
+        self._constants = plant_constants(self._parameters, self._period, sea, self._phase, constants.wind.blows)
+        if self._constants.wind.blows and not constants.wind.blows:
+            self._state = self._state._replace(gust=self._first_gust())
 
-    def measured(self, stamp: int) -> Array:
-        """The measurement of this step, shape (6,); call it once per step, because it draws noise.
+    def _first_gust(self) -> Gust:
+        """A gust from the stationary distribution, so that there is no transient of the gusts."""
+        east, north = (self._parameters.disturbance.earth_fixed.gust_deviation * self._gusts.standard_normal(2)).tolist()
+        return east, north
+
+    def measured(self, stamp: int) -> Motion:
+        """The measurement of this step; call it once per step, because it draws noise.
 
         It includes the wave-frequency motion, which the state does not.
 
@@ -115,10 +128,11 @@ class Simulator:
             stamp: Time since the start, ns.
         """
         if self.odometry_is_true:
-            return self.state
-        # Superposition: the wave-frequency motion is added to the measurement only; the manoeuvring state stays without it.
-        moved = self._waves.moved(seconds(stamp), self.state, self._current) if self._waves else self.state
-        return self._sensors.measure(stamp, moved)
+            return self._state.motion
+        # Noise is drawn at every call, also for held samples: so the random sequence does not depend on the sampling rates.
+        normal = self._noise.standard_normal(6).tolist()
+        self._state = measure(self._state, *self._sampling.due(stamp), normal, seconds(stamp), self._constants)
+        return self._state.measured
 
     def disturbance(self, time: float) -> Wrench:
         """The sum of all disturbing wrenches, N, N, N·m.
@@ -126,16 +140,11 @@ class Simulator:
         Args:
             time: Time since the start, s.
         """
-        wrench = periodic_wrench(time, self._parameters.disturbance.periodic, self._phase)
-        if self._wind:
-            wrench = total(wrench, self._wind.wrench(float(self.state[2])))
-        if self._waves:
-            wrench = total(wrench, self._waves.drift(time, self.state, self._current))
-        return wrench
+        return disturbance(time, self._constants, self._state)
 
     def unforced_acceleration(self) -> tuple[float, float, float]:
         """The present f_u, f_v, f_r of (7), in a current with its additional terms: m/s², m/s², rad/s²."""
-        return unforced_in_current(self.state, self._vessel, self._current)
+        return unforced(self._state.motion, self._constants.vessel, self._constants.current)
 
     def applied(self, command: tuple[float, float]) -> tuple[float, float]:
         """The wrench after the actuators, N, N·m; call it once per step, because it advances the actuators.
@@ -147,7 +156,8 @@ class Simulator:
             SimulationError: the command is not finite.
         """
         check_command(command)
-        return self._actuators.step(command)
+        self._state = apply(self._state, command, self._constants)
+        return self._state.tau
 
     def advance(self, wrench: tuple[float, float], disturbance: Wrench) -> None:
         """Advance the plant by one period.
@@ -159,24 +169,53 @@ class Simulator:
         Raises:
             SimulationError: the motion is no longer finite.
         """
-        step = self._period / self._parameters.substeps
-        # Zero-order hold: wrench and disturbance are constant over the period, also over its substeps.
-        disturbing = acceleration(disturbance, self._vessel)
-        state = self.state
-        # A diverging motion is reported once below; NumPy's warnings about it would be noise.
-        with np.errstate(over="ignore", invalid="ignore"):
-            try:
-                for _ in range(self._parameters.substeps):
-                    state = rk4(state, wrench, disturbing, self._vessel, step, self._current)
-            except ValueError:  # the cosine of an infinite heading
-                state = np.full(6, np.nan)
-        if not np.isfinite(state).all():
-            cause = f"under {wrench[0]:g} N and {wrench[1]:g} N·m: the closed loop is unstable or the step too long"
-            raise divergence("ship", self._periods * self._period, cause, self._parameters.vessel)
-        self.state = state
+        c = self._constants
+        noise = self._gusts.standard_normal(2).tolist() if c.wind.blows else CALM
+        try:
+            state = advance(self._state, wrench, acceleration(disturbance, c.vessel), noise, c)
+        except ValueError:  # the cosine of an infinite heading
+            state = None
+        if state is None or not is_finite(state.motion):
+            raise divergence_of_ship(self._periods * self._period, wrench, self._parameters.vessel)
+        self._state = state
         self._periods += 1
-        if self._wind:
-            self._wind.advance()
+
+
+def plant_constants(p: PlantParameters, period: float, sea: Sea, phase: float = 0.0, blowing: bool = False) -> PlantConstants:
+    """The constants of the plant in discrete time.
+
+    Args:
+        p: Parameters of the plant.
+        period: Time between two odometry messages, s.
+        sea: The realisation of the waves.
+        phase: Phase of the periodic disturbance.
+        blowing: Whether the wind has blown before.
+    """
+    environment, limits = p.disturbance, within(p.actuators, p.vessel)
+    return PlantConstants(
+        p.vessel.coefficients(),
+        (environment.current.east, environment.current.north),
+        environment.periodic.constants(phase),
+        environment.earth_fixed.constants(period, blowing),
+        sea,
+        *limits.constants(period),
+        p.sensors.constants(),
+        p.sensors.perfect() and not sea.rough,
+        period / p.substeps,
+        p.substeps,
+    )
+
+
+def divergence_of_ship(time: float, wrench: tuple[float, float], vessel: ShipParameters) -> SimulationError:
+    """The error for a motion of the ship that is no longer finite.
+
+    Args:
+        time: Start of the period that ended so, s.
+        wrench: Applied surge force [N] and yaw moment [N·m].
+        vessel: The hull data.
+    """
+    cause = f"under {wrench[0]:g} N and {wrench[1]:g} N·m: the closed loop is unstable or the step too long"
+    return divergence("ship", time, cause, vessel)
 
 
 def within(actuators: ActuatorParameters, vessel: ShipParameters) -> ActuatorParameters:

@@ -24,16 +24,20 @@ slowly; of the products of components only the difference frequencies are includ
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kinematics import as_motion
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.disturbance import Wrench
 from vessel_sim_node.plant import ShipParameters
+from vessel_sim_node.spectrum import frequencies
 
 Array = NDArray[np.float64]
+Components = Array | list[tuple[float, ...]]
 
 GRAVITY, WATER_DENSITY = 9.81, 1025.0
 
@@ -65,44 +69,46 @@ class WaveParameters:
     hull_draught: float = dimension("draught", "D", 1e2)
 
 
-def spectrum(omega: Array, significant_height: float, peak: float, gamma: float) -> Array:
-    """The JONSWAP spectrum S(omega) with the normalisation 1 - 0.287·ln gamma.
+class Sea(NamedTuple):
+    """One realisation of the sea and its effect on the hull.
 
-    Args:
-        omega: Frequencies, rad/s, above 0.
-        significant_height: H_s, m.
-        peak: omega_p, rad/s.
-        gamma: Peak enhancement factor; 1 gives the Pierson-Moskowitz spectrum.
-
-    Returns:
-        Spectral density, m²·s, of the shape of omega.
+    Attributes:
+        direction, east, north: Wave direction, and its unit vector d.
+        components: A row for each component: k, omega, epsilon, a (averaged over the draught), and the amplitude whose squared
+            envelope is the drift force on a metre of the hull; (n, 5).
+        length, beam: L, B.
+        rough: Whether there are waves.
     """
-    # Standard peak widths of JONSWAP below and above the peak.
-    width = np.where(omega <= peak, 0.07, 0.09)
-    enhancement = gamma ** np.exp(-0.5 * ((omega - peak) / (width * peak)) ** 2)
-    pierson_moskowitz = 5.0 / 16.0 * significant_height**2 * peak**4 / omega**5 * np.exp(-1.25 * (peak / omega) ** 4)
-    return np.asarray((1.0 - 0.287 * math.log(gamma)) * pierson_moskowitz * enhancement)
+
+    direction: float
+    east: float
+    north: float
+    components: Components
+    length: float
+    beam: float
+    rough: bool
+
+    def with_current(self, change: tuple[float, float], time: float) -> "Sea":
+        """The sea with its phases continuous where the current that the waves ride on changes.
+
+        The phase theta holds -k·d·c·time, so it would jump by -k·d·change·time.
+
+        Args:
+            change: Change of the current towards east and north, m/s.
+            time: Time of the change since the start, s.
+        """
+        along = self.east * change[0] + self.north * change[1]
+        return self._replace(
+            components=[(k, omega, epsilon + k * along * time, *rest) for k, omega, epsilon, *rest in self.components]
+        )
+
+    def as_arrays(self) -> "Sea":
+        """The same with an array, for compiled kernels; interpreted ones are faster with tuples."""
+        return self._replace(components=np.array(self.components, float).reshape(-1, 5))
 
 
-def frequencies(shares: Array, peak: float, gamma: float) -> Array:
-    """Quantiles of the spectrum: the frequencies below which given shares of the energy lie, rad/s.
-
-    Args:
-        shares: Shares of the energy, in [0, 1].
-        peak: omega_p, rad/s.
-        gamma: Peak enhancement factor.
-
-    Returns:
-        Frequencies, rad/s, of the shape of shares.
-    """
-    # Practically all of the energy lies between 0.3 and 6 times the peak frequency.
-    omega = peak * np.linspace(0.3, 6.0, 4000)
-    energy = np.cumsum(spectrum(omega, 1.0, peak, gamma))
-    return np.interp(shares, energy / energy[-1], omega)
-
-
-class Waves:
-    """One realisation of the sea: components of equal energy with random frequencies and phases.
+def make_sea(parameters: WaveParameters, random: np.random.Generator, ship: ShipParameters) -> Sea:
+    """Components of equal energy with random frequencies and phases, as tuples.
 
     The spectrum is divided into slices of equal energy with one random frequency in each, so that the sea does not repeat itself
     as one of equally spaced frequencies would.
@@ -112,111 +118,103 @@ class Waves:
         random: Random-number generator of frequencies and phases.
         ship: The ship, for its dimensions.
     """
+    p, rough = parameters, parameters.significant_height > 0.0
+    n = p.components if rough else 0
+    # From H_s = 4·sqrt(m0) with the spectral moment m0 = n·A²/2.
+    amplitude = p.significant_height / math.sqrt(8.0 * n) if rough else 0.0
+    shares = (np.arange(n) + random.random(n)) / n if rough else np.empty(0)
+    omega = frequencies(shares, 2.0 * math.pi / p.peak_period, p.peak_enhancement) if rough else np.empty(0)
+    epsilon = 2.0 * math.pi * random.random(n)
+    k = omega**2 / GRAVITY
+    # Deep water: the orbital motion decays with exp(-k·depth), and its mean over the draught is (1 - exp(-k·D))/(k·D).
+    depth = k * (p.hull_draught or ship.draught)
+    orbit = amplitude * -np.expm1(-depth) / depth
+    drift = amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
+    components = [tuple(row) for row in np.column_stack((k, omega, epsilon, orbit, drift)).tolist()]
+    length, beam = p.hull_length or ship.length, p.hull_beam or ship.beam
+    return Sea(p.direction, math.cos(p.direction), math.sin(p.direction), components, length, beam, rough)
 
-    def __init__(self, parameters: WaveParameters, random: np.random.Generator, ship: ShipParameters | None = None) -> None:
-        p, n, ship = parameters, parameters.components, ship or ShipParameters()
-        # From H_s = 4·sqrt(m0) with the spectral moment m0 = n·A²/2.
-        self.amplitude = p.significant_height / math.sqrt(8.0 * n)
-        self.omega = frequencies((np.arange(n) + random.random(n)) / n, 2.0 * math.pi / p.peak_period, p.peak_enhancement)
-        self._epsilon = 2.0 * math.pi * random.random(n)
-        self._k = self.omega**2 / GRAVITY
-        self._direction = p.direction
-        self._d = math.cos(p.direction), math.sin(p.direction)
-        # Deep water: the orbital motion decays with exp(-k·depth), and its mean over the draught is (1 - exp(-k·D))/(k·D).
-        depth = self._k * (p.hull_draught or ship.draught)
-        self._orbit = self.amplitude * -np.expm1(-depth) / depth
-        self._drift_amplitude = self.amplitude * np.sqrt(0.5 * WATER_DENSITY * GRAVITY * -np.expm1(-2.0 * depth))
-        self._length, self._beam = p.hull_length or ship.length, p.hull_beam or ship.beam
 
-    def change_current(self, old: tuple[float, float], new: tuple[float, float], time: float) -> None:
-        """Keep every phase continuous where the current that the waves ride on changes.
+@kernel
+def advanced(time: float, motion: Motion, current: tuple[float, float], sea: Sea) -> float:
+    """d·p: the position of the ship along the waves, relative to the water, m."""
+    return sea.east * (motion.x - current[0] * time) + sea.north * (motion.y - current[1] * time)
 
-        The phase holds -k·d·c·time, so it would jump by -k·d·(new - old)·time.
 
-        Args:
-            old, new: Current towards east and north, m/s.
-            time: Time of the change since the start, s.
-        """
-        along = self._d[0] * (new[0] - old[0]) + self._d[1] * (new[1] - old[1])
-        self._epsilon = self._epsilon + self._k * along * time
+@kernel
+def drift_force(time: float, motion: Motion, current: tuple[float, float], sea: Sea) -> Wrench:
+    """The slowly varying second-order drift force in the body frame; its moment is neglected.
 
-    def phases(self, time: float, state: Array, current: tuple[float, float]) -> Array:
-        """The phase theta of every component at the ship, (n,).
+    Args:
+        time: Time since the start, s.
+        motion: Motion of the ship.
+        current: East and north, m/s; the waves are carried by it.
+        sea: Waves and hull.
+    """
+    distance = advanced(time, motion, current, sea)
+    a = b = 0.0
+    for row in sea.components:
+        theta = row[0] * distance - row[1] * time + row[2]
+        a += row[4] * math.cos(theta)
+        b += row[4] * math.sin(theta)
+    # The squared envelope of the components holds their difference frequencies only, and is never negative.
+    envelope = a * a + b * b
+    along, across = math.cos(sea.direction - motion.psi), math.sin(sea.direction - motion.psi)
+    return sea.beam * along * abs(along) * envelope, sea.length * across * abs(across) * envelope, 0.0
 
-        Args:
-            time: Time since the start, s.
-            state: x, y, psi, u, v, r, shape (6,).
-            current: East and north, m/s; the waves are carried by it.
 
-        Returns:
-            Phases, rad, not wrapped, (n,).
-        """
-        along = self._d[0] * (float(state[0]) - current[0] * time) + self._d[1] * (float(state[1]) - current[1] * time)
-        return self._k * along - self.omega * time + self._epsilon
+@kernel
+def with_waves(time: float, motion: Motion, current: tuple[float, float], sea: Sea) -> Motion:
+    """A motion with the first-order wave motion added.
 
-    def elevation(self, time: float, state: Array, current: tuple[float, float]) -> float:
-        """The surface elevation at the ship, m.
+    Args:
+        time: Time since the start, s.
+        motion: Motion without waves.
+        current: East and north, m/s; the waves are carried by it.
+        sea: Waves and hull.
+    """
+    psi = motion.psi
+    along, across = math.cos(sea.direction - psi), math.sin(sea.direction - psi)
+    c, s = math.cos(psi), math.sin(psi)
+    v_x, v_y = motion.u * c - motion.v * s, motion.u * s + motion.v * c
+    speed = sea.east * (v_x - current[0]) + sea.north * (v_y - current[1])
+    surge, surge_rate, turn, turn_rate = hull_motion(time, advanced(time, motion, current, sea), speed, along, sea)
+    psi -= across * along * turn
+    v_x, v_y = v_x + surge_rate * sea.east, v_y + surge_rate * sea.north
+    c, s = math.cos(psi), math.sin(psi)
+    x, y = motion.x + surge * sea.east, motion.y + surge * sea.north
+    return Motion(x, y, psi, v_x * c + v_y * s, v_y * c - v_x * s, motion.r + across * along * turn_rate)
 
-        Args:
-            time: Time since the start, s.
-            state: x, y, psi, u, v, r, shape (6,).
-            current: East and north, m/s; the waves are carried by it.
 
-        Returns:
-            Elevation above the mean water level, m.
-        """
-        return float(self.amplitude * np.sum(np.cos(self.phases(time, state, current))))
+@kernel
+def hull_motion(time: float, distance: float, speed: float, along: float, sea: Sea) -> tuple[float, float, float, float]:
+    """Sums over the components of the first-order motion.
 
-    def moved(self, time: float, state: Array, current: tuple[float, float]) -> Array:
-        """The state with the first-order wave motion added.
+    Args:
+        time: Time since the start, s.
+        distance, speed: d·p and its rate, m, m/s.
+        along: cos beta.
+        sea: Waves and hull.
 
-        Args:
-            time: Time since the start, s.
-            state: x, y, psi, u, v, r without waves, shape (6,).
-            current: East and north, m/s; the waves are carried by it.
-
-        Returns:
-            x, y, psi, u, v, r with wave motion, shape (6,).
-        """
-        theta, (x, y, psi, u, v, r) = self.phases(time, state, current), as_motion(state)
-        along, across = math.cos(self._direction - psi), math.sin(self._direction - psi)
-        c, s = math.cos(psi), math.sin(psi)
-        v_x, v_y = u * c - v * s, u * s + v * c
-        speed = self._d[0] * (v_x - current[0]) + self._d[1] * (v_y - current[1])
-        # Frequency of encounter, with its sign.
-        theta_rate = self._k * speed - self.omega
-        displacement, rotation = self._hull_factors(0.5 * self._length * along * self._k)
-        sine, cosine = np.sin(theta), np.cos(theta)
-        slope = across * along * self._k * rotation
-        surge, surge_rate = -float(displacement @ sine), -float(displacement @ (cosine * theta_rate))
-        psi -= float(slope @ cosine)
-        # The rates of the slope factors by the ship's own turning are neglected: it is slow beside the waves.
-        r += float(slope @ (sine * theta_rate))
-        v_x, v_y = v_x + surge_rate * self._d[0], v_y + surge_rate * self._d[1]
-        c, s = math.cos(psi), math.sin(psi)
-        x, y = x + surge * self._d[0], y + surge * self._d[1]
-        return np.array([x, y, psi, v_x * c + v_y * s, v_y * c - v_x * s, r])
-
-    def _hull_factors(self, q: Array) -> tuple[Array, Array]:
-        """Amplitudes of displacement and rotation: a·sin(q)/q and a·3·j1(q)/q, both (n,)."""
-        safe = np.where(np.abs(q) < 1e-2, 1.0, q)
-        # 3·j1(q)/q loses its digits near 0, where its series 1 - q²/10 takes over.
-        rotation = np.where(safe == q, 3.0 * (np.sin(safe) - safe * np.cos(safe)) / safe**3, 1.0 - 0.1 * q * q)
-        return self._orbit * np.sinc(q / math.pi), self._orbit * rotation
-
-    def drift(self, time: float, state: Array, current: tuple[float, float]) -> Wrench:
-        """The slowly varying second-order drift force, N, N; its moment is neglected.
-
-        Args:
-            time: Time since the start, s.
-            state: x, y, psi, u, v, r, shape (6,).
-            current: East and north, m/s; the waves are carried by it.
-
-        Returns:
-            Surge force [N], sway force [N] and a zero yaw moment in the body frame.
-        """
-        theta, beta = self.phases(time, state, current), self._direction - float(state[2])
-        # The squared envelope of the components holds their difference frequencies only, and is never negative.
-        envelope = float(self._drift_amplitude @ np.cos(theta)) ** 2 + float(self._drift_amplitude @ np.sin(theta)) ** 2
-        along, across = math.cos(beta), math.sin(beta)
-        return self._beam * along * abs(along) * envelope, self._length * across * abs(across) * envelope, 0.0
+    Returns:
+        Displacement along d and its rate, rotation and its rate over cos beta·sin beta, m, m/s, rad, rad/s.
+    """
+    surge = surge_rate = turn = turn_rate = 0.0
+    half = 0.5 * sea.length * along
+    for row in sea.components:
+        k, omega, epsilon, orbit = row[0], row[1], row[2], row[3]
+        theta, q = k * distance - omega * time + epsilon, half * k
+        # Frequency of encounter, with its sign. The ship's own turning is slow beside the waves, so q counts as constant.
+        rate = k * speed - omega
+        sine, cosine = math.sin(theta), math.cos(theta)
+        if abs(q) < 1e-2:  # the quotients lose their digits near 0, where their series take over
+            displacement, rotation = 1.0 - q * q / 6.0, 1.0 - 0.1 * q * q
+        else:
+            sin_q = math.sin(q)
+            displacement, rotation = sin_q / q, 3.0 * (sin_q - q * math.cos(q)) / (q * q * q)
+        displacement, slope = orbit * displacement, k * orbit * rotation
+        surge -= displacement * sine
+        surge_rate -= displacement * cosine * rate
+        turn += slope * cosine
+        turn_rate += slope * sine * rate
+    return surge, surge_rate, turn, turn_rate

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.observer import LONGEST_HOLD, Observer
-from vessel_hsmc_ros.control.observer_model import jacobian, propagate, wave_transition
+from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD
+from vessel_hsmc_ros.control.observer_model import jacobian, model, multiply, propagate, wave_transition
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
@@ -83,8 +84,9 @@ def test_the_actuator_lag_improves_the_yaw_rate_estimate() -> None:
 
 
 def test_the_wave_filter_has_its_period_and_damping() -> None:
-    full_step = wave_transition(1.0, 0.1, 1.0)
-    np.testing.assert_allclose(np.linalg.matrix_power(wave_transition(1.0, 0.1, 0.1), 10), full_step, atol=1e-12)
+    waves = model(ObserverParameters(wave_period=2.0 * math.pi, wave_damping=0.1))
+    tenth, full_step = (np.reshape(wave_transition(dt, waves), (2, 2)) for dt in (0.1, 1.0))
+    np.testing.assert_allclose(np.linalg.matrix_power(tenth, 10), full_step, atol=1e-12)
     np.testing.assert_allclose(np.abs(np.linalg.eigvals(full_step)), math.exp(-0.1), rtol=1e-9)
 
 
@@ -181,13 +183,17 @@ def test_a_repeated_stamp_causes_no_prediction(stamp: int) -> None:
 
 def test_the_jacobian_is_the_derivative_of_the_model() -> None:
     """To first order in dt: (F - I)/dt against central differences of the propagated states."""
-    p, dt, step = ObserverParameters(), 1e-4, 1e-5
-    x = np.array([3.0, -2.0, 0.7, 1.5, -0.4, 0.2, 0.03, -0.05, 0.01, 0.04, -0.06])
+    m, dt, step = model(ObserverParameters(wave_period=6.0)), 1e-4, 1e-5
+    x = np.array([3.0, -2.0, 0.7, 1.5, -0.4, 0.2, 0.03, -0.05, 0.01, 0.04, -0.06, 0.1, -0.2, 0.03, 0.2, 0.1, -0.01])
     columns = []
-    for change in step * np.eye(11):
-        ahead, behind = (propagate(x + d, 0.1, 0.02, dt, p) for d in (change, -change))
+    for change in step * np.eye(17):
+        ahead, behind = x + change, x - change
+        for changed in (ahead, behind):
+            propagate(changed, 0.1, 0.02, dt, m)
         columns.append((ahead - behind) / (2.0 * step))
-    np.testing.assert_allclose((jacobian(x, dt, p) - np.eye(11)) / dt, (np.array(columns).T - np.eye(11)) / dt, atol=1e-3)
+    F = np.eye(17)
+    multiply(jacobian(x, dt, m), F, dt, m)
+    np.testing.assert_allclose((F - np.eye(17)) / dt, (np.array(columns).T - np.eye(17)) / dt, atol=1e-3)
 
 
 def innovation_of(deviations: float, index: int) -> tuple[float, float]:

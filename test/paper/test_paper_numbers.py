@@ -23,7 +23,7 @@ INITIAL_REFERENCE = np.array([15.0, 15.0, 0.0, 0.0, 0.0, 0.0])
 
 def test_the_printed_switching_gains_are_299_and_18_times_too_small() -> None:
     """Before (35): eta1 > a·(d2 + |z1|·d3) + b·d3, eta2 > d1 + |z2|·d3, at the origin and with perfect networks."""
-    d1, d2, d3 = acceleration(periodic_wrench(PEAK, PeriodicParameters()), SHIP)
+    d1, d2, d3 = acceleration(periodic_wrench(PEAK, PeriodicParameters().constants()), SHIP)
     assert (d1, d2, d3) == pytest.approx((0.01833, 0.02923, 0.002987), rel=1e-3)
     assert (GAINS["a"] * d2 + GAINS["b"] * d3) / GAINS["eta1"] == pytest.approx(298.8, abs=0.1)
     assert d1 / GAINS["eta2"] == pytest.approx(18.33, abs=0.01)

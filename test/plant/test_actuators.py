@@ -5,15 +5,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_sim_node.actuators import ActuatorParameters, Actuators
+from vessel_sim_node.actuators import ActuatorParameters, actuate
 
 PERIOD = 0.01
 
 
 def response(commands, **parameters):
     """Applied wrenches for (surge force, yaw moment) commands, (n, 2)."""
-    actuators = Actuators(ActuatorParameters(**parameters), PERIOD)
-    return np.array([actuators.step(command) for command in commands])
+    surge, yaw = ActuatorParameters(**parameters).constants(PERIOD)
+    applied = [(0.0, 0.0)]
+    for command in commands:
+        applied.append((actuate(applied[-1][0], command[0], surge), actuate(applied[-1][1], command[1], yaw)))
+    return np.array(applied[1:])
 
 
 def test_without_limits_the_applied_wrench_is_bit_identical_to_the_command() -> None:

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
+from vessel_sim_node.plant import ShipParameters
 from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
-from vessel_sim_node.waves import WaveParameters, Waves
+from vessel_sim_node.waves import WaveParameters, drift_force, make_sea, with_waves
 
 PERIOD = 0.01
 CALM = PeriodicParameters(0.0, 0.0, 0.0)
@@ -46,12 +48,12 @@ def test_wind_can_be_switched_on_and_retuning_keeps_the_present_gusts() -> None:
 
 
 def test_a_changed_current_carries_the_ship_and_leaves_the_phases_of_the_waves_continuous() -> None:
-    waves = Waves(WaveParameters(significant_height=2.0), np.random.default_rng(0))
-    state, time = np.array([10.0, 3.0, 0.2, 0.0, 0.0, 0.0]), 200.0
+    sea = make_sea(WaveParameters(significant_height=2.0), np.random.default_rng(0), ShipParameters())
+    motion, time = Motion(10.0, 3.0, 0.2, 0.0, 0.0, 0.0), 200.0
     old, new = (0.5, -0.2), (-1.0, 0.4)
-    before = waves.phases(time, state, old)
-    waves.change_current(old, new, time)
-    np.testing.assert_allclose(waves.phases(time, state, new), before, atol=1e-9)
+    changed = sea.with_current((new[0] - old[0], new[1] - old[1]), time)
+    assert drift_force(time, motion, new, changed) == pytest.approx(drift_force(time, motion, old, sea), rel=1e-9)
+    assert with_waves(time, motion, new, changed)[:3] == pytest.approx(with_waves(time, motion, old, sea)[:3], rel=1e-12)
 
     plant, loads = simulator(current=CurrentParameters(east=1.0))
     plant.retune(replace(loads, current=CurrentParameters(east=-1.0)), 0.0)

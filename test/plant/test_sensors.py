@@ -1,16 +1,21 @@
 import numpy as np
 import pytest
 
-from vessel_sim_node.sensors import SensorParameters, Sensors
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_sim_node.sensors import Sampling, SensorParameters, measurement, sampling
 
-STATE = np.array([5.0, 1.0, 0.3, 2.0, -0.4, 0.1])
+STATE = Motion(5.0, 1.0, 0.3, 2.0, -0.4, 0.1)
 NOISY = SensorParameters(position_noise=0.1, heading_noise=0.002, velocity_noise=0.01, yaw_rate_noise=0.001)
 STEP = 10_000_000
 
 
 def samples(parameters, count, seed=1):
-    sensors = Sensors(parameters, np.random.default_rng(seed))
-    return np.array([sensors.measure(k * STEP, STATE) for k in range(count)])
+    instants, random = Sampling(parameters.rates()), np.random.default_rng(seed)
+    rows = [Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
+    for k in range(count):
+        rows.append(measurement(STATE, rows[-1], instants.due(k * STEP), random.standard_normal(6), parameters.constants()))
+    return np.array(rows[1:])
 
 
 def test_noise_is_white_with_its_standard_deviation() -> None:
@@ -33,6 +38,13 @@ def test_each_sensor_holds_its_last_sample() -> None:
     changes = (np.diff(measured, axis=0) != 0.0).sum(axis=0)
     np.testing.assert_array_equal(changes, [2, 2, 29, 149, 149, 149])
     assert np.all(np.flatnonzero(np.diff(measured[:, 2])) % 10 == 9)  # new at 0.1 s, 0.2 s, ...
+
+
+@pytest.mark.parametrize("rates", [(0.0, 0.0, 0.0), (1.0, 33.3, 3.0), (7.0, 0.0, 150.0)])
+def test_the_instants_of_a_whole_run_are_those_of_its_steps(rates: tuple[float, float, float]) -> None:
+    stamps = RateGrid(120.0).stamps(1000)
+    one_by_one = Sampling(rates)
+    np.testing.assert_array_equal(sampling(rates, stamps), [one_by_one.due(int(stamp)) for stamp in stamps])
 
 
 def test_velocities_that_are_not_measured_are_zero() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.reference.motion_filter import FilteredMotion, MotionLimits
+from vessel_hsmc_ros.reference.motion_filter import Filtered, MotionLimits, advance_filter, filter_of, read_filter
 from vessel_sim_node.plant import VesselParameters
 
 LIMITS = MotionLimits()
@@ -12,12 +12,13 @@ SHIP = VesselParameters().coefficients()
 
 def filtered(u_c: float, r_c: float, steps: int = 600) -> tuple[np.ndarray, np.ndarray]:
     """Velocities u, v, r and accelerations for constant setpoints, both (steps, 3)."""
-    motion = FilteredMotion((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), LIMITS, SHIP, 0.1)
+    state, limits = Filtered(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), filter_of(LIMITS, SHIP, 0.1)
     velocities, accelerations = [], []
     for _ in range(steps):
-        motion.advance(u_c, r_c)
-        velocities.append(motion.state[3:])
-        accelerations.append(motion.acceleration())
+        state = advance_filter(state, u_c, r_c, limits)
+        motion, acceleration = read_filter(state, limits)
+        velocities.append(motion[3:])
+        accelerations.append(acceleration)
     return np.array(velocities), np.array(accelerations)
 
 

@@ -8,6 +8,7 @@ last bits differ between implementations. It may call other kernels by their nam
 is the array itself: a kernel only reads the list, and not after it has changed the array.
 """
 
+import types
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -21,3 +22,13 @@ def kernel(function: Function) -> Function:
     """Mark a function as a kernel; it is returned unchanged, and runs interpreted unless it is compiled."""
     KERNELS.add(function)
     return function
+
+
+def bound(function: Callable[..., Any], **kernels: Callable[..., Any]) -> Callable[..., Any]:
+    """A copy of a function with other kernels in the place of names of its module.
+
+    Numba cannot store a function that takes functions as arguments; one that calls them by name it can.
+    """
+    copy = types.FunctionType(function.__code__, {**function.__globals__, **kernels}, function.__name__)
+    copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
+    return copy

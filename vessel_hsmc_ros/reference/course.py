@@ -6,14 +6,21 @@ heading at a constant speed; it is not the motion of a ship, and course-control 
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.reference.input_program import RampParameters, SineParameters, StepsParameters, program_of
-
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.reference.input_program import (
+    Program,
+    RampParameters,
+    SineParameters,
+    StepsParameters,
+    input_rates,
+    input_value,
+    program_of,
+)
+from vessel_hsmc_ros.reference.kernel_reference import Array, KernelReference, write_row
 
 
 @dataclass(frozen=True)
@@ -29,7 +36,48 @@ class CourseReferenceParameters:
     )
 
 
-class CourseReference:
+class CourseConstants(NamedTuple):
+    """The heading as a function of time, the speed, m/s, and the length of a step, s."""
+
+    heading: Program
+    speed: float
+    period: float
+
+
+class CourseMemory(NamedTuple):
+    """Position, m, and number of steps."""
+
+    x: float
+    y: float
+    steps: int
+
+
+@kernel
+def move(m: CourseMemory, c: CourseConstants) -> CourseMemory:
+    """The reference one period later, the position by the midpoint rule."""
+    # Midpoint rule: psi is the heading in the middle of the period.
+    psi = input_value(c.heading, 0.0, (m.steps + 0.5) * c.period)
+    distance = c.speed * c.period
+    return CourseMemory(m.x + distance * math.cos(psi), m.y + distance * math.sin(psi), m.steps + 1)
+
+
+@kernel
+def read(m: CourseMemory, c: CourseConstants) -> tuple[Motion, Acceleration]:
+    """State and the derivatives 0, 0, dr_d of its velocities."""
+    time = m.steps * c.period
+    r, dr = input_rates(c.heading, time)
+    return Motion(m.x, m.y, input_value(c.heading, 0.0, time), c.speed, 0.0, r), Acceleration(0.0, 0.0, dr)
+
+
+@kernel
+def follow(m: CourseMemory, c: CourseConstants, rows: Array) -> None:
+    """Write the motion of each step into rows of shape (n, 9)."""
+    for k in range(len(rows)):
+        m = move(m, c) if k > 0 else m
+        write_row(rows[k], read(m, c))
+
+
+class CourseReference(KernelReference):
     """A heading over time in discrete time.
 
     Args:
@@ -37,41 +85,19 @@ class CourseReference:
         start: Initial position x, y, m.
         period: Time between two published states, s.
 
-    Attributes:
-        state: x, y, psi, u, v, r, shape (6,).
-
     Raises:
         ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
     """
 
+    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
+
     def __init__(self, parameters: CourseReferenceParameters, start: tuple[float, float], period: float) -> None:
-        self._heading = program_of(parameters, "heading", "reference_ship.course")
-        self._speed = parameters.surge_velocity
+        heading = program_of(parameters, "heading", "reference_ship.course")
+        self.constants = CourseConstants(heading, float(parameters.surge_velocity), period)
         self._start = start
-        self._period = period
         self.reset()
 
     def reset(self) -> None:
         """Return to the start."""
-        self._steps = 0
-        self._position = self._start
-        self._read()
-
-    def acceleration(self) -> Array:
-        """Derivatives 0, 0, dr_d of the body velocities, shape (3,): m/s², m/s², rad/s²."""
-        return np.array([0.0, 0.0, self._yaw_acceleration])
-
-    def advance(self) -> None:
-        """Advance by one period, the position by the midpoint rule."""
-        psi = self._heading.value((self._steps + 0.5) * self._period)
-        x, y = self._position
-        distance = self._speed * self._period
-        # Midpoint rule: psi is the heading in the middle of the period.
-        self._position = x + distance * math.cos(psi), y + distance * math.sin(psi)
-        self._steps += 1
-        self._read()
-
-    def _read(self) -> None:
-        time = self._steps * self._period
-        rate, self._yaw_acceleration = self._heading.rates(time)
-        self.state: Array = np.array([*self._position, self._heading.value(time), self._speed, 0.0, rate])
+        x, y = self._start
+        self.memory = CourseMemory(float(x), float(y), 0)

@@ -12,10 +12,11 @@ from vessel_hsmc_ros.reference.course import CourseReference, CourseReferencePar
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace
 from vessel_hsmc_ros.reference.curve_reference import CurveReference
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
-from vessel_hsmc_ros.reference.goal import GoalReference
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
-from vessel_hsmc_ros.reference.motion_filter import FilteredMotion, MotionLimits
-from vessel_hsmc_ros.reference.path import PathParameters, PathReference
+from vessel_hsmc_ros.reference.goal_reference import GoalReference
+from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
+from vessel_hsmc_ros.reference.path_parameters import PathParameters
+from vessel_hsmc_ros.reference.path_reference import PathReference
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 
@@ -49,16 +50,17 @@ def _course(parameters: "ReferenceShipParameters", period: float) -> Reference:
     return CourseReference(parameters.course, (x, y), period)
 
 
-def _motion(p: "ReferenceShipParameters", period: float) -> FilteredMotion:
-    return FilteredMotion(p.initial_pose, p.initial_velocity, p.motion, p.vessel.coefficients(), period)
+def _motion(p: "ReferenceShipParameters", period: float) -> tuple[Filtered, Filter]:
+    start = Filtered(*map(float, (*p.initial_pose, *p.initial_velocity, 0.0, 0.0)))
+    return start, filter_of(p.motion, p.vessel.coefficients(), period)
 
 
 def _goal(parameters: "ReferenceShipParameters", period: float) -> Reference:
-    return GoalReference(_motion(parameters, period), parameters.goal, period)
+    return GoalReference(*_motion(parameters, period), parameters.goal)
 
 
 def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
-    return PathReference(_motion(parameters, period), parameters.path, parameters.goal, period)
+    return PathReference(*_motion(parameters, period), parameters.path, parameters.goal)
 
 
 def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:

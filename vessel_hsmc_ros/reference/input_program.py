@@ -5,14 +5,19 @@ program(t) = constant + amplitude·sin(frequency·t + phase) + steps(t) + ramp(t
 The unit is that of the input, N, N·m or rad. A group with its default values contributes zero.
 """
 
-import bisect
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
+
+Array = NDArray[np.float64]
 
 EARLY = 0.5e-9
 """Tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times."""
@@ -55,7 +60,29 @@ class RampParameters:
     values: tuple[float, ...] = values("Values of the points, in the unit of the input.")
 
 
-class InputProgram:
+class Program(NamedTuple):
+    """An input as a function of time.
+
+    Attributes:
+        constant: Constant part, in the unit of the input.
+        amplitude, frequency, phase: The sine; in the unit of the input, rad/s, rad.
+        step_times, step_values: The steps, shape (n,); s, in the unit of the input; n = 0 if they are zero.
+        ramp_times, ramp_values: The points of the ramp, shape (m,); s, in the unit of the input; m = 0 if they are zero.
+    """
+
+    constant: float
+    amplitude: float
+    frequency: float
+    phase: float
+    step_times: Array
+    step_values: Array
+    ramp_times: Array
+    ramp_values: Array
+
+
+def program(
+    constant: float, sine: SineParameters, steps: StepsParameters, ramp: RampParameters, name: str = "program"
+) -> Program:
     """The sum of a constant, a sine, steps and a ramp.
 
     Args:
@@ -66,52 +93,19 @@ class InputProgram:
     Raises:
         ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
     """
-
-    def __init__(
-        self, constant: float, sine: SineParameters, steps: StepsParameters, ramp: RampParameters, name: str = "program"
-    ) -> None:
-        for points, kind in ((steps, "steps"), (ramp, "ramp")):
-            check_points(points, f"{name}_{kind}")
-        self._constant, self._sine, self._steps, self._ramp = constant, sine, steps, ramp
-        self._offset = 0.0
-
-    def continue_phase(self, previous: "InputProgram", time: float) -> None:
-        """Take over the phase that a previous programme's sine had come to, apart from a change of the parameter `phase` itself.
-
-        Args:
-            previous: The programme that this one replaces.
-            time: Time of the change since the start, s.
-        """
-        # Equal angles frequency·time + offset at the time of the change.
-        self._offset = previous._offset + (previous._sine.frequency - self._sine.frequency) * time
-
-    def value(self, time: float) -> float:
-        """The value at a time since the start, s."""
-        s = self._sine
-        sine = s.amplitude * math.sin(s.frequency * time + s.phase + self._offset)
-        return self._constant + sine + step_value(self._steps, time) + self._interpolated(time)[0]
-
-    def rates(self, time: float) -> tuple[float, float]:
-        """First and second derivative at a time since the start, per s and per s²; those of the steps are taken as zero."""
-        s = self._sine
-        angle = s.frequency * time + s.phase + self._offset
-        first = s.amplitude * s.frequency * math.cos(angle) + self._interpolated(time)[1]
-        return first, -s.amplitude * s.frequency * s.frequency * math.sin(angle)
-
-    def _interpolated(self, time: float) -> tuple[float, float]:
-        """Value and slope of the ramp; at a point, the slope to its right."""
-        t, y = self._ramp.times, self._ramp.values
-        after = bisect.bisect_right(t, time + EARLY)
-        # Outside of its points the ramp is constant, so its slope is zero.
-        if after == 0:
-            return y[0], 0.0
-        if after == len(t):
-            return y[-1], 0.0
-        slope = (y[after] - y[after - 1]) / (t[after] - t[after - 1])
-        return y[after - 1] + slope * (time - t[after - 1]), slope
+    for points, kind in ((steps, "steps"), (ramp, "ramp")):
+        check_points(points, f"{name}_{kind}")
+    parts = (*arrays(steps), *arrays(ramp))
+    return Program(float(constant), float(sine.amplitude), float(sine.frequency), float(sine.phase), *parts)
 
 
-def program_of(parameters: Any, name: str, owner: str) -> InputProgram:
+def arrays(points: StepsParameters | RampParameters) -> tuple[Array, Array]:
+    """Times and values as arrays; empty if all values are zero, which saves most inputs the search."""
+    nonzero = any(points.values)
+    return np.array(points.times if nonzero else (), np.float64), np.array(points.values if nonzero else (), np.float64)
+
+
+def program_of(parameters: Any, name: str, owner: str) -> Program:
     """Make the input of a given name from its parameters.
 
     Args:
@@ -126,13 +120,64 @@ def program_of(parameters: Any, name: str, owner: str) -> InputProgram:
         ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
     """
     sine, steps, ramp = (getattr(parameters, f"{name}_{kind}") for kind in ("sine", "steps", "ramp"))
-    return InputProgram(getattr(parameters, name), sine, steps, ramp, f"{owner}.{name}")
+    return program(getattr(parameters, name), sine, steps, ramp, f"{owner}.{name}")
 
 
-def step_value(steps: StepsParameters, time: float) -> float:
-    """The value of the steps at a time since the start, s; 0 before the first."""
-    begun = bisect.bisect_right(steps.times, time + EARLY)
-    return steps.values[begun - 1] if begun else 0.0
+@kernel
+def input_value(p: Program, offset: float, time: float) -> float:
+    """The input at a time since the start, s.
+
+    Args:
+        p: The input.
+        offset: Added to the phase of the sine, rad.
+        time: Time since the start, s.
+
+    Returns:
+        The sum of its parts, in the unit of the input.
+    """
+    sine = p.amplitude * math.sin(p.frequency * time + p.phase + offset)
+    begun = passed(p.step_times, time)
+    step = float(p.step_values[begun - 1]) if begun > 0 else 0.0
+    return p.constant + sine + step + interpolated(p, time)[0]
+
+
+@kernel
+def input_rates(p: Program, time: float) -> tuple[float, float]:
+    """First and second derivative at a time since the start, per s and per s²; those of the steps are taken as zero."""
+    angle = p.frequency * time + p.phase
+    first = p.amplitude * p.frequency * math.cos(angle) + interpolated(p, time)[1]
+    return first, -p.amplitude * p.frequency * p.frequency * math.sin(angle)
+
+
+@kernel
+def interpolated(p: Program, time: float) -> tuple[float, float]:
+    """Value and slope of the ramp; at a point, the slope to its right."""
+    t, y = p.ramp_times, p.ramp_values
+    if len(t) == 0:
+        return 0.0, 0.0
+    after = passed(t, time)
+    # Outside of its points the ramp is constant, so its slope is zero.
+    if after == 0:
+        return float(y[0]), 0.0
+    last = float(y[after - 1])
+    if after == len(t):
+        return last, 0.0
+    begin = float(t[after - 1])
+    slope = (float(y[after]) - last) / (float(t[after]) - begin)
+    return last + slope * (time - begin), slope
+
+
+@kernel
+def passed(times: Array, time: float) -> int:
+    """How many of some increasing times have passed, by bisection."""
+    low, high = 0, len(times)
+    while low < high:
+        middle = (low + high) // 2
+        if time + EARLY < times[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return low
 
 
 def check_points(points: StepsParameters | RampParameters, name: str) -> None:

@@ -13,15 +13,13 @@ velocity is that of the unforced hull. Position, velocity and acceleration are c
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_sim_node.plant import Vessel, unforced_acceleration
-
-Array = NDArray[np.float64]
 
 T_F, T_A = 1.5, 0.4
 """Time constants, s; the damping ratio of velocity and acceleration is sqrt(T_F/T_A)/2 = 0.97, almost critical."""
@@ -37,62 +35,102 @@ class MotionLimits:
     yaw_acceleration: float = parameter(0.02, "Largest yaw acceleration.", unit="rad/s²", low=1e-6, high=1e2)
 
 
-class FilteredMotion:
-    """The motion of a reference in discrete time.
+class Filter(NamedTuple):
+    """Limits of the motion, coefficients of the hull, for its sway, and length of a step, s."""
 
-    Attributes:
-        state: x, y, psi, u, v, r, shape (6,).
-        limits: Limits of the motion.
+    speed: float
+    acceleration: float
+    yaw_rate: float
+    yaw_acceleration: float
+    vessel: Vessel
+    period: float
+
+
+class Filtered(NamedTuple):
+    """State of the filter, or its time derivative: pose, body velocities, surge and yaw acceleration."""
+
+    x: float
+    y: float
+    psi: float
+    u: float
+    v: float
+    r: float
+    a: float
+    alpha: float
+
+
+def filter_of(limits: MotionLimits, vessel: Vessel, period: float) -> Filter:
+    """The filter of a hull.
 
     Args:
-        pose, velocity: Initial x, y, psi and u, v, r.
         limits: Limits of the motion.
-        vessel: Coefficients of the hull, for its sway.
+        vessel: Coefficients of the hull.
         period: Length of a step, s.
     """
+    return Filter(limits.speed, limits.acceleration, limits.yaw_rate, limits.yaw_acceleration, vessel, period)
 
-    def __init__(
-        self, pose: tuple[float, ...], velocity: tuple[float, ...], limits: MotionLimits, vessel: Vessel, period: float
-    ) -> None:
-        self.limits = limits
-        self._start = np.array(pose + velocity)
-        self._vessel = vessel
-        self._period = period
-        self.reset()
 
-    def reset(self) -> None:
-        """Return to the initial state."""
-        self.state: Array = self._start.copy()
-        self._a = self._alpha = 0.0
+@kernel
+def read_filter(s: Filtered, c: Filter) -> tuple[Motion, Acceleration]:
+    """The motion, and the derivatives of its velocities."""
+    dv = unforced_acceleration(s.u, s.v, s.r, c.vessel)[1]
+    return Motion(s.x, s.y, s.psi, s.u, s.v, s.r), Acceleration(s.a, dv, s.alpha)
 
-    def acceleration(self) -> Array:
-        """Derivatives du, dv, dr of the body velocities, shape (3,): m/s², m/s², rad/s²."""
-        u, v, r = self.state[3:].tolist()
-        return np.array([self._a, unforced_acceleration(u, v, r, self._vessel)[1], self._alpha])
 
-    def advance(self, u_c: float, r_c: float) -> None:
-        """Advance by one period towards the setpoints, by one Runge-Kutta step.
+@kernel
+def advance_filter(s: Filtered, u_c: float, r_c: float, c: Filter) -> Filtered:
+    """Advance by one period towards the setpoints, by one Runge-Kutta step.
 
-        Args:
-            u_c: Surge-speed setpoint, m/s; limited to the largest speed.
-            r_c: Yaw-rate setpoint, rad/s; limited to the largest yaw rate.
-        """
-        u_c, r_c = clip(u_c, self.limits.speed), clip(r_c, self.limits.yaw_rate)
-        # Velocity and acceleration are integrated with the pose, so that all published derivatives are consistent.
-        h, s = self._period, np.array([*self.state, self._a, self._alpha])
-        k1 = self._derivative(s, u_c, r_c)
-        k2 = self._derivative(s + 0.5 * h * k1, u_c, r_c)
-        k3 = self._derivative(s + 0.5 * h * k2, u_c, r_c)
-        k4 = self._derivative(s + h * k3, u_c, r_c)
-        s = s + (h / 6.0) * (k1 + 2.0 * (k2 + k3) + k4)
-        self.state, self._a, self._alpha = s[:6], float(s[6]), float(s[7])
+    Args:
+        s: State.
+        u_c: Surge-speed setpoint, m/s; limited to the largest speed.
+        r_c: Yaw-rate setpoint, rad/s; limited to the largest yaw rate.
+        c: Limits, hull and period.
 
-    def _derivative(self, s: Array, u_c: float, r_c: float) -> Array:
-        """The time derivative of x, y, psi, u, v, r, a, alpha."""
-        psi, u, v, r, a, alpha = s[2:].tolist()
-        c, sine = math.cos(psi), math.sin(psi)
-        # The acceleration demand is limited before the second lag, so that the acceleration itself stays within its limit.
-        jerk = (clip((u_c - u) / T_F, self.limits.acceleration) - a) / T_A
-        yaw_jerk = (clip((r_c - r) / T_F, self.limits.yaw_acceleration) - alpha) / T_A
-        dv = unforced_acceleration(u, v, r, self._vessel)[1]
-        return np.array([u * c - v * sine, u * sine + v * c, r, a, dv, alpha, jerk, yaw_jerk])
+    Returns:
+        The state one period later.
+    """
+    u_c, r_c = clip(u_c, c.speed), clip(r_c, c.yaw_rate)
+    # Velocity and acceleration are integrated with the pose, so that all published derivatives are consistent.
+    h = c.period
+    k1 = rate_of_filter(s, u_c, r_c, c)
+    k2 = rate_of_filter(shifted(s, 0.5 * h, k1), u_c, r_c, c)
+    k3 = rate_of_filter(shifted(s, 0.5 * h, k2), u_c, r_c, c)
+    k4 = rate_of_filter(shifted(s, h, k3), u_c, r_c, c)
+    total = Filtered(
+        k1.x + 2.0 * (k2.x + k3.x) + k4.x,
+        k1.y + 2.0 * (k2.y + k3.y) + k4.y,
+        k1.psi + 2.0 * (k2.psi + k3.psi) + k4.psi,
+        k1.u + 2.0 * (k2.u + k3.u) + k4.u,
+        k1.v + 2.0 * (k2.v + k3.v) + k4.v,
+        k1.r + 2.0 * (k2.r + k3.r) + k4.r,
+        k1.a + 2.0 * (k2.a + k3.a) + k4.a,
+        k1.alpha + 2.0 * (k2.alpha + k3.alpha) + k4.alpha,
+    )
+    return shifted(s, h / 6.0, total)
+
+
+@kernel
+def rate_of_filter(s: Filtered, u_c: float, r_c: float, c: Filter) -> Filtered:
+    """The time derivative of the state; the arguments are those of `advance_filter`."""
+    cosine, sine = math.cos(s.psi), math.sin(s.psi)
+    # The acceleration demand is limited before the second lag, so that the acceleration itself stays within its limit.
+    jerk = (clip((u_c - s.u) / T_F, c.acceleration) - s.a) / T_A
+    yaw_jerk = (clip((r_c - s.r) / T_F, c.yaw_acceleration) - s.alpha) / T_A
+    dv = unforced_acceleration(s.u, s.v, s.r, c.vessel)[1]
+    return Filtered(s.u * cosine - s.v * sine, s.u * sine + s.v * cosine, s.r, s.a, dv, s.alpha, jerk, yaw_jerk)
+
+
+@kernel
+def shifted(s: Filtered, step: float, rate: Filtered) -> Filtered:
+    """The state moved by a step at a rate."""
+    return Filtered(
+        s.x + step * rate.x,
+        s.y + step * rate.y,
+        s.psi + step * rate.psi,
+        s.u + step * rate.u,
+        s.v + step * rate.v,
+        s.r + step * rate.r,
+        s.a + step * rate.a,
+        s.alpha + step * rate.alpha,
+    )

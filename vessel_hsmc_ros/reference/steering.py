@@ -2,9 +2,10 @@
 
 import math
 
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.reference.motion_filter import FilteredMotion
+from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered
 
 GAIN = 0.25
 """Proportional gain from distance to speed and from angle to yaw rate, 1/s."""
@@ -16,6 +17,7 @@ LEAST_SPEED = 0.3
 """The drift angle is computed with at least this surge speed, m/s: it is undefined at rest."""
 
 
+@kernel
 def approach(distance: float, braking: float, largest: float) -> float:
     """The speed at which to approach a point so that the motion can stop there.
 
@@ -29,39 +31,37 @@ def approach(distance: float, braking: float, largest: float) -> float:
     Returns:
         Speed, m/s, or yaw rate, rad/s, with the sign of the distance.
     """
+    size = abs(distance)
     # The smallest of the three bounds: proportional, braking curve, largest speed.
-    magnitude = abs(distance)
-    return math.copysign(min(GAIN * magnitude, math.sqrt(2.0 * braking * magnitude), largest), distance)
+    proportional, curve = GAIN * size, math.sqrt(2.0 * braking * size)
+    lower = curve if curve < proportional else proportional
+    return math.copysign(largest if largest < lower else lower, distance)
 
 
-def surge_setpoint(motion: FilteredMotion, distance: float) -> float:
+@kernel
+def surge_setpoint(distance: float, c: Filter) -> float:
     """The surge speed with which to stop after a distance, m, positive ahead; half the acceleration is kept in reserve."""
-    limits = motion.limits
-    return approach(distance, 0.5 * limits.acceleration, limits.speed)
+    return approach(distance, 0.5 * c.acceleration, c.speed)
 
 
-def yaw_rate_setpoint(motion: FilteredMotion, angle: float, feedforward: float = 0.0) -> float:
+@kernel
+def yaw_rate_setpoint(angle: float, feedforward: float, c: Filter) -> float:
     """The yaw rate with which to turn by an angle; half the yaw acceleration is kept in reserve.
 
     Args:
-        motion: The reference's motion.
         angle: Angle to turn by, rad, wrapped.
         feedforward: Yaw rate of the desired heading, rad/s.
+        c: Limits of the motion.
 
     Returns:
         Yaw rate, rad/s; the motion filter limits it.
     """
-    limits = motion.limits
-    return feedforward + approach(angle, 0.5 * limits.yaw_acceleration, limits.yaw_rate)
+    return feedforward + approach(angle, 0.5 * c.yaw_acceleration, c.yaw_rate)
 
 
+@kernel
 def follow_line(
-    motion: FilteredMotion,
-    course: float,
-    cross_track: float,
-    speed: float,
-    yaw_rate: float = 0.0,
-    lookahead: float = GOAL_LOOKAHEAD,
+    motion: Filtered, course: float, cross_track: float, speed: float, yaw_rate: float, lookahead: float, c: Filter
 ) -> tuple[float, float]:
     """Setpoints that bring the motion onto a line and along it, by line-of-sight guidance of its course.
 
@@ -75,12 +75,14 @@ def follow_line(
         speed: Speed along the line, m/s.
         yaw_rate: Rate at which the line turns, rad/s.
         lookahead: Lookahead distance, m.
+        c: Limits of the motion.
 
     Returns:
         Surge speed [m/s] and yaw rate [rad/s].
     """
-    psi, u, v = motion.state[2:5].tolist()
     # The sideslip angle: an underactuated hull moves along its course, not along its heading.
-    drift = math.atan2(v, max(u, LEAST_SPEED))
-    error = wrap(course - math.atan(cross_track / lookahead) - drift - psi)
-    return speed * max(0.0, math.cos(error)), yaw_rate_setpoint(motion, error, clip(yaw_rate, motion.limits.yaw_rate))
+    drift = math.atan2(motion.v, motion.u if motion.u > LEAST_SPEED else LEAST_SPEED)
+    error = wrap(course - math.atan(cross_track / lookahead) - drift - motion.psi)
+    aligned = math.cos(error)
+    share = aligned if aligned > 0.0 else 0.0
+    return speed * share, yaw_rate_setpoint(error, clip(yaw_rate, c.yaw_rate), c)

@@ -5,17 +5,33 @@ ship of the same kind. Its states and inputs carry the suffix d in the paper. Th
 does not give; each is constant over a period.
 """
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.reference.input_program import InputProgram, RampParameters, SineParameters, StepsParameters, program_of
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters, derivative, divergence, initial_pose, initial_velocity
-
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.reference.input_program import (
+    Program,
+    RampParameters,
+    SineParameters,
+    StepsParameters,
+    input_value,
+    program_of,
+)
+from vessel_hsmc_ros.reference.kernel_reference import Array, KernelReference, write_row
+from vessel_sim_node.integrate import rk4_step
+from vessel_sim_node.plant import (
+    STILL_WATER,
+    Vessel,
+    VesselParameters,
+    divergence,
+    initial_pose,
+    initial_velocity,
+    rate_of_motion,
+)
 
 UNDISTURBED = (0.0, 0.0, 0.0)
 
@@ -47,37 +63,80 @@ class VirtualShipParameters:
     vessel: VesselParameters = group(VesselParameters)
 
 
-class ReferenceShip:
+class ShipConstants(NamedTuple):
+    """Inputs and hull of the virtual ship, and the length of a step, s."""
+
+    surge_force: Program
+    yaw_moment: Program
+    vessel: Vessel
+    period: float
+
+
+class ShipMemory(NamedTuple):
+    """State, inputs of the present step, number of steps, and phases by which changes have shifted the sines, rad."""
+
+    motion: Motion
+    tau: tuple[float, float]
+    steps: int
+    offset: tuple[float, float]
+
+
+@kernel
+def inputs(steps: int, offset: tuple[float, float], c: ShipConstants) -> tuple[float, float]:
+    """tau_1d [N] and tau_2d [N·m] of a step."""
+    time = steps * c.period
+    return input_value(c.surge_force, offset[0], time), input_value(c.yaw_moment, offset[1], time)
+
+
+@kernel
+def move(m: ShipMemory, c: ShipConstants) -> ShipMemory:
+    """The virtual ship one period later, under the inputs at the beginning of the period."""
+    motion = rk4_step(m.motion, m.tau, UNDISTURBED, c.vessel, c.period, STILL_WATER)
+    return ShipMemory(motion, inputs(m.steps + 1, m.offset, c), m.steps + 1, m.offset)
+
+
+@kernel
+def read(m: ShipMemory, c: ShipConstants) -> tuple[Motion, Acceleration]:
+    """State of the virtual ship, and the derivatives of its velocities by (8)."""
+    rate = rate_of_motion(m.motion, m.tau, UNDISTURBED, c.vessel, STILL_WATER)
+    return m.motion, Acceleration(rate.u, rate.v, rate.r)
+
+
+@kernel
+def follow(m: ShipMemory, c: ShipConstants, rows: Array) -> None:
+    """Write the motion of each step into rows of shape (n, 9)."""
+    for k in range(len(rows)):
+        m = move(m, c) if k > 0 else m
+        write_row(rows[k], read(m, c))
+
+
+class ReferenceShip(KernelReference):
     """The virtual ship (8) in discrete time.
 
     Args:
         parameters: Parameters of the virtual ship.
         period: Time between two published states, s.
 
-    Attributes:
-        state: x_d, y_d, psi_d, u_d, v_d, r_d, shape (6,).
-
     Raises:
         ParameterError: times and values of an input differ in number, or the times do not increase.
     """
 
+    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
+
     def __init__(self, parameters: VirtualShipParameters, period: float) -> None:
-        self._parameters = parameters
         self._period = period
-        self._vessel = parameters.vessel.coefficients()
+        self._take(parameters)
         self.reset()
 
-    @staticmethod
-    def _programs(parameters: VirtualShipParameters) -> tuple[InputProgram, InputProgram]:
+    def _take(self, parameters: VirtualShipParameters) -> None:
         surge_force, yaw_moment = (program_of(parameters, name, "reference_ship") for name in ("surge_force", "yaw_moment"))
-        return surge_force, yaw_moment
+        self.constants = ShipConstants(surge_force, yaw_moment, parameters.vessel.coefficients(), self._period)
+        self._parameters = parameters
 
     def reset(self) -> None:
         """Return to the initial state and the start of the inputs."""
-        self.state: Array = np.array(self._parameters.initial_pose + self._parameters.initial_velocity)
-        self._surge_force, self._yaw_moment = self._programs(self._parameters)
-        self._steps = 0
-        self._read_inputs()
+        start = as_motion(self._parameters.initial_pose + self._parameters.initial_velocity)
+        self.memory = ShipMemory(start, inputs(0, (0.0, 0.0), self.constants), 0, (0.0, 0.0))
 
     def retune(self, parameters: VirtualShipParameters) -> None:
         """Take changed inputs from the next step on; the phase of a sine whose frequency changes is continuous.
@@ -85,16 +144,13 @@ class ReferenceShip:
         Raises:
             ParameterError: the times of an input's programme do not fit its values.
         """
-        # Validate the new inputs first: if they are rejected, the old ones stay in effect.
-        surge_force, yaw_moment = self._programs(parameters)
-        time = self._steps * self._period
-        surge_force.continue_phase(self._surge_force, time)
-        yaw_moment.continue_phase(self._yaw_moment, time)
-        self._parameters, self._surge_force, self._yaw_moment = parameters, surge_force, yaw_moment
-
-    def acceleration(self) -> Array:
-        """Derivatives du_d, dv_d, dr_d of (8) at the present state, shape (3,): m/s², m/s², rad/s²."""
-        return derivative(self.state, self._wrench, UNDISTURBED, self._vessel)[3:]
+        old, m = self.constants, self.memory
+        self._take(parameters)
+        # Equal angles frequency·time + offset at the time of the change.
+        time, new = m.steps * self._period, self.constants
+        surge = m.offset[0] + (old.surge_force.frequency - new.surge_force.frequency) * time
+        yaw = m.offset[1] + (old.yaw_moment.frequency - new.yaw_moment.frequency) * time
+        self.memory = m._replace(offset=(surge, yaw))
 
     def advance(self) -> None:
         """Advance by one period under the inputs at its beginning.
@@ -102,17 +158,9 @@ class ReferenceShip:
         Raises:
             SimulationError: the motion is no longer finite.
         """
-        with np.errstate(over="ignore", invalid="ignore"):
-            try:
-                self.state = rk4(self.state, self._wrench, UNDISTURBED, self._vessel, self._period)
-            except ValueError:  # the cosine of an infinite heading
-                self.state = np.full(6, np.nan)
-        if not np.isfinite(self.state).all():
-            cause = f"under {self._wrench[0]:g} N and {self._wrench[1]:g} N·m: they do not fit its hull, or the step is too long"
-            raise divergence("virtual ship", self._steps * self._period, cause, self._parameters.vessel)
-        self._steps += 1
-        self._read_inputs()
-
-    def _read_inputs(self) -> None:
-        time = self._steps * self._period
-        self._wrench = self._surge_force.value(time), self._yaw_moment.value(time)
+        before = self.memory
+        with suppress(ValueError):  # the cosine of an infinite heading
+            self.memory = move(before, self.constants)
+        if self.memory is before or not all(map(math.isfinite, self.memory.motion)):
+            cause = f"under {before.tau[0]:g} N and {before.tau[1]:g} N·m: they do not fit its hull, or the step is too long"
+            raise divergence("virtual ship", before.steps * self._period, cause, self._parameters.vessel)

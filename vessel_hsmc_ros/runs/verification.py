@@ -5,7 +5,7 @@ recording, such as a changed gain, takes effect at the same step.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +16,14 @@ from vessel_hsmc_ros.bags.events import Event, changed_parameters
 from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
+from vessel_hsmc_ros.simulation.recorded_loop import Recorded, serve
 
 Array = NDArray[np.float64]
 
@@ -65,13 +66,14 @@ class Verification:
         return indices
 
 
-def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verification:
+def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpreted: bool = False) -> Verification:
     """Recompute every command of a recorded lockstep run.
 
     Args:
         bag: A bag with `odom`, `reference` and `cmd_wrench`.
         scenario: The bag's own scenario, or a modified one to see the difference.
         namespace: Namespace of the vessel, if the bag holds several.
+        interpreted: Run the plain Python text, also where it could be compiled; the numbers are the same.
 
     Returns:
         The recorded and the recomputed commands.
@@ -98,8 +100,8 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
         raise BagError(f"bag {bag.path} has no command that answers an odometry message")
     last = int(np.flatnonzero(answered)[-1]) + 1  # a truncated bag may end before the command
     events = [event for event in bag.events(namespace) if event.node == "controller"]
-    steps = _steps(scenario, events, stamps[:last], states, run_from_bag.inputs_at(stamps[:last], reference))
-    computed = np.array([*steps]).reshape(-1, 2)
+    inputs = run_from_bag.inputs_at(stamps[:last], reference)
+    computed = _computed(scenario, events, _recorded(scenario, stamps[:last], states[:last], inputs), interpreted)
     chosen = np.flatnonzero(answered[: len(computed)])
     if not len(chosen):
         raise BagError(f"bag {bag.path} has no reference for its first odometry message")
@@ -108,27 +110,38 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verifi
     return Verification(time, recorded, computed[chosen], len(stamps) - len(computed))
 
 
-def _steps(
-    scenario: Scenario,
-    events: Sequence[Event],
-    stamps: NDArray[np.int64],
-    states: Array,
-    inputs: tuple[NDArray[np.bool_], Array, Array],
-) -> Iterator[tuple[float, float]]:
-    """The wrench for each odometry message, as the node would compute it, up to the first missing reference."""
+def _recorded(
+    scenario: Scenario, stamps: NDArray[np.int64], states: Array, inputs: tuple[NDArray[np.bool_], Array, Array]
+) -> Recorded:
+    """The inputs of the controller up to the first missing reference.
+
+    The law has a state: from a missing input on, no later command can be recomputed.
+    """
+    known, references, accelerations = inputs
+    periods = RateGrid(scenario.controller.rate_hz).indices(stamps)
+    due = np.ones(len(stamps), np.bool_)
+    due[1:] = np.diff(periods) != 0
+    missing = np.flatnonzero(due & ~known)
+    end = int(missing[0]) if len(missing) else len(stamps)
+    motions = (np.ascontiguousarray(values[:end]) for values in (states, references, accelerations))
+    return Recorded(stamps[:end].copy(), due[:end], *motions, np.empty((end, 2)))
+
+
+def _computed(scenario: Scenario, events: Sequence[Event], recorded: Recorded, interpreted: bool) -> Array:
+    """The wrench for each odometry message, as the node would compute it, (n, 2)."""
     controller = scenario.controller
     loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
-    known, references, accelerations = inputs
+    idle = Observer(controller.observer, controller.vessel)
+    time, start = (recorded.stamp - recorded.stamp[:1]) * 1e-9, 0
     # An event has the stamp of the node's latest command, so it takes effect from the next odometry message on.
-    pending = [(time, [*group]) for time, group in itertools.groupby(events, key=lambda event: event.time)]
-    for row, stamp in enumerate(stamps.tolist()):
-        while pending and pending[0][0] < seconds(stamp - int(stamps[0])):
-            controller = _apply(loop, controller, pending.pop(0)[1])
-        if loop.due(stamp):  # the law has a state: from a missing input on, no later command can be recomputed
-            if not known[row]:
-                return
-            loop.step(stamp, as_motion(states[row]), as_motion(references[row]), as_acceleration(accelerations[row]))
-        yield loop.wrench
+    for at, group in itertools.groupby(events, key=lambda event: event.time):
+        stop = max(start, int(np.searchsorted(time, at, side="right")))
+        serve(loop, idle, recorded, range(start, stop), interpreted)
+        start = stop
+        if start < len(time):
+            controller = _apply(loop, controller, [*group])
+    serve(loop, idle, recorded, range(start, len(time)), interpreted)
+    return recorded.wrench
 
 
 def _apply(loop: ControlLoop, controller: ControllerParameters, events: Sequence[Event]) -> ControllerParameters:

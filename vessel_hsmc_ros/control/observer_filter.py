@@ -1,0 +1,233 @@
+"""One update of the observer: prediction by the model, then correction by x, y and psi one after the other."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.control.observer_model import DXI, PSI, Model, propagate, propagate_covariance
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion, wrap
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.timing import seconds
+
+Array = NDArray[np.float64]
+Pose = tuple[float, float, float]
+Wrench = tuple[float, float]
+
+LONGEST_HOLD = 2.0
+"""An unchanged measurement counts as a repetition of the last sample for this long, s."""
+
+GATE = 20.0
+"""Innovation gate, in standard deviations: a measurement beyond it is rejected as an outlier.
+
+After LONGEST_HOLD without an accepted measurement the filter is reinitialised, because then the estimate is wrong and not the
+sensor. The gate is wide, so that the filter recovers by itself from moderate errors of its model."""
+
+
+class ObserverConstants(NamedTuple):
+    """What does not change during a run.
+
+    Attributes:
+        enabled: Whether the law takes the estimate; the kernels of this module do not look at it.
+        model: Constants of the model.
+        noise: Variances of a sample of x, y and psi.
+        Q: Intensity of the process noise, shape (n, n).
+        start: Initial variances of the states, shape (n,).
+        m11, m33: Known inertia.
+        force_limit, moment_limit: Known limits of the wrench.
+        lag: T_l, s; 0 for none.
+    """
+
+    enabled: bool
+    model: Model
+    noise: tuple[float, float, float]
+    Q: Array
+    start: Array
+    m11: float
+    m33: float
+    force_limit: float
+    moment_limit: float
+    lag: float
+
+
+class ObserverState(NamedTuple):
+    """The state of the filter; its arrays are written in place.
+
+    Attributes:
+        x: States in the order of `observer_model`, shape (n,).
+        P: Their covariance, shape (n, n).
+        held: The last samples of x, y and psi, shape (3,).
+        sampled_at: When position and heading were sampled, ns, shape (2,).
+        started: Whether a measurement has initialised the filter.
+        stamp: Time of the estimate, ns.
+        accepted_at: When all new samples were accepted for the last time, ns.
+        applied: Wrench after limits and lag, N, N·m.
+    """
+
+    x: Array
+    P: Array
+    held: Array
+    sampled_at: NDArray[np.int64]
+    started: bool
+    stamp: int
+    accepted_at: int
+    applied: Wrench
+
+
+def initial_state(c: ObserverConstants) -> ObserverState:
+    """The state before the first measurement."""
+    n = len(c.start)
+    return ObserverState(np.zeros(n), np.zeros((n, n)), np.zeros(3), np.zeros(2, np.int64), False, 0, 0, (0.0, 0.0))
+
+
+@kernel
+def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: ObserverConstants) -> ObserverState:
+    """Predict the estimate to the time of a new measurement and correct it.
+
+    Args:
+        stamp: Time of the measurement, ns.
+        pose: Measured x, y, psi.
+        wrench: Wrench commanded since the last update, N, N·m.
+        s: State of the filter; its arrays are written in place.
+        c: Constants.
+
+    Returns:
+        State of the filter.
+    """
+    if not s.started:
+        s = begin(stamp, pose, s, c)
+    applied = s.applied
+    if stamp > s.stamp:
+        dt = seconds(stamp - s.stamp)
+        applied = actuated(applied, wrench, dt, c)
+        predict(s.x, s.P, applied, dt, c)
+    # Position and heading are separate sensors with rates of their own, so each is tested for a new sample on its own.
+    new_position, new_heading = is_new_position(stamp, pose, s), is_new_heading(stamp, pose, s)
+    accepted = True
+    for i in range(3):
+        if new_heading if i == PSI else new_position:
+            accepted = correct(i, pose[i], s.x, s.P, c) and accepted
+    accepted_at = s.accepted_at
+    if new_position or new_heading:
+        s.P[:] = 0.5 * (s.P + s.P.T)  # rounding must not make it unsymmetric
+        if accepted:
+            accepted_at = stamp
+        elif seconds(stamp - accepted_at) > LONGEST_HOLD:
+            return begin(stamp, pose, s, c)
+    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, max(stamp, s.stamp), accepted_at, applied)
+
+
+@kernel
+def estimate(s: ObserverState) -> Motion:
+    """The estimated low-frequency motion, its heading in (-pi, pi]."""
+    x = s.x
+    return Motion(float(x[0]), float(x[1]), wrap(float(x[2])), float(x[3]), float(x[4]), float(x[5]))
+
+
+@kernel
+def begin(stamp: int, pose: Pose, s: ObserverState, c: ObserverConstants) -> ObserverState:
+    """Initialise the filter at a measured pose, at rest and without disturbance; the arguments are those of `observe`."""
+    s.x[:] = 0.0
+    s.P[:] = 0.0
+    for i in range(len(c.start)):
+        s.P[i, i] = c.start[i]
+    for i in range(3):
+        s.x[i] = pose[i]
+        s.held[i] = math.nan  # equal to no sample
+    s.sampled_at[:] = stamp
+    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, stamp, stamp, (0.0, 0.0))
+
+
+@kernel
+def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants) -> None:
+    """Propagate state and covariance by the model over dt: x <- f(x), P <- F·P·Fᵀ + dt·Q; in place.
+
+    Args:
+        x: States.
+        P: Covariance, symmetric.
+        applied: Wrench after limits and lag, N, N·m.
+        dt: Time step, s.
+        c: Constants.
+    """
+    # The vessel model is nonlinear, hence the Jacobian (extended Kalman filter); the wave filter is linear and exact.
+    propagate_covariance(x, P, dt, c.model)
+    propagate(x, applied[0] / c.m11, applied[1] / c.m33, dt, c.model)
+    P += dt * c.Q
+
+
+@kernel
+def actuated(last: Wrench, wrench: Wrench, dt: float, c: ObserverConstants) -> Wrench:
+    """The wrench at the end of dt after the known limits and the actuator lag.
+
+    Args:
+        last: The wrench at its beginning, N, N·m.
+        wrench: Commanded wrench, N, N·m.
+        dt: Time step, s.
+        c: Constants.
+    """
+    force, moment = clip(wrench[0], c.force_limit), clip(wrench[1], c.moment_limit)
+    if c.lag == 0.0:
+        return force, moment
+    share = -math.expm1(-dt / c.lag)
+    return last[0] + share * (force - last[0]), last[1] + share * (moment - last[1])
+
+
+@kernel
+def is_new_position(stamp: int, pose: Pose, s: ObserverState) -> bool:
+    """Whether the measured position is a new sample; it is then held.
+
+    A measurement that only repeats an earlier sample is not used again: it is old, and its noise is not independent.
+
+    Args:
+        stamp: Time of the measurement, ns.
+        pose: Measured x, y, psi.
+        s: State of the filter.
+    """
+    same = s.held[0] == pose[0] and s.held[1] == pose[1]
+    if same and seconds(stamp - int(s.sampled_at[0])) < LONGEST_HOLD:
+        return False
+    s.held[0], s.held[1], s.sampled_at[0] = pose[0], pose[1], stamp
+    return True
+
+
+@kernel
+def is_new_heading(stamp: int, pose: Pose, s: ObserverState) -> bool:
+    """Whether the measured heading is a new sample; see `is_new_position`."""
+    if s.held[2] == pose[2] and seconds(stamp - int(s.sampled_at[1])) < LONGEST_HOLD:
+        return False
+    s.held[2], s.sampled_at[1] = pose[2], stamp
+    return True
+
+
+@kernel
+def correct(i: int, measured: float, x: Array, P: Array, c: ObserverConstants) -> bool:
+    """Correct by one scalar measurement of state i plus wave motion, unless it is an outlier; in place.
+
+    Correcting by x, y and psi one after the other is exact, because their noises are independent.
+
+    Args:
+        i: Index of the state.
+        measured: The measurement.
+        x: States.
+        P: Covariance.
+        c: Constants.
+
+    Returns:
+        Whether the measurement was accepted.
+    """
+    expected, column, variance = float(x[i]), P[:, i].copy(), c.noise[i]
+    if c.model.waves:
+        expected += float(x[DXI + i])
+        column += P[:, DXI + i]
+        variance += float(column[DXI + i])
+    variance += float(column[i])
+    difference = wrap(measured - expected) if i == PSI else measured - expected
+    if difference * difference > GATE * GATE * variance:  # the innovation over its standard deviation
+        return False
+    # Kalman gain of a scalar measurement: the innovation variance is a number, so no matrix is inverted.
+    gain = column / variance
+    x += gain * difference
+    P -= gain.reshape(-1, 1) * column
+    return True

@@ -1,0 +1,61 @@
+"""References that are kernels: pure functions of a memory, which the node steps and a batch of runs compiles."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def write_row(row: Array, reading: tuple[Motion, Acceleration]) -> None:
+    """Write a state and accelerations into a row of shape (9,)."""
+    motion, acceleration = reading
+    for i in range(6):
+        row[i] = motion[i]
+    for i in range(3):
+        row[6 + i] = acceleration[i]
+
+
+class KernelReference:
+    """Holder of the memory of a reference; see `Reference` for the meaning of its methods.
+
+    Attributes:
+        move: Kernel (memory, constants) -> memory, one period later.
+        read: Kernel (memory, constants) -> state and accelerations.
+        follow: Kernel (memory, constants, rows) that writes a whole trajectory, one row of shape (9,) for each step.
+        constants: NamedTuple of what does not change during a run.
+        memory: NamedTuple of what does.
+    """
+
+    move: ClassVar[Any]
+    read: ClassVar[Any]
+    follow: ClassVar[Any]
+    constants: Any
+    memory: Any
+    _read_from: Any = None
+    _reading: tuple[Array, Array]
+
+    @property
+    def state(self) -> Array:
+        """Pose x, y, psi and body velocities u, v, r of the present step, shape (6,)."""
+        return self._present()[0]
+
+    def acceleration(self) -> Array:
+        """Derivatives du, dv, dr of the body velocities at the present step, shape (3,): m/s², m/s², rad/s²."""
+        return self._present()[1]
+
+    def advance(self) -> None:
+        """Advance by one period."""
+        self.memory = self.move(self.memory, self.constants)
+
+    def _present(self) -> tuple[Array, Array]:
+        # The memory is a new tuple after every change, so its reading is computed once.
+        if self._read_from is not self.memory:
+            motion, acceleration = self.read(self.memory, self.constants)
+            self._reading, self._read_from = (np.array(motion), np.array(acceleration)), self.memory
+        return self._reading

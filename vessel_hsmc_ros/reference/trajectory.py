@@ -1,0 +1,51 @@
+"""The whole trajectory of a reference in one call, for runs that know in advance how long they are."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.reference.kernel_reference import KernelReference
+
+Array = NDArray[np.float64]
+Compiler = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function itself, in place of a compiler."""
+    return function
+
+
+def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, compiled: Compiler = interpreted) -> Array:
+    """The motion of a reference at its published instants 0 to count - 1, bit-identical to stepping it.
+
+    Args:
+        parameters: Parameters of the node reference_ship.
+        rate_hz: Rate at which it is published, Hz.
+        count: Number of instants.
+        compiled: Compiles a kernel; interpreted by default.
+
+    Returns:
+        x, y, psi (not wrapped), u, v, r, du, dv, dr, shape (count, 9).
+
+    Raises:
+        ParameterError: as for `make_reference`.
+        SimulationError: the motion is no longer finite.
+    """
+    reference = make_reference(parameters, RateGrid(rate_hz).period)
+    rows = np.full((count, 9), np.nan)
+    if isinstance(reference, KernelReference):
+        with suppress(ValueError):  # the cosine of an infinite heading, where the kernels are interpreted
+            compiled(reference.follow)(reference.memory, reference.constants, rows)
+        if np.isfinite(rows).all():
+            return rows
+    # Step by step, which raises the error that names what is no longer finite, and when.
+    for k in range(count):
+        if k:
+            reference.advance()
+        rows[k] = *reference.state, *reference.acceleration()
+    return rows

@@ -1,0 +1,202 @@
+"""The closed loop as one kernel: plant, reference, observer and law, step by step as in the nodes."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
+from vessel_sim_node.disturbance import acceleration
+from vessel_sim_node.plant import unforced
+from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure
+from vessel_sim_node.step import advance as advance_plant
+
+Array = NDArray[np.float64]
+
+DONE, UNDEFINED, DIVERGED = 0, 1, 2
+"""Why the loop has stopped: at the requested step, before a step at which the law has no finite wrench, or after a step that
+ended with a motion that is not finite."""
+
+
+class Constants(NamedTuple):
+    """What stays constant during a run: of the law, the plant and the observer."""
+
+    law: Any
+    plant: PlantConstants
+    observer: ObserverConstants
+
+
+class Inputs(NamedTuple):
+    """What is known of every step before the run.
+
+    Attributes:
+        stamp: Times of the steps, (n,) ns.
+        time: The same, (n,) s.
+        due: Whether a control period begins, (n,).
+        latest: Index of the latest published motion of the reference, (n,).
+        sampled: Whether position, heading and velocities are sampled, (n, 3).
+        reference: Motions of the reference as published: x, y, psi, u, v, r, du, dv, dr, and psi as received, (m, 10).
+        sensor_noise: Standard normal numbers of the sensors, (n, 6); none where they are perfect.
+        gust_noise: Standard normal numbers of the gusts, (n, 2); none where no wind blows.
+    """
+
+    stamp: NDArray[np.int64]
+    time: Array
+    due: NDArray[np.bool_]
+    latest: NDArray[np.int64]
+    sampled: NDArray[np.bool_]
+    reference: Array
+    sensor_noise: Array
+    gust_noise: Array
+
+
+class State(NamedTuple):
+    """What a step leaves to the next.
+
+    Attributes:
+        periods: Number of control periods so far.
+        wrench: Commanded surge force [N] and yaw moment [N·m].
+        memory: Internal state of the law.
+        observer: State of the observer.
+        plant: State of the plant.
+    """
+
+    periods: int
+    wrench: tuple[float, float]
+    memory: Any
+    observer: ObserverState
+    plant: PlantState
+
+
+class Kept(NamedTuple):
+    """What the loop writes; arrays without rows are left out.
+
+    Attributes:
+        rows: By the columns of `loop.WIDTHS`, (n, 34).
+        terms: Terms of the law, (m, t).
+        weights: Weights of its networks, (m, k, l).
+        estimates: x, y, psi, u, v, r of the observer, and psi as received, (m, 7).
+    """
+
+    rows: Array
+    terms: Array
+    weights: Array
+    estimates: Array
+
+
+@kernel
+def law_step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, memory: Any, constants: Any
+) -> tuple[tuple[float, float], Any, Any]:
+    """Stands for the step of a law, which takes this place where the loop is compiled."""
+    return (math.nan, math.nan), (motion.x, desired.x, acceleration.du), memory
+
+
+@kernel
+def write(row: Array, start: int, values: Any) -> None:
+    """Write the elements of a tuple into a row."""
+    for i in range(len(values)):
+        row[start + i] = values[i]
+
+
+@kernel
+def desired_motion(reference: Array, i: int) -> Motion:
+    """A motion of the reference as the controller receives it."""
+    return Motion(reference[i, 0], reference[i, 1], reference[i, 9], reference[i, 3], reference[i, 4], reference[i, 5])
+
+
+@kernel
+def received(plant: PlantState, constants: PlantConstants) -> tuple[Motion, Motion]:
+    """State and measurement as their messages give them."""
+    state = published(plant.motion)
+    return state, (state if constants.odometry_is_true else published(plant.measured))
+
+
+@kernel
+def keep(row: Array, wrench: tuple[float, float], disturbing: Any, plant: PlantState, c: PlantConstants) -> None:
+    """Write the columns of a row from those of the wrench on.
+
+    Args:
+        row: The row, shape (34,).
+        wrench: Commanded surge force [N] and yaw moment [N·m].
+        disturbing: Disturbing wrench, N, N, N·m.
+        plant: State of the plant, with the wrench that its actuators apply.
+        c: Constants of the plant.
+    """
+    write(row, 19, plant.tau)
+    write(row, 21, acceleration(disturbing, c.vessel))
+    write(row, 24, unforced(plant.motion, c.vessel, c.current))
+    row[27], row[28] = plant.motion.psi, plant.measured.psi
+    write(row, 29, wrench)
+    write(row, 31, disturbing)
+
+
+@kernel
+def advance(start: int, stop: int, state: State, constants: Constants, inputs: Inputs, kept: Kept) -> tuple[int, int, State]:
+    """Steps start to stop - 1 of the loop.
+
+    Args:
+        start, stop: Indices of steps.
+        state: What the step before `start` has left; its arrays are written in place.
+        constants: What stays constant.
+        inputs: What is known of every step.
+        kept: Arrays to write.
+
+    Returns:
+        Why the loop has stopped, the number of rows that are done, and the state that they have left.
+    """
+    periods, wrench, memory, observed, plant = state
+    c, last = constants.plant, len(inputs.time) - 1
+    for k in range(start, stop):
+        time, row = inputs.time[k], kept.rows[k]
+        disturbing = disturbance(time, c, plant)
+        sampled = inputs.sampled[k]
+        plant = measure(plant, sampled[0], sampled[1], sampled[2], inputs.sensor_noise[k], time, c)
+        shown, measured = received(plant, c)
+        i = inputs.latest[k]
+        desired = desired_motion(inputs.reference, i)
+        row[0] = time
+        write(row, 1, shown)
+        write(row, 7, measured)
+        write(row, 13, desired)
+        if inputs.due[k]:
+            if constants.observer.enabled:
+                pose = (measured.x, measured.y, measured.psi)
+                observed = observe(inputs.stamp[k], pose, wrench, observed, constants.observer)
+                measured = estimate(observed)
+            rate = Acceleration(inputs.reference[i, 6], inputs.reference[i, 7], inputs.reference[i, 8])
+            demand, terms, memory = law_step(measured, desired, rate, memory, constants.law)
+            if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
+                return UNDEFINED, k, State(periods, wrench, memory, observed, plant)
+            wrench = demand
+            keep_period(periods, terms, memory, measured, kept)
+            periods += 1
+        plant = apply(plant, wrench, c)
+        keep(row, wrench, disturbing, plant, c)
+        if k < last:  # the last sample is the final state
+            plant = advance_plant(plant, plant.tau, acceleration(disturbing, c.vessel), inputs.gust_noise[k], c)
+            if not is_finite(plant.motion):
+                return DIVERGED, k + 1, State(periods, wrench, memory, observed, plant)
+    return DONE, stop, State(periods, wrench, memory, observed, plant)
+
+
+@kernel
+def keep_period(period: int, terms: Any, memory: Any, estimated: Motion, kept: Kept) -> None:
+    """Write what the controller has computed in a control period.
+
+    Args:
+        period: Its index.
+        terms: Terms of the law.
+        memory: Internal state of the law, with the weights that it has used.
+        estimated: The motion that the law has received.
+        kept: Arrays to write.
+    """
+    if period < len(kept.terms):
+        write(kept.terms[period], 0, terms)
+        kept.weights[period] = memory.W
+    if period < len(kept.estimates):
+        write(kept.estimates[period], 0, estimated)
+        kept.estimates[period, 6] = published(estimated).psi

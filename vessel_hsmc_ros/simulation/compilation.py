@@ -1,0 +1,114 @@
+"""Compiles kernels with Numba: the same text that the nodes interpret, to machine code that gives the same bits.
+
+float64 without fast-math: no operation is reordered, contracted or approximated.
+"""
+
+import functools
+import importlib.util
+import logging
+import types
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from vessel_hsmc_ros.core.kernel import KERNELS, bound
+from vessel_hsmc_ros.simulation import cache
+
+Function = Callable[..., Any]
+
+
+@functools.cache
+def available() -> bool:
+    """Whether kernels can be compiled; without Numba everything runs interpreted, which is logged once."""
+    found = importlib.util.find_spec("numba") is not None
+    if not found:
+        logging.getLogger(__name__).warning("warning: Numba is not installed: simulations run interpreted, some 100 times slower")
+    return found
+
+
+class Compiled:
+    """A kernel as machine code, loaded from the cache or compiled at its first call.
+
+    Args:
+        function: The kernel.
+        title: What to call it in the log, if it takes long to compile.
+        kernels: Kernels that take the place of names of its module.
+    """
+
+    def __init__(self, function: Function, title: str, kernels: Mapping[str, Function]) -> None:
+        self._function, self._kernels, self._title = function, kernels, title
+        names = (f"{each.__module__}.{each.__qualname__}" for each in (function, *kernels.values()))
+        self._name = "-".join(name.removeprefix("vessel_hsmc_ros.") for name in names)
+        self._call: Function | None = None
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the machine code."""
+        return self._first(arguments) if self._call is None else self._call(*arguments)
+
+    def _first(self, arguments: tuple[Any, ...]) -> Any:
+        """The first call, which loads the machine code, or compiles and stores it."""
+        from vessel_hsmc_ros.simulation.numba_additions import translated_once
+
+        log = logging.getLogger(__name__)
+        with cache.entry(self._name) as entry, translated_once():
+            if self._title and not entry.present:
+                log.warning("compiling %s: once, some 20 s", self._title)
+            call = self._dispatcher(entry)
+            try:
+                result = call(*arguments)
+            except Exception as error:
+                if not entry.present:
+                    raise
+                # Kernels raise nothing: the stored file is damaged.
+                log.warning("compiling %s again, as its stored code cannot be read: %r", self._name, error)
+                entry.discard()
+                call = self._dispatcher(entry)
+                result = call(*arguments)
+        self._call = call
+        return result
+
+    def _dispatcher(self, entry: cache.Entry) -> Function:
+        import numba  # takes half a second, for which nodes and interpreted runs need not wait
+
+        from vessel_hsmc_ros.simulation.numba_additions import OUTERMOST
+
+        copy = _rebuilt(self._function, self._kernels)
+        copy.__qualname__ += OUTERMOST
+        # error_model: a division by zero gives infinity or NaN, without a test in every division.
+        with entry.in_use():
+            dispatcher: Function = numba.njit(error_model="numpy", nogil=True, cache=entry.writable)(copy)
+        return dispatcher
+
+
+_made: dict[Any, Compiled] = {}
+
+
+def compiled(function: Function, title: str = "", **kernels: Function) -> Compiled:
+    """A kernel compiled, with all the kernels that it calls.
+
+    Args:
+        function: The kernel.
+        title: What to call it in the log, if it takes long to compile.
+        kernels: Kernels that take the place of names of its module, as in `core.kernel.bound`.
+    """
+    key = function, *kernels.items()
+    if key not in _made:
+        _made[key] = Compiled(function, title, kernels)
+    return _made[key]
+
+
+@functools.cache
+def _inner(function: Function) -> Function:
+    """A kernel that is called by another one; it is compiled together with that one."""
+    import numba
+
+    return numba.njit(error_model="numpy", nogil=True)(_rebuilt(function, {}))  # type: ignore[no-any-return]
+
+
+def _rebuilt(function: Any, kernels: Mapping[str, Function]) -> Function:
+    """A copy of a kernel that calls compiled kernels."""
+    used = {name: function.__globals__.get(name) for name in function.__code__.co_names} | dict(kernels)
+    return bound(function, **{name: _inner(value) for name, value in used.items() if _is_kernel(value)})
+
+
+def _is_kernel(value: object) -> bool:
+    return isinstance(value, types.FunctionType) and value in KERNELS

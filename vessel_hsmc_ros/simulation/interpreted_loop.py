@@ -1,0 +1,114 @@
+"""The closed loop of the classes that the nodes use, stepped in one process; any law runs in it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published
+from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.reference.factory import Reference, make_reference
+from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
+from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
+from vessel_sim_node.disturbance import acceleration
+from vessel_sim_node.simulator import Simulator
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Desired:
+    """The reference as the controller receives it: the latest published motion of the reference ship.
+
+    Attributes:
+        ship: The generator of the reference trajectory.
+        grid: The instants at which it is published.
+        published: All states and accelerations so far, as published.
+    """
+
+    ship: Reference
+    grid: RateGrid
+    published: list[tuple[Array, Array]] = field(default_factory=list)
+
+    def at(self, stamp: int) -> tuple[Motion, Acceleration]:
+        """State and acceleration at the latest published instant that is not after a stamp, ns."""
+        while len(self.published) <= self.grid.index(stamp):
+            self.publish()
+            state, acceleration = self.published[-1]
+            self._received = as_published(state), as_acceleration(acceleration)
+        return self._received
+
+    def publish(self) -> None:
+        """Publish the state of the next instant."""
+        if self.published:
+            self.ship.advance()
+        self.published.append((np.array(self.ship.state), np.array(self.ship.acceleration())))
+
+
+class InterpretedLoop(Loop):
+    """Plant, reference ship and controller as the nodes have them.
+
+    Args:
+        scenario: A scenario from `load_scenario`, with a duration.
+        samples: Number of rows of the complete run.
+        law: A control law that replaces the scenario's.
+    """
+
+    block = 1
+
+    def __init__(self, scenario: Scenario, samples: int, law: Law[Any] | None = None) -> None:
+        sim, controller = scenario.vessel_sim, scenario.controller
+        self.samples, self.done = samples, 0
+        self.rows = np.empty((samples, WIDTH))
+        self._grid = RateGrid(sim.rate_hz)
+        self._plant = Simulator(sim, self._grid.period)
+        self._vessel = sim.vessel.coefficients()
+        grid = RateGrid(scenario.reference_ship.rate_hz)
+        self._desired = Desired(make_reference(scenario.reference_ship, grid.period), grid)
+        self._loop = ControlLoop(law or make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
+        self._terms: list[tuple[int, Terms]] = []
+        self._estimates: list[Motion] = []
+
+    def advance(self, stop: int) -> None:
+        """Go on until `stop` rows are done."""
+        while self.done < stop:
+            wrench, disturbance = self._step(self._grid.stamp(self.done))
+            self.done += 1
+            if self.done < self.samples:  # the last sample is the final state
+                self._plant.advance(wrench, disturbance)
+
+    def _step(self, stamp: int) -> tuple[tuple[float, float], tuple[float, float, float]]:
+        """Compute one row, as in the nodes: the plant publishes, the controller answers. Returns the wrenches on the ship."""
+        plant, loop = self._plant, self._loop
+        time = seconds(stamp)
+        disturbance = plant.disturbance(time)
+        state = as_published(plant.state)
+        sensed = plant.measured(stamp)
+        measured = state if plant.odometry_is_true else as_published(sensed)
+        reference, reference_acceleration = self._desired.at(stamp)
+        if loop.due(stamp):
+            self._terms.append((stamp, loop.step(stamp, measured, reference, reference_acceleration)))
+            if loop.estimate is not None:
+                self._estimates.append(loop.estimate)
+        wrench = plant.applied(loop.wrench)
+        unforced, disturbing = plant.unforced_acceleration(), acceleration(disturbance, self._vessel)
+        motion = (time, *state, *measured, *reference, *wrench, *disturbing, *unforced)
+        self.rows[self.done] = (*motion, plant.state[2], sensed[2], *loop.wrench, *disturbance)
+        return wrench, disturbance
+
+    def control(self) -> Control:
+        """What the controller has computed so far."""
+        terms = {name: np.array([getattr(term, name) for _, term in self._terms]) for name in Terms._fields}
+        stamps = np.array([stamp for stamp, _ in self._terms], np.int64)
+        if not self._estimates:
+            return Control(stamps, terms, None, None)
+        return Control(stamps, terms, np.array(self._estimates), np.array([as_published(each) for each in self._estimates]))
+
+    def reference(self, count: int) -> Array:
+        """The first published motions of the reference ship, (count, 9)."""
+        while len(self._desired.published) < count:
+            self._desired.publish()
+        return np.array([(*state, *acceleration) for state, acceleration in self._desired.published[:count]])

@@ -1,0 +1,73 @@
+"""What the two ways to run a closed loop have in common: rows of a run, and the terms of the law."""
+
+from abc import ABC, abstractmethod
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+WIDTHS = {
+    **{"time": 1, "state": 6, "measured": 6, "reference": 6, "wrench": 2, "disturbance": 3, "unforced_acceleration": 3},
+    **{"headings": 2, "command": 2, "disturbing_wrench": 3},
+}
+"""Columns of a row, first those of `Run`, with states as their messages give them; `headings` are those of the state and of
+the measurement in the messages, not wrapped."""
+
+WIDTH = sum(WIDTHS.values())
+
+
+class Control(NamedTuple):
+    """What the controller has computed, a row for each control period.
+
+    Attributes:
+        stamps: Times of the periods, (m,) ns.
+        terms: By the field names of ControlState.msg, m rows each.
+        estimate: x, y, psi, u, v, r of the observer, (m, 6); None without one.
+        published: The same as its message gives it, (m, 6); None without one.
+    """
+
+    stamps: Stamps
+    terms: dict[str, Array]
+    estimate: Array | None
+    published: Array | None
+
+
+class Loop(ABC):
+    """A closed loop on its way.
+
+    Attributes:
+        samples: Number of rows of the complete run.
+        done: Number of rows so far.
+        rows: Its rows, by the columns of WIDTHS; those from `done` on have no meaning.
+        block: Number of steps after which progress is reported.
+    """
+
+    samples: int
+    done: int
+    rows: Array
+    block: ClassVar[int]
+
+    @abstractmethod
+    def advance(self, stop: int) -> None:
+        """Go on until `stop` rows are done.
+
+        Raises:
+            SimulationError: the motion is no longer finite.
+            ControlError: the law is not defined at a state of the run.
+        """
+
+    @abstractmethod
+    def control(self) -> Control:
+        """What the controller has computed so far."""
+
+    @abstractmethod
+    def reference(self, count: int) -> Array:
+        """The first published motions of the reference ship: x, y, psi, u, v, r, du, dv, dr, (count, 9)."""
+
+    def columns(self) -> dict[str, Array]:
+        """The rows so far by the names of WIDTHS."""
+        parts = np.split(self.rows[: self.done], np.cumsum([*WIDTHS.values()])[:-1], axis=1)
+        return dict(zip(WIDTHS, parts, strict=True))

@@ -1,0 +1,78 @@
+"""What Numba lacks: some functions and methods with the results of CPython, and compilation in bearable time."""
+
+import contextlib
+import math
+from collections.abc import Iterator
+from typing import Any
+from unittest.mock import patch
+
+from numba.core.codegen import CPUCodeLibrary, JITCPUCodegen
+from numba.core.cpu import CPUContext
+from numba.core.registry import cpu_target
+from numba.core.types import Array
+from numba.extending import overload, overload_method
+
+OUTERMOST = "_outermost"
+"""Ends the name of a function that is called from Python."""
+
+
+@contextlib.contextmanager
+def translated_once() -> Iterator[None]:
+    """A context in which only the outermost function is optimised and translated, with all that it calls.
+
+    Numba would do that for every kernel, each time with all that it calls: four times the work where kernels call each other over
+    five levels.
+    """
+    cpu_target.target_context.refresh()  # whose own modules must be translated
+    optimize, add, executable = CPUCodeLibrary._optimize_final_module, JITCPUCodegen._add_module, CPUContext.get_executable
+
+    def optimize_outermost(library: Any) -> None:
+        if library.name.endswith(OUTERMOST):
+            optimize(library)
+
+    def add_outermost(codegen: Any, module: Any) -> Any:
+        return add(codegen, module) if module.name.endswith(OUTERMOST) else None
+
+    def outermost_executable(context: Any, library: Any, description: Any, environment: Any) -> Any:
+        if description.qualname.endswith(OUTERMOST):
+            return executable(context, library, description, environment)
+        # Never called: a builtin function, as Numba requires, and another one for each inner function, which it identifies.
+        return [].append
+
+    with (
+        patch.object(CPUCodeLibrary, "_optimize_final_module", optimize_outermost),
+        patch.object(JITCPUCodegen, "_add_module", add_outermost),
+        patch.object(CPUContext, "get_executable", outermost_executable),
+    ):
+        yield
+
+
+@overload(math.remainder)
+def _remainder(x: Any, y: Any) -> Any:  # noqa: ARG001 - Numba calls it with types
+    """IEEE 754 remainder: fmod is exact, then the half-way rule."""
+
+    def implementation(x: Any, y: Any) -> Any:
+        if math.isnan(x) or math.isnan(y) or math.isinf(x) or y == 0.0:
+            return math.nan
+        if math.isinf(y):
+            return x
+        size, period = abs(x), abs(y)
+        rest = size % period  # exact: both are positive
+        gap = period - rest
+        if rest > gap:
+            rest = -gap
+        elif rest == gap:  # half-way: to the even multiple
+            rest -= 2.0 * ((0.5 * (size - rest)) % period)
+        return math.copysign(1.0, x) * rest
+
+    return implementation
+
+
+@overload_method(Array, "tolist")
+def _tolist(array: Any) -> Any:  # noqa: ARG001
+    """The array itself: kernels read plain floats from the list, which is faster only where they are interpreted."""
+
+    def implementation(array: Any) -> Any:
+        return array
+
+    return implementation

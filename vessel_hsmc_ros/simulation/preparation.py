@@ -1,0 +1,111 @@
+"""What the compiled loop needs, made from a scenario: constants, schedules, reference and random numbers."""
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.control.control_loop import NO_WRENCH
+from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion, published
+from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
+from vessel_hsmc_ros.reference.trajectory import trajectory
+from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.simulation.closed_loop import Constants, Inputs, State
+from vessel_hsmc_ros.simulation.compilation import compiled
+from vessel_sim_node.sensors import sampling
+from vessel_sim_node.simulator import Simulator
+
+Array = NDArray[np.float64]
+
+
+class Schedule(NamedTuple):
+    """The instants of a run; see `closed_loop.Inputs`."""
+
+    stamp: NDArray[np.int64]
+    time: Array
+    due: NDArray[np.bool_]
+    latest: NDArray[np.int64]
+    sampled: NDArray[np.bool_]
+
+
+class Prepared(NamedTuple):
+    """A run before its first step."""
+
+    state: State
+    constants: Constants
+    inputs: Inputs
+
+
+def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
+    """Prepare a run; runs of the same schedule or reference share them.
+
+    Args:
+        scenario: A scenario with a duration.
+        samples: Number of rows.
+        law: The law, which this does not change; its memory is copied.
+
+    Raises:
+        ParameterError: as `make_reference`.
+        SimulationError: the motion of the reference is no longer finite.
+    """
+    sim, controller, ship = scenario.vessel_sim, scenario.controller, scenario.reference_ship
+    instants = schedule(samples, sim.rate_hz, controller.rate_hz, ship.rate_hz, sim.sensors.rates())
+    reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
+    plant = Simulator(sim, RateGrid(sim.rate_hz).period)
+    observer = Observer(controller.observer, controller.vessel)
+    constants = Constants(law.constants, plant.constants(), observer.constants)
+    noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
+    gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)
+    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state())
+    return Prepared(state, constants, Inputs(*instants, reference, noise, gusts))
+
+
+def _drawn(draw: Any, rows: int, columns: int, wanted: bool) -> Array:
+    """Random numbers for every step; none where they are not used."""
+    numbers: Array = draw(rows) if wanted else np.empty((0, columns))
+    return numbers
+
+
+@functools.lru_cache(maxsize=8)
+def schedule(
+    samples: int, plant_rate: float, control_rate: float, reference_rate: float, sensor_rates: tuple[float, float, float]
+) -> Schedule:
+    """The instants of a run.
+
+    Args:
+        samples: Number of odometry messages.
+        plant_rate, control_rate, reference_rate: Rates of plant, law and reference, Hz.
+        sensor_rates: Those of position, heading and velocities, Hz; 0 for every message.
+    """
+    stamps = RateGrid(plant_rate).stamps(samples)
+    periods = RateGrid(control_rate).indices(stamps)
+    due = np.ones(samples, np.bool_)
+    due[1:] = np.diff(periods) != 0
+    return Schedule(stamps, stamps * 1e-9, due, RateGrid(reference_rate).indices(stamps), sampling(sensor_rates, stamps))
+
+
+@functools.lru_cache(maxsize=4)
+def reference_of(parameters: ReferenceShipParameters, rate_hz: float, count: int) -> Array:
+    """The motions of a reference as published, and the heading as received; see `closed_loop.Inputs`.
+
+    Args:
+        parameters: Parameters of the node reference_ship.
+        rate_hz: Rate at which it is published, Hz.
+        count: Number of instants.
+    """
+    rows = np.empty((count, 10))
+    rows[:, :9] = trajectory(parameters, rate_hz, count, compiled)
+    compiled(receive_headings)(rows)
+    return rows
+
+
+@kernel
+def receive_headings(rows: Array) -> None:
+    """Write the headings in column 2, as the controller receives them, into column 9."""
+    for i in range(len(rows)):
+        rows[i, 9] = published(Motion(0.0, 0.0, rows[i, 2], 0.0, 0.0, 0.0)).psi

@@ -1,0 +1,137 @@
+"""One period of the plant as kernels: disturbance, measurement, actuators and motion, with the random numbers passed in."""
+
+import math
+from typing import Any, NamedTuple
+
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_sim_node.actuators import Actuator, actuate
+from vessel_sim_node.disturbance import Gust, Periodic, Wind, Wrench, next_gust, periodic_wrench, total, wind_wrench
+from vessel_sim_node.integrate import rk4_step
+from vessel_sim_node.plant import Vessel
+from vessel_sim_node.sensors import Sensors, measurement
+from vessel_sim_node.waves import Sea, drift_force, with_waves
+
+
+class PlantConstants(NamedTuple):
+    """What stays constant as long as no parameter changes.
+
+    Attributes:
+        vessel: Coefficients of (6).
+        current: East and north, m/s.
+        periodic, wind, sea: The disturbances.
+        surge, yaw: The actuators.
+        sensors: Bias and noise.
+        odometry_is_true: Whether measurements equal the state: perfect sensors and no waves.
+        step, substeps: Length of an integration step, s, and number of them in a period.
+    """
+
+    vessel: Vessel
+    current: tuple[float, float]
+    periodic: Periodic
+    wind: Wind
+    sea: Sea
+    surge: Actuator
+    yaw: Actuator
+    sensors: Sensors
+    odometry_is_true: bool
+    step: float
+    substeps: int
+
+
+class PlantState(NamedTuple):
+    """What a period leaves to the next.
+
+    Attributes:
+        motion: True motion, without the wave-frequency motion.
+        measured: The latest sample of each sensor.
+        tau: The applied surge force [N] and yaw moment [N·m].
+        gust: g_E, g_N, N.
+    """
+
+    motion: Motion
+    measured: Motion
+    tau: tuple[float, float]
+    gust: Gust
+
+
+@kernel
+def disturbance(time: float, constants: PlantConstants, state: PlantState) -> Wrench:
+    """The sum of all disturbing wrenches, N, N, N·m."""
+    wrench = periodic_wrench(time, constants.periodic)
+    if constants.wind.blows:
+        wrench = total(wrench, wind_wrench(state.gust, state.motion.psi, constants.wind))
+    if constants.sea.rough:
+        wrench = total(wrench, drift_force(time, state.motion, constants.current, constants.sea))
+    return wrench
+
+
+@kernel
+def measure(
+    state: PlantState,
+    sampled_position: bool,
+    sampled_heading: bool,
+    sampled_velocity: bool,
+    normal: Any,
+    time: float,
+    constants: PlantConstants,
+) -> PlantState:
+    """The state with the measurement of this period, which includes the wave-frequency motion.
+
+    Args:
+        state: State at this time.
+        sampled_position, sampled_heading, sampled_velocity: Whether each of the sensors samples now.
+        normal: Independent standard normal numbers, shape (6,); not used where the odometry is true.
+        time: Time since the start, s.
+        constants: Constants of the plant.
+    """
+    motion = state.motion
+    if constants.odometry_is_true:
+        return PlantState(motion, motion, state.tau, state.gust)
+    # Superposition: the wave-frequency motion is added to the measurement only; the manoeuvring state stays without it.
+    if constants.sea.rough:
+        motion = with_waves(time, motion, constants.current, constants.sea)
+    sampled = sampled_position, sampled_heading, sampled_velocity
+    measured = measurement(motion, state.measured, sampled, normal, constants.sensors)
+    return PlantState(state.motion, measured, state.tau, state.gust)
+
+
+@kernel
+def apply(state: PlantState, command: tuple[float, float], constants: PlantConstants) -> PlantState:
+    """The state with the wrench tau that the actuators apply in this period.
+
+    Args:
+        state: State with the wrench of the last period.
+        command: Commanded surge force [N] and yaw moment [N·m], finite.
+        constants: Constants of the plant.
+    """
+    tau = actuate(state.tau[0], command[0], constants.surge), actuate(state.tau[1], command[1], constants.yaw)
+    return PlantState(state.motion, state.measured, tau, state.gust)
+
+
+@kernel
+def advance(
+    state: PlantState, tau: tuple[float, float], disturbing: Wrench, gust_noise: Any, constants: PlantConstants
+) -> PlantState:
+    """The state one period later; where the motion diverges, it is not finite (`is_finite`).
+
+    Args:
+        state: State at the start of the period.
+        tau: Applied surge force [N] and yaw moment [N·m]; with the disturbance constant over the period, also over its substeps.
+        disturbing: Disturbing accelerations, m/s², m/s², rad/s².
+        gust_noise: Independent standard normal numbers, shape (2,); not used where no wind blows.
+        constants: Constants of the plant.
+    """
+    motion, gust = state.motion, state.gust
+    for _ in range(constants.substeps):
+        motion = rk4_step(motion, tau, disturbing, constants.vessel, constants.step, constants.current)
+    if constants.wind.blows:
+        gust = next_gust(gust, gust_noise, constants.wind)
+    return PlantState(motion, state.measured, state.tau, gust)
+
+
+@kernel
+def is_finite(motion: Motion) -> bool:
+    """Whether no component is infinite or NaN."""
+    pose = math.isfinite(motion.x) and math.isfinite(motion.y) and math.isfinite(motion.psi)
+    return pose and math.isfinite(motion.u) and math.isfinite(motion.v) and math.isfinite(motion.r)
