@@ -24,10 +24,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from vessel_hsmc_ros.bags.reader import open_bag as open_bag
     from vessel_hsmc_ros.campaign.dataset import read_rows as read_rows
     from vessel_hsmc_ros.campaign.execute import run_campaign as run_campaign
     from vessel_hsmc_ros.campaign.plan import Campaign as Campaign
-    from vessel_hsmc_ros.bags.reader import open_bag as open_bag
     from vessel_hsmc_ros.core.exceptions import VesselHsmcError as VesselHsmcError
     from vessel_hsmc_ros.core.kinematics import Acceleration as Acceleration
     from vessel_hsmc_ros.core.kinematics import Motion as Motion

@@ -1,4 +1,4 @@
-"""What Numba lacks: a function of the standard library, with the bits of CPython, and compilation in bearable time."""
+"""What Numba lacks: some functions and methods with the results of CPython, and compilation in bearable time."""
 
 import contextlib
 import math
