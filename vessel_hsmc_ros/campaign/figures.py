@@ -106,6 +106,8 @@ def _map(panel: "Axes", drawn: Scatter) -> None:
     x, y, shade = drawn.values
     _points(panel, drawn, x, y, shade, max(9.0, min(120.0, 3.2e4 / len(x))), "s")
     panel.plot(x[drawn.ended], y[drawn.ended], "x", color=LIMIT, ms=5)
+    unknown = ~np.isfinite(shade) & ~drawn.ended  # the error has not settled
+    panel.plot(x[unknown], y[unknown], "x", color=NEUTRAL, ms=5)
     panel.set_aspect("equal", adjustable="datalim")
     panel.set_title(drawn.law)
 
@@ -118,7 +120,7 @@ def _points(panel: "Axes", drawn: Scatter, x: Any, y: Any, shade: Any, size: flo
         return
     norm = (LogNorm if drawn.colour.logarithmic else Normalize)(finite.min(), finite.max())
     for failed, symbol in ((False, marker), (True, "X")):
-        chosen = (drawn.failed == failed) & ~drawn.ended
+        chosen = (drawn.failed == failed) & ~drawn.ended & np.isfinite(shade)
         look: Any = {"c": shade[chosen], "s": size, "marker": symbol, "norm": norm, "cmap": "viridis_r"}
         found = panel.scatter(x[chosen], y[chosen], **look, linewidths=0.8 * failed, edgecolors=LIMIT if failed else None)
     panel.figure.colorbar(found, ax=panel, label=drawn.colour.name)

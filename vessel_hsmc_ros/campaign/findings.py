@@ -164,7 +164,9 @@ def _sizes(runs: Results, metric: str) -> str:
     if not runs.campaign.grids:
         bound = f"below {text(metric, far.high)}" if math.isfinite(far.high) else "not bounded by so few runs"
         parts[-1] += f" (the true 99 % quantile is {bound})"
-    return f"The {label(metric)}: {', '.join(parts)}, largest {_value(metric, float(cost.max()))}."
+    largest = float(cost.max())
+    parts.append(f"largest {text(metric, largest)}" if math.isfinite(largest) else "none in the worst run")
+    return f"The {label(metric)}: {', '.join(parts)}."
 
 
 def _causes(found: list[Influence], runs: int) -> str:

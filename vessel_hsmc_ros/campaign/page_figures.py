@@ -1,5 +1,6 @@
 """The diagrams of a campaign for Plotly; a text that begins with -- is a colour of the page's style sheet."""
 
+import itertools
 import math
 from typing import Any
 
@@ -106,7 +107,7 @@ def _correlation(value: float) -> str:
 
 
 def _scatter(drawn: Scatter, square: bool) -> Figure:
-    """Runs as points whose colour is a quantity; crosses are failures, grey ones ended early."""
+    """Runs as points whose colour is a quantity; crosses are failures, red ones ended early, grey ones have no such quantity."""
     x, y, shade = drawn.values
     finite = np.isfinite(y)
     # A run without a value is at the top edge.
@@ -117,14 +118,14 @@ def _scatter(drawn: Scatter, square: bool) -> Figure:
         tint = np.log10(shade) if drawn.colour.logarithmic else shade
     scale = {"colorscale": "Viridis", "reversescale": True, **_range(tint), "colorbar": _colour_bar(drawn.colour, tint)}
     traces = []
-    for failed in (False, True):
-        for ended in (False, True):
-            mask = (drawn.failed == failed) & (drawn.ended == ended)
-            if mask.any():
-                look = {"symbol": "x" if failed else "square" if square else "circle", "size": size + 2 * failed}
-                paint = {"color": "--limit"} if ended else {"color": _numbers(tint[mask]), **scale}
-                edge = {"color": "--limit", "width": 1.2 * failed}
-                traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
+    for failed, ended, known in itertools.product((False, True), repeat=3):
+        mask = (drawn.failed == failed) & (drawn.ended == ended) & (np.isfinite(tint) == known)
+        if mask.any():
+            look = {"symbol": "x" if failed else "square" if square else "circle", "size": size + 2 * failed}
+            plain = {"color": "--limit" if ended else "--shared"}
+            paint = {"color": _numbers(tint[mask]), **scale} if known and not ended else plain
+            edge = {"color": "--limit", "width": 1.2 * failed}
+            traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
     layout = _layout(drawn.x, drawn.y if square else drawn.y._replace(name=""))  # the name of a metric is the title
     if square:
         layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
@@ -177,7 +178,7 @@ def _layout(x: Axis, y: Axis) -> Figure:
 
     return {
         "height": 330,
-        "margin": {"l": 62, "r": 16, "t": 22, "b": 48},
+        "margin": {"l": 62, "r": 16, "t": 30, "b": 48},
         "showlegend": False,
         "xaxis": axis(x),
         "yaxis": axis(y),

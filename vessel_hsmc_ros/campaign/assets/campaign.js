@@ -28,7 +28,7 @@ function draw(figure, element, colours) {
       paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)",
       font: { family: "system-ui, sans-serif", size: 11, color: colours("--ink-soft") },
-      legend: { x: 1, xanchor: "right", y: 1, bgcolor: "rgba(0,0,0,0)", font: { color: colours("--ink") } },
+      legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)", font: { color: colours("--ink") } },
       hoverlabel: { bgcolor: colours("--card"), bordercolor: colours("--grid"), font: { color: colours("--ink") } },
       dragmode: "zoom",
     },
