@@ -1,4 +1,4 @@
-"""The compiled loop against the interpreted one: the same bits in everything that a run and its messages contain."""
+"""The compiled loop against the interpreted one: bit-identical in everything that a run and its messages contain."""
 
 from dataclasses import fields
 from typing import Any
