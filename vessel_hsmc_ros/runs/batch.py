@@ -1,4 +1,4 @@
-"""Many runs in one call: their metrics always, their trajectories where they are asked for.
+"""Many runs in one call: their metrics always, their trajectories where they are kept.
 
 Runs that have the same reference, rates and duration share it and the schedule; every run draws its own noise from its own seed.
 Memory is bounded: the arrays of a run that is not kept are overwritten by the next one.
@@ -39,7 +39,7 @@ class Outcome:
         index: Number of the run among those of the call.
         failure: Why it ended early, in one line; empty if it did not.
         metrics: None for a run that ended early.
-        run: Its arrays, where they were asked for; None for a run that ended early.
+        run: Its arrays, where they are kept; None for a run that ended early.
     """
 
     index: int

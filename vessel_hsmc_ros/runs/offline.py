@@ -2,7 +2,7 @@
 
 Values are exchanged between the parts as their messages would carry them, for instance the heading as a quaternion, so that a
 lockstep run of the nodes gives bit-identical results. The laws of the package run
-compiled, with the same bits; others run interpreted.
+compiled, bit-identically; others run interpreted.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Compiles kernels with Numba: the same text that the nodes interpret, to machine code that gives the same bits.
+"""Compiles kernels with Numba: the text that the nodes interpret, to machine code with bit-identical results.
 
 float64 without fast-math: no operation is reordered, contracted or approximated.
 """

@@ -1,4 +1,4 @@
-"""The closed loop compiled: the laws of the package, with the same bits as interpreted, some hundred times faster."""
+"""The closed loop compiled: the laws of the package, bit-identical to interpreted runs, some hundred times faster."""
 
 from typing import Any
 

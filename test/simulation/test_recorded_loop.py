@@ -1,0 +1,57 @@
+"""The controller over recorded inputs: compiled, in several spans, and interpreted it gives the same wrenches."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law, make_observer
+from vessel_hsmc_ros.simulation import recorded_loop
+from vessel_hsmc_ros.simulation.recorded_loop import Recorded, serve
+
+
+def recorded_of(scenario: Scenario) -> Recorded:
+    run = simulate(scenario, interpreted=True)
+    n = len(run.time)
+    grid = RateGrid(scenario.vessel_sim.rate_hz)
+    rates = np.gradient(run.reference[:, 3:], axis=0)
+    return Recorded(grid.stamps(n), np.ones(n, bool), run.measured.copy(), run.reference.copy(), rates, np.empty((n, 2)))
+
+
+def answers(scenario: Scenario, recorded: Recorded, spans: list[range], interpreted: bool) -> np.ndarray:
+    controller = scenario.controller
+    loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
+    recorded.wrench[:] = np.nan
+    for span in spans:
+        serve(loop, Observer(controller.observer, controller.vessel), recorded, span, interpreted)
+        loop.law.retune(replace(getattr(controller, controller.law), surge_reaching_gain=50.0))
+    return recorded.wrench.copy()
+
+
+def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_between(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recorded_loop, "FEW", 1)
+    scenario = load_scenario("case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 3.0})
+    recorded = recorded_of(scenario)
+    spans = [range(120), range(120, 301)]
+    compiled = answers(scenario, recorded, spans, interpreted=False)
+    np.testing.assert_array_equal(compiled, answers(scenario, recorded, spans, interpreted=True))
+    assert not np.array_equal(compiled, answers(scenario, recorded, [range(301)], interpreted=False))
+
+
+def test_an_input_at_which_the_law_is_undefined_raises_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recorded_loop, "FEW", 1)
+    scenario = load_scenario("case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 1.0})
+    recorded = recorded_of(scenario)
+    slope = scenario.controller.hierarchical
+    recorded.motion[50, :3] = slope.heading_weight / slope.sway_weight, 0.0, 0.0
+    messages = []
+    for interpreted in (False, True):
+        with pytest.raises(ControlError) as caught:
+            answers(scenario, recorded, [range(101)], interpreted)
+        messages.append(str(caught.value))
+    assert messages[0] == messages[1]
