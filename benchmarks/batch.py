@@ -6,7 +6,8 @@ time grows with the number of runs. The exit code is 1 if a limit is missed.
 
     python benchmarks/batch.py [--runs 20] [--rounds 5] [--growth 100 1000] [--full] [--chart FILE]
 
-With `--full` 10,000 runs of 400 s of the guided law with drawn hull, wind and sensor noise, on all cores. With `--chart` the time of one run in each form is drawn.
+With `--full` 10,000 runs of 400 s of the guided law with drawn hull, wind and sensor noise, on all cores. With `--chart` the time
+of one run in each form is drawn.
 """
 
 import argparse
