@@ -32,11 +32,17 @@ setup(
     license="Apache-2.0",
     python_requires=">=3.10",
     packages=find_packages(exclude=["test", "test.*", "msg_defs*", "benchmarks*"]),
-    package_data={PACKAGE: ["py.typed"], "vessel_sim_node": ["py.typed"], f"{PACKAGE}.report": ["assets/*"]},
+    package_data={
+        PACKAGE: ["py.typed"],
+        "vessel_sim_node": ["py.typed"],
+        f"{PACKAGE}.campaign": ["assets/*"],
+        f"{PACKAGE}.report": ["assets/*"],
+    },
     data_files=data_files(),
     install_requires=[
         "click",
         "jinja2",
+        "llvmlite",
         "lz4",
         "matplotlib",
         "mcap",
@@ -52,7 +58,7 @@ setup(
     ],
     extras_require={
         "analysis": ["pandas", "pyarrow"],
-        "campaign": ["distributed", "optuna", "pandas", "pyarrow", "salib"],
+        "campaign": ["distributed", "optuna", "pandas", "pyarrow", "SALib"],
         "live": ["foxglove-sdk"],
         "nmpc": ["casadi"],
         "parquet": ["pyarrow"],

@@ -12,7 +12,10 @@ OWN = {"vessel_hsmc_ros", "vessel_sim_node"}
 DISTRIBUTIONS = {"yaml": "pyyaml", "foxglove": "foxglove-sdk"}
 """Distributions that are not named like their module."""
 
-PYPI_ONLY = {"casadi", "foxglove", "lz4", "mcap", "pandas", "plotly", "pyarrow", "rosbags", "zstandard"}
+PYPI_ONLY = {
+    *{"SALib", "casadi", "distributed", "foxglove", "llvmlite", "lz4", "mcap", "optuna"},
+    *{"pandas", "plotly", "pyarrow", "rosbags", "zstandard"},
+}
 """Modules without a rosdep key, or only for an extra; the README names the way to install them."""
 
 
