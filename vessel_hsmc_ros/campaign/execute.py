@@ -76,7 +76,7 @@ def run_campaign(
             _compute_on_cluster(scheduler, campaign, dataset, missing, report)
         elif missing:
             tasks = [_Task(campaign.source, campaign.repetitions, number, dataset.path) for number in missing]
-            ensure_compiled(campaign.laws)
+            ensure_compiled(map(campaign.scenario, range(len(campaign.laws))))
             worker_pool.run_all(_compute, tasks, workers=workers, on_progress=report)
         report(len(missing))
     return dataset.path

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.laws.hierarchical import ErrorTerms, control
+from vessel_hsmc_ros.laws.hierarchical import control
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
+from vessel_hsmc_ros.laws.hierarchical_state import StepTerms
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.network import Estimates
@@ -35,7 +36,7 @@ class ExactMemory(NamedTuple):
 @kernel
 def step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: ExactMemory, constants: ExactConstants
-) -> tuple[tuple[float, float], ErrorTerms, ExactMemory]:
+) -> tuple[tuple[float, float], StepTerms, ExactMemory]:
     """The wrench (22), (28) with exact network outputs; see `KernelLaw`."""
     f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, constants.ship)
     m.W[0, 0], m.W[1, 0], m.W[2, 0] = f_u, f_v, f_r
@@ -53,7 +54,7 @@ class ExactModelLaw(KernelLaw[HierarchicalParameters]):
     """
 
     kernel = staticmethod(step)
-    terms = ErrorTerms
+    terms = StepTerms
     networks = ("surge", "sway", "yaw")
 
     def __init__(self, parameters: HierarchicalParameters, known: KnownVessel, vessel: Vessel) -> None:

@@ -111,7 +111,7 @@ def key() -> str:
     # With the path: Numba finds stored code by that of the source file, and a copied tree must not look as if it had any.
     for text in (str(PACKAGE), platform.python_version(), *versions, binding.get_host_cpu_name()):
         digest.update(f"{text}\n".encode())
-    modules = [Path(__file__).with_name(f"{name}.py") for name in MODULES]
+    modules = [*(Path(__file__).with_name(f"{name}.py") for name in MODULES), PACKAGE / "paper" / "exact.py"]
     for path in [*modules, *(path for room in ROOMS for path in sorted(room.rglob("*.py")))]:
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]

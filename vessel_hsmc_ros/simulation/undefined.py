@@ -10,7 +10,7 @@ from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 
 def is_compilable(law: type[Any]) -> bool:
     """Whether a law is one of the package; the kernels of a user's may not be what they seem."""
-    return law.__module__.startswith("vessel_hsmc_ros.laws.")
+    return law.__module__.startswith("vessel_hsmc_ros.")
 
 
 def cause(law: KernelLaw[Any], motion: Motion, desired: Motion, acceleration: Acceleration) -> VesselHsmcError:
