@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel, make_controller
-from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, Filter, command, initial, learn
+from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, command, learn
 from vessel_hsmc_ros.laws.guided_parameters import gains
+from vessel_hsmc_ros.laws.guided_state import Filter, initial
 from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite

@@ -1,4 +1,4 @@
-"""The kernels of the laws: interpreted and compiled they give the same bits, and their holders keep to the interface of a law."""
+"""The kernels of the laws: bit-identical whether interpreted or compiled, and their holders keep to the interface of a law."""
 
 import math
 from collections.abc import Callable
@@ -18,9 +18,9 @@ from vessel_hsmc_ros.simulation.compilation import compiled
 PERIOD = 0.01
 STEPS = 40
 KERNEL_LAWS = [name for name in LAWS if name != "nmpc"]
-LISTED = {"network.layout": "listed", "network.listed_centers": [0.5, 0.0, 0.1, -0.4, 0.2, 0.0]}
-NETWORKS = [{}, LISTED, {"network.basis": "as_printed"}, {"network.centers_per_axis": 4}]
-SWITCHING = [{"switching": "saturation"}, {"switching": "tanh"}]
+LISTED: dict[str, Any] = {"network.layout": "listed", "network.listed_centers": [0.5, 0.0, 0.1, -0.4, 0.2, 0.0]}
+NETWORKS: list[dict[str, Any]] = [{}, LISTED, {"network.basis": "as_printed"}, {"network.centers_per_axis": 4}]
+SWITCHING: list[dict[str, Any]] = [{"switching": "saturation"}, {"switching": "tanh"}]
 SETTINGS: dict[str, list[dict[str, Any]]] = {
     "hierarchical": [*NETWORKS, *SWITCHING, {"adaptation": "as_printed"}, {"sway_weight_sign": "switched", "sway_weight": 0.5}],
     "guided": [*NETWORKS, {"slew_time": 0.0}, {"surge_force_limit": 5e3, "yaw_moment_limit": 1e5}],
@@ -60,7 +60,7 @@ def flat(value: Any) -> list[Any]:
 @pytest.mark.parametrize(
     ("name", "settings"), CASES, ids=lambda value: value if isinstance(value, str) else "-".join(map(str, value))
 )
-def test_interpreted_and_compiled_kernels_give_the_same_bits(name: str, settings: dict[str, Any]) -> None:
+def test_interpreted_and_compiled_kernels_are_bit_identical(name: str, settings: dict[str, Any]) -> None:
     law: Any = make_controller(name, PERIOD, **settings)
     # All settings of a law have the same types, so each law is compiled once.
     fast = compiled(type(law).kernel)

@@ -1,6 +1,7 @@
 """The quantities that follow from the terms of any law, step by step and for whole runs."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from vessel_hsmc_ros.laws.terms import Terms, diagnosed, lyapunov_function, lyap
 def test_norms_and_lyapunov_rates_of_a_run_are_bit_identical_to_those_of_its_steps(neurons: int) -> None:
     random = np.random.default_rng(neurons)
     steps = 50
+    intervals: Any = 0.01 * random.integers(1, 4, steps)
     weights = random.normal(size=(steps, 3, neurons)) * 10.0 ** random.uniform(-9.0, 3.0, (steps, 1, neurons))
-    yaw, surge, intervals = random.normal(size=steps), random.normal(size=steps), 0.01 * random.integers(1, 4, steps)
+    yaw, surge = random.normal(size=steps), random.normal(size=steps)
     previous, stepwise = None, []
     for k in range(steps):
         u, v, r = weights[k]
@@ -33,4 +35,4 @@ def test_a_law_without_surfaces_and_networks_has_neither_norms_nor_a_lyapunov_fu
     assert math.isnan(terms.lyapunov)
     assert math.isnan(terms.yaw_weight_norm)
     assert terms.lyapunov_rate == 0.0
-    np.testing.assert_array_equal(lyapunov_rates(np.full(3, math.nan), 0.01), [0.0, math.nan, math.nan])
+    np.testing.assert_array_equal(lyapunov_rates(np.full(3, math.nan), np.full(3, 0.01)), [0.0, math.nan, math.nan])

@@ -3,6 +3,7 @@
 import click
 
 from vessel_hsmc_ros.cli.call import call
+from vessel_hsmc_ros.cli.campaign import campaign
 from vessel_hsmc_ros.cli.compare import compare
 from vessel_hsmc_ros.cli.console import print_error, print_status
 from vessel_hsmc_ros.cli.demo import demo
@@ -19,6 +20,7 @@ from vessel_hsmc_ros.cli.run import run
 from vessel_hsmc_ros.cli.set import set_parameters
 from vessel_hsmc_ros.cli.simulate import simulate
 from vessel_hsmc_ros.cli.sweep import sweep
+from vessel_hsmc_ros.cli.tune import tune
 from vessel_hsmc_ros.cli.watch import watch
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.version import __version__
@@ -43,7 +45,7 @@ def cli() -> None:
     """  # noqa: D301 - the escape keeps click from joining the lines
 
 
-for verb in (compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate, sweep):
+for verb in (campaign, compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate, sweep, tune):
     cli.add_command(verb)
 for verb in (call, goto, path, set_parameters, watch):  # on running nodes
     cli.add_command(verb)

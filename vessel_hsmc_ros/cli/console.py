@@ -107,8 +107,9 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
         unit: Unit of the amounts.
 
     Yields:
-        `update(completed, line="")`: move the bar to the completed amount; instead of a bar, print the line if there is one, else
-        how far it is at each tenth of the total, and at least every ten seconds.
+        `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,
+        print the line if there is one, else how far it is and the note at each tenth of the total, and at least every ten
+        seconds.
     """
     # On standard error, so that the standard output contains results only.
     console = Console(stderr=True)
@@ -116,10 +117,11 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
         yield _progress_lines(console, title, total, unit)
         return
     amount = "{task.completed:.0f} of {task.total:.0f} " if total else "{task.completed:.0f} "
-    columns = (TextColumn(title, markup=False), BarColumn(), TextColumn(amount + unit), TimeRemainingColumn())
+    note = TextColumn("{task.fields[note]}", markup=False)
+    columns = (TextColumn(title, markup=False), BarColumn(), TextColumn(amount + unit), note, TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task(title, total=total or None)
-        yield lambda completed, _line="": progress.update(task, completed=completed)
+        task = progress.add_task(title, total=total or None, note="")
+        yield lambda completed, _line="", note="": progress.update(task, completed=completed, note=note)
 
 
 def _progress_lines(console: Console, title: str, total: float | None, unit: str) -> Callable[..., None]:
@@ -128,13 +130,13 @@ def _progress_lines(console: Console, title: str, total: float | None, unit: str
     shortest, longest = LINE_PERIODS
     tenths, printed = 0, time.monotonic()
 
-    def update(completed: float, line: str = "") -> None:
+    def update(completed: float, line: str = "", note: str = "") -> None:
         nonlocal tenths, printed
         now = time.monotonic()
         reached = int(10.0 * completed / total) if total else 0
         if line or (now > printed + (shortest if reached > tenths else longest) and completed != total):
             amount = f"{100.0 * completed / total:.0f} %" if total else f"{completed:.0f} {unit}"
-            console.print(line or f"{title}: {amount}", **PLAIN)
+            console.print(line or f"{title}: {', '.join(filter(None, (amount, note)))}", **PLAIN)
             tenths, printed = reached, now
 
     return update

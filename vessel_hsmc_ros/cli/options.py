@@ -11,11 +11,13 @@ from vessel_hsmc_ros.cli.console import print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
-from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 from vessel_hsmc_ros.simulation import compilation
 
 scenario_argument = click.argument("scenario")
+
+optional_scenario_argument = click.argument("scenario", required=False)
 
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 
@@ -24,8 +26,8 @@ set_option = click.option(
     "changes",
     multiple=True,
     metavar="NODE.PARAM=VALUE",
-    help="Set a parameter, such as controller.law=guided; vessel.PARAM sets one of the ship for all nodes. May be given several"
-    " times.",
+    help="Set a parameter, such as controller.law=guided; vessel.PARAM sets one of the ship for all nodes; @FILE sets all of a"
+    " ROS parameters file. May be given several times.",
 )
 
 
@@ -101,7 +103,7 @@ def load_checked(name: str, changes: Mapping[str, object]) -> Scenario:
 
 
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
-    """Parse texts of the form `node.param=value`, with the value in YAML.
+    """Parse texts of the form `node.param=value`, with the value in YAML, or `@FILE` for all values of a ROS parameters file.
 
     Args:
         changes: The texts.
@@ -112,9 +114,13 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
 
     Raises:
         ParameterError: a text has no equals sign, or its value is not YAML.
+        ScenarioError: a file cannot be read.
     """
     parsed: dict[str, object] = {}
     for change in changes:
+        if change.startswith("@"):
+            parsed |= read_changes(Path(change[1:]))
+            continue
         key, equals, value = change.partition("=")  # at the first one: a regular expression may contain more
         if not equals:
             raise ParameterError(f"{option} {change} is not allowed: it takes node.param=value")

@@ -5,14 +5,15 @@ from pathlib import Path
 
 import click
 
+from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import print_status, progress_bar
 from vessel_hsmc_ros.cli.options import (
     checked_namespace,
     law_file_option,
     load_checked,
+    optional_scenario_argument,
     output_option,
     parse_changes,
-    scenario_argument,
     set_option,
     vessel_option,
 )
@@ -23,7 +24,8 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 
 
 @click.command()
-@scenario_argument
+@optional_scenario_argument
+@campaign_row_options
 @set_option
 @law_file_option
 @output_option
@@ -32,16 +34,29 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 @click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
 @click.option("--live-port", type=click.IntRange(1, 65535), default=8765, show_default=True, help="Port of the live view.")
 def run(
-    scenario: str, changes: tuple[str, ...], output: Path, real_time: bool, namespace: str, live: bool, live_port: int
+    scenario: str | None,
+    campaign: Path | None,
+    row: int | None,
+    changes: tuple[str, ...],
+    output: Path,
+    real_time: bool,
+    namespace: str,
+    live: bool,
+    live_port: int,
 ) -> None:
     """Simulate a scenario by ROS 2 nodes and record it.
 
     SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The
     nodes take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives
-    the recording, all parameters, a page with diagrams, and the metrics.
+    the recording, all parameters, a page with diagrams, and the metrics. With --campaign and --run in the place of SCENARIO it
+    repeats a row of a campaign, and compares the metrics.
     """
     namespace = checked_namespace(namespace)
-    loaded = load_checked(scenario, for_nodes(True, real_time, namespace) | parse_changes(changes))
+    of_nodes = for_nodes(True, real_time, namespace)
+    if chosen := of_row(scenario, campaign, row, real_time or bool(changes)):
+        loaded = chosen.scenario(of_nodes)
+    else:
+        loaded = load_checked(scenario or "", of_nodes | parse_changes(changes))
     check_writable(output)
     if live:
         scenario_run.check_live_port(live_port)
@@ -52,4 +67,4 @@ def run(
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
             result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None)
     print_result(result)
-    sys.exit(result.exit_code)
+    sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)

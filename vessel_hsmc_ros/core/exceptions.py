@@ -45,6 +45,10 @@ class RunError(VesselHsmcError):
     """A run of the nodes did not complete."""
 
 
+class CampaignError(VesselHsmcError):
+    """The dataset of a campaign is in use, damaged or that of another one, or its runs cannot be computed."""
+
+
 class ReportError(VesselHsmcError):
     """A report or an export cannot be made or written."""
 

@@ -1,8 +1,8 @@
 """Marks the functions that can be compiled, so that one text serves the interpreted nodes and compiled batches of runs.
 
-A kernel keeps to what Numba's nopython mode compiles to the same bits: floats, tuples, NamedTuples without defaults, and arrays
-that are written in place; explicit loops instead of np.dot and np.exp, and products instead of `**` and math.hypot, whose last
-bits differ between implementations. It may call other kernels by their names in its module, and raises no exceptions.
+A kernel keeps to what Numba's nopython mode compiles to bit-identical results: floats, tuples, NamedTuples without defaults, and
+arrays that are written in place; explicit loops instead of np.dot and np.exp, and products instead of `**` and math.hypot, whose
+last bits differ between implementations. It may call other kernels by their names in its module, and raises no exceptions.
 
 `array.tolist()` gives plain floats, with which CPython computes several times faster than with elements of an array. Compiled, it
 is the array itself: a kernel only reads the list, and not after it has changed the array.

@@ -20,10 +20,6 @@ actuator is saturated. The law knows m11, m33 and the limits. docs/guided.md der
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
@@ -39,99 +35,16 @@ from vessel_hsmc_ros.laws.guidance import (
     velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
+from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, output, outputs
+from vessel_hsmc_ros.laws.network import Estimates, activate, adapt, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
-
-Array = NDArray[np.float64]
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
 
 LARGEST_INNOVATION = 1.0, 1.0, 0.2
 """Innovations are saturated at these, m/s, m/s, rad/s, before the networks adapt to them: an outlier must not dominate."""
-
-
-class Filter(NamedTuple):
-    """State of the command filter and of the guidance: rho_c, zeta, direction of travel s, integral xi."""
-
-    rate: float
-    integral: float
-    s: float
-    xi: tuple[float, float]
-
-
-class Memory(NamedTuple):
-    """Internal state of the law.
-
-    Attributes:
-        started: Whether there has been a step; before, the prediction has no meaning.
-        predicted: The motion predicted for the next step.
-        filter: State of the command filter.
-        tau_1, tau_2: The wrench of the last step.
-        cut_1, cut_2: Whether its force and its moment were saturated.
-        W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
-        H: Activations, shape (l,), written in place.
-        scratch: Working memory, shape (3, l).
-        growth: Working memory, shape (3, 1): the change of the weights, divided by H.
-    """
-
-    started: bool
-    predicted: Motion
-    filter: Filter
-    tau_1: float
-    tau_2: float
-    cut_1: bool
-    cut_2: bool
-    W: Array
-    H: Array
-    scratch: Array
-    growth: Array
-
-
-class Constants(NamedTuple):
-    """What does not change from step to step."""
-
-    gains: Gains
-    neurons: Neurons
-
-
-def initial(neurons: int) -> Memory:
-    """The internal state before the first step, for a number of neurons."""
-    nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
-    arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1))
-    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, *arrays)
-
-
-class Command(NamedTuple):
-    """Commands of guidance and command filter."""
-
-    psi_c: float
-    sigma2: float
-    r_c: float
-    dr_c: float
-    u_c: float
-    du_c: float
-
-
-class StepTerms(NamedTuple):
-    """The terms of a step, by their names in `Terms`."""
-
-    surge_error: float
-    sway_error: float
-    heading_error: float
-    heading_surface: float
-    yaw_surface: float
-    surge_surface: float
-    commanded_heading: float
-    commanded_yaw_rate: float
-    commanded_surge_velocity: float
-    surge_estimate: float
-    sway_estimate: float
-    yaw_estimate: float
-    surge_saturated: float
-    yaw_saturated: float
 
 
 @kernel

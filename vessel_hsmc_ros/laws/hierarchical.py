@@ -23,10 +23,6 @@ Source: Trajectory tracking of underactuated surface vessels based on neural net
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kernel import kernel
@@ -39,68 +35,14 @@ from vessel_hsmc_ros.core.kinematics import (
     transform_rate,
 )
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
+from vessel_hsmc_ros.laws.hierarchical_state import Constants, Memory, Rates, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, outputs
+from vessel_hsmc_ros.laws.network import Estimates, activate, adapt, outputs
 from vessel_hsmc_ros.laws.step_limit import check_step
 from vessel_hsmc_ros.laws.switching import switch
 
-Array = NDArray[np.float64]
-
-
-class Rates(NamedTuple):
-    """Rates of the weights of the three networks, divided by the activations H that they share."""
-
-    u: float
-    v: float
-    r: float
-
-
-class Constants(NamedTuple):
-    """What does not change from step to step."""
-
-    gains: Gains
-    neurons: Neurons
-
-
-class Memory(NamedTuple):
-    """Internal state of the law.
-
-    Attributes:
-        W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
-        H: Activations of the last step, shape (l,), written in place.
-        scratch: Working memory, shape (3, l).
-        growth: Rates of the weights of the last step, divided by H and times T, shape (3, 1), written in place; the next step
-            integrates them.
-        side: Sign of b - a·z1 at the last step; 0 before the first.
-    """
-
-    W: Array
-    H: Array
-    scratch: Array
-    growth: Array
-    side: float
-
-
-class ErrorTerms(NamedTuple):
-    """The terms of a step, by their names in `Terms`."""
-
-    surge_error: float
-    sway_error: float
-    heading_error: float
-    surge_error_rate: float
-    sway_error_rate: float
-    heading_error_rate: float
-    sway_surface: float
-    heading_surface: float
-    yaw_surface: float
-    surge_surface: float
-    surge_estimate: float
-    sway_estimate: float
-    yaw_estimate: float
-
-
 UNDEFINED_WRENCH = math.nan, math.nan
-UNDEFINED = ErrorTerms(*[math.nan] * len(ErrorTerms._fields))
+UNDEFINED = StepTerms(*[math.nan] * len(StepTerms._fields))
 
 
 @kernel
@@ -120,7 +62,7 @@ def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
 @kernel
 def control(
     motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, g: Gains
-) -> tuple[tuple[float, float], ErrorTerms]:
+) -> tuple[tuple[float, float], StepTerms]:
     """The wrench (22), (28), with the parts of tau_2 summed so that z1 cancels.
 
     tau_2 = [b·tau_eq22 - a·(z1·tau_eq21) + m33·(-eta1·sgn S1 - k1·S1)] / (b - a·z1)
@@ -163,7 +105,7 @@ def control(
     tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
     tau_1 = tau_eq1 + g.m11 * (-g.eta2 * switch(S2, g.phi2, g.switching) - g.k2 * S2)
 
-    return (tau_1, tau_2), ErrorTerms(z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e, sigma1, sigma2, S1, S2, fu, fv, fr)
+    return (tau_1, tau_2), StepTerms(z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e, sigma1, sigma2, S1, S2, fu, fv, fr)
 
 
 @kernel
@@ -211,7 +153,7 @@ def side_of_singularity(z1: float, last: float, g: Gains) -> float:
 @kernel
 def step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
-) -> tuple[tuple[float, float], ErrorTerms, Memory]:
+) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: the Euler step of the weights that the last period has left, then the wrench (22), (28).
 
     Args:
@@ -252,7 +194,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
 
     name = "hierarchical"
     kernel = staticmethod(step)
-    terms = ErrorTerms
+    terms = StepTerms
     networks = ("surge", "sway", "yaw")
     memory: Memory
 
@@ -271,8 +213,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
 
     def reset(self) -> None:
         """Set all weights to zero."""
-        neurons = len(self.neurons.mu)
-        self.memory = Memory(np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), 0.0)
+        self.memory = initial(len(self.neurons.mu))
 
     def explain_undefined(self, motion: Motion) -> None:
         """Report the singularity.

@@ -20,7 +20,6 @@ reference is fed forward, the commanded heading is filtered, and the ship is not
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -30,36 +29,11 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
 
 RESTING_SPEED = 0.05
 """Below this speed of the reference the law changes to station keeping, m/s."""
-
-
-def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
-    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True)
-
-
-@dataclass(frozen=True)
-class LosPidParameters:
-    """Gains; docs/baselines.md describes how they were tuned."""
-
-    lookahead_time: float = gain(4.0, "Lookahead distance divided by the reference's speed.", "s", "T_D")
-    lookahead_distance: float = gain(12.0, "Smallest lookahead distance.", "m", "D_min", low=1e-3)
-    drift_gain: float = gain(0.45, "Integral gain of the line-of-sight guidance, which compensates a drift.", "", "k_s")
-    along_gain: float = gain(0.6, "Gain from the along-track error to the commanded speed.", "1/s", "k_x")
-    catch_up_speed: float = gain(2.0, "Largest difference between commanded and reference speed.", "m/s", "v_e")
-    surge_gain: float = gain(3.0, "Proportional gain of the speed controller.", "1/s", "k_u")
-    surge_integral_gain: float = gain(0.3, "Integral gain of the speed controller.", "1/s²", "k_iu")
-    yaw_bandwidth: float = gain(0.6, "Bandwidth of the heading autopilot.", "rad/s", "w_psi")
-    yaw_damping: float = gain(0.5, "Damping ratio of the heading autopilot.", "", "zeta")
-    yaw_integral_gain: float = gain(0.075, "Integral gain of the heading autopilot.", "1/s³", "k_ipsi")
-    command_bandwidth: float = gain(1.1, "Bandwidth of the commanded-heading filter.", "rad/s", "w_c", low=1e-3)
-    capture_radius: float = gain(
-        1.0, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
-    )
 
 
 class Gains(NamedTuple):

@@ -101,7 +101,7 @@ class NetworkParameters:
 
     def _axis(self) -> Array:
         # Symmetric about the middle; with an even number of centres none lies in the middle itself.
-        offsets = (np.arange(self.centers_per_axis) - 0.5 * (self.centers_per_axis - 1)) * self.spacing
+        offsets: Array = (np.arange(self.centers_per_axis, dtype=float) - 0.5 * (self.centers_per_axis - 1)) * self.spacing
         axis: Array = self.center + offsets
         return axis
 
@@ -204,7 +204,7 @@ def outputs(W: Array, H: Array, scratch: Array) -> Estimates:
 def _fold(rows: Array) -> int:
     """Add the halves of long rows until they have at most LONGEST_LOOP elements with the same sum; their number."""
     # Whole halves at once, because a loop over 729 elements is slow where it is interpreted.
-    n = rows.shape[1]
+    n: int = rows.shape[1]
     while n > LONGEST_LOOP:
         half = n // 2
         np.add(rows[:, :half], rows[:, n - half : n], rows[:, :half])

@@ -86,18 +86,18 @@ def lyapunov_function(yaw_surface: Number, surge_surface: Number) -> Number:
     return 0.5 * (yaw_surface * yaw_surface + surge_surface * surge_surface)
 
 
-def lyapunov_rates(lyapunov: Array, interval: float | Array) -> Array:
+def lyapunov_rates(lyapunov: Array, interval: Array) -> Array:
     """The rates of V_S that `diagnosed` gives step by step, for a whole run.
 
     Args:
         lyapunov: V_S at each control step, shape (m,).
-        interval: Time since the step before, s; a number, or an array of shape (m,) whose first value is not used.
+        interval: Time since the step before, s, shape (m,); the first value is not used.
 
     Returns:
         Difference quotients, shape (m,); the first is 0.
     """
     rates = np.zeros(len(lyapunov))
-    rates[1:] = np.diff(lyapunov) / (interval if np.ndim(interval) == 0 else interval[1:])
+    rates[1:] = np.diff(lyapunov) / interval[1:]
     return rates
 
 

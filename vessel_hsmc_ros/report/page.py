@@ -24,7 +24,7 @@ from vessel_hsmc_ros.report.style import SERIES, css_variables
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
-SCRIPTS = ("units.js", "data.js", "clock.js", "export.js", "legend.js", "marks.js", "chart.js", "track.js", "map.js", "main.js")
+SCRIPTS = ("units.js", "data.js", "clock.js", "export.js", "legend.js", "marks.js", "chart.js", "track.js", "map.js", "theme.js", "main.js")
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
 """Largest number of values of one line, and of all lines of a page; 4 bytes each before compression."""
 
@@ -70,7 +70,7 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         title=title,
         subtitle=_subtitle(records),
         notes=notes,
-        origin=_origin(),
+        origin=origin(),
         names=[record.name for record in records],
         colours=len(SERIES),
         wide=len(records) > NARROW_RUNS,
@@ -84,12 +84,12 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         parameters=parameter_tables(records),
         provenance=provenance_table(records),
         resolution=_resolution(content["panels"], records),
-        style=css_variables() + _asset("style.css"),
-        script="\n".join(_asset(name) for name in SCRIPTS),
+        style=css_variables() + asset("style.css"),
+        script="\n".join(asset(name) for name in SCRIPTS),
         # "<" escaped: a name that contains "</script>" would end the script element.
         content=json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
         numbers=numbers,
-        library=_library(),
+        library=library(),
     )
 
 
@@ -110,12 +110,13 @@ def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull)
     return content, payload.text()
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """A file of the page: its template, its style, a script."""
     return resources.files("vessel_hsmc_ros.report").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 @cache
-def _library() -> str:
+def library() -> str:
     """Plotly's JavaScript, compressed; read as a file because importing its Python package takes long and is not needed."""
     return packed(resources.files("plotly").joinpath("package_data", "plotly.min.js").read_bytes())
 
@@ -123,10 +124,10 @@ def _library() -> str:
 def _template() -> jinja2.Template:
     # StrictUndefined: a misspelt name in the template is an error instead of an empty text.
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    return environment.from_string(_asset("page.html"))
+    return environment.from_string(asset("page.html"))
 
 
-def _origin() -> str:
+def origin() -> str:
     """Version, commit and date of the page, and the command that made it."""
     code = provenance()
     now = datetime.datetime.now(tz=datetime.timezone.utc)

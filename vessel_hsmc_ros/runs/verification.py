@@ -123,8 +123,8 @@ def _recorded(
     due[1:] = np.diff(periods) != 0
     missing = np.flatnonzero(due & ~known)
     end = int(missing[0]) if len(missing) else len(stamps)
-    motions = (np.ascontiguousarray(values[:end]) for values in (states, references, accelerations))
-    return Recorded(stamps[:end].copy(), due[:end], *motions, np.empty((end, 2)))
+    motion, desired, acceleration = (np.ascontiguousarray(values[:end]) for values in (states, references, accelerations))
+    return Recorded(stamps[:end].copy(), due[:end], motion, desired, acceleration, np.empty((end, 2)))
 
 
 def _computed(scenario: Scenario, events: Sequence[Event], recorded: Recorded, interpreted: bool) -> Array:

@@ -71,6 +71,15 @@ def scenario_names() -> list[str]:
     return sorted(path.stem for path in (share_directory() / "config").glob("*.yaml"))
 
 
+def scenario_text(name: str | Path) -> str:
+    """The ROS parameters file of a scenario.
+
+    Raises:
+        ScenarioError: the scenario is unknown or unreadable.
+    """
+    return _read(_find(name), "scenario file")
+
+
 def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None) -> Scenario:
     """Read a scenario, apply changes and check it.
 
@@ -84,11 +93,25 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
         ParameterError: a parameter is unknown or out of range.
     """
     path = _find(name)
+    return parse_scenario(_read(path, "scenario file"), path.stem, changes, f"scenario file {path}")
+
+
+def read_changes(path: Path) -> dict[str, object]:
+    """Read a ROS parameters file as changes by `node.parameter`, which `load_scenario` applies to a scenario.
+
+    Raises:
+        ScenarioError: the file cannot be read, or is not a ROS parameters file.
+        ParameterError: no node has hull data of such a name.
+    """
+    values = read_parameters(_read(path, "parameters file"), declared(), f"parameters file {path}")
+    return {f"{node}.{name}": value for node, of_node in values.items() for name, value in of_node.items()}
+
+
+def _read(path: Path, kind: str) -> str:
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"scenario file {path} cannot be read: {in_one_line(error)}") from None
-    return parse_scenario(text, path.stem, changes, f"scenario file {path}")
+        raise ScenarioError(f"{kind} {path} cannot be read: {in_one_line(error)}") from None
 
 
 def parse_scenario(

@@ -1,0 +1,78 @@
+"""The gains of a tuning: names and ranges from the command line."""
+
+import pytest
+
+from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.tuning.gains import Gain, parse_gains, with_gains
+
+GAIN = "controller.guided.position_gain"
+
+
+@pytest.fixture(scope="module")
+def present() -> Scenario:
+    return load_scenario("case2_tracking", {"controller.law": "guided", "controller.guided.approach_speed": 2.0})
+
+
+def test_a_range_is_linear_or_logarithmic(present: Scenario) -> None:
+    linear, logarithmic = parse_gains([f"{GAIN}=0.1:0.5", "controller.guided.drift_gain=1e-3:1e-1:log"], "guided", present)
+    assert linear == Gain(GAIN, 0.1, 0.5, False, False, "1/s")
+    assert logarithmic[1:4] == (1e-3, 1e-1, True)
+
+
+def test_without_a_range_it_is_a_decade_around_the_present_value_inside_the_declared_one(present: Scenario) -> None:
+    around, clipped = parse_gains(["controller.guided.approach_speed", "controller.guided.sway_share"], "guided", present)
+    assert around.high / around.low == pytest.approx(10.0)
+    assert around.low * around.high == pytest.approx(2.0**2)
+    assert clipped.high == 1.0
+
+
+def test_an_asterisk_stands_for_all_gains_that_match(present: Scenario) -> None:
+    gains = parse_gains(["controller.los_pid.yaw_*"], "los_pid", present)
+    assert [gain.name for gain in gains] == ["yaw_bandwidth", "yaw_damping", "yaw_integral_gain"]
+
+
+def test_a_range_beside_an_asterisk_takes_precedence(present: Scenario) -> None:
+    first, *_ = parse_gains(["controller.los_pid.yaw_bandwidth=0.1:0.2", "controller.los_pid.yaw_*"], "los_pid", present)
+    assert (first.low, first.high) == (0.1, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("text", "law", "message"),
+    [
+        ("controller.guided.position_gian", "guided", "is not a gain of guided: did you mean controller.guided.position_gain"),
+        ("position_gain", "guided", "did you mean controller.guided.position_gain"),
+        (GAIN, "los_pid", "it is not a gain of los_pid"),
+        (f"{GAIN}=0.1:2e4", "guided", r"position_gain = 20000.0 is not allowed: it takes a finite number from 0.001 to 1000"),
+        (f"{GAIN}=2:1", "guided", "low takes a number below high"),
+        (f"{GAIN}=1:1", "guided", "low takes a number below high"),
+        (f"{GAIN}=1:x", "guided", "it takes controller.law.name"),
+        (f"{GAIN}=1", "guided", "it takes controller.law.name"),
+        (f"{GAIN}=1:2:lin", "guided", "it takes controller.law.name"),
+        ("controller.guided.drift_gain=0:1:log", "guided", "with log, low takes a number above 0"),
+        ("controller.hierarchical.switching", "hierarchical", "a gain is a number"),
+        ("controller.observer.wave_period", "guided", "needs a range"),
+        ("controller.los_pid.x*", "los_pid", "it matches none of"),
+    ],
+)
+def test_a_gain_that_cannot_be_tuned_is_named(present: Scenario, text: str, law: str, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        parse_gains([text], law, present)
+
+
+def test_a_gain_given_twice_is_refused(present: Scenario) -> None:
+    with pytest.raises(ParameterError, match="is given twice"):
+        parse_gains([f"{GAIN}=0.1:0.2", f"{GAIN}=0.1:0.3"], "guided", present)
+
+
+def test_gains_change_the_controller_only(present: Scenario) -> None:
+    changed = with_gains(present, {GAIN: 0.2})
+    assert changed.controller.guided.position_gain == 0.2
+    assert changed.controller.guided.approach_speed == 2.0
+    assert changed.vessel_sim == present.vessel_sim
+
+
+def test_an_unstable_gain_is_an_error(present: Scenario) -> None:
+    slow = load_scenario("case2_tracking", {"controller.law": "los_pid", "controller.rate_hz": 10.0})
+    with pytest.raises(InstabilityError):
+        with_gains(slow, {"controller.law": "hierarchical"})

@@ -1,0 +1,222 @@
+"""The folder of a campaign: the texts that define it, and its rows as Parquet files, each of one chunk of runs.
+
+    campaign.yaml, scenario.yaml   complete copies of the campaign file and the base scenario
+    campaign.json                  hash, number of draws, chunk size, versions of the code
+    rows/chunk-00012.parquet       runs 1200 to 1299 of a campaign with chunks of 100
+
+A file appears by an atomic rename, so it is complete at every instant; it contains no time, machine or path, so it is the same
+wherever it was computed. It names its campaign by the hash.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vessel_hsmc_ros.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError
+from vessel_hsmc_ros.core.metrics import Metrics
+
+if TYPE_CHECKING:
+    import pyarrow
+
+REMEDY = "choose another --output, or remove it"
+
+_DIGEST, _CHUNK = b"campaign", b"chunk"
+
+
+class Dataset:
+    """The folder of a campaign.
+
+    Args:
+        path: The folder, which need not exist yet.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.rows = path / "rows"
+
+    def chunk_path(self, number: int) -> Path:
+        """The file of a chunk."""
+        return self.rows / f"chunk-{number:05d}.parquet"
+
+    def read_source(self) -> Source:
+        """Read the texts of the campaign.
+
+        Raises:
+            CampaignError: the folder is not that of a campaign.
+        """
+        about = self.read_about()
+        try:
+            text, scenario = (self.path / "campaign.yaml").read_text("utf-8"), (self.path / "scenario.yaml").read_text("utf-8")
+            return Source(str(about["name"]), text, str(about["scenario"]), scenario)
+        except (OSError, UnicodeDecodeError, KeyError) as error:
+            raise CampaignError(f"{self.path} is not the folder of a campaign: {error}") from None
+
+    def read_repetitions(self) -> int:
+        """Number of draws that were requested, for each combination of the grids if there are any."""
+        return int(self.read_about()["repetitions"])
+
+    def read_about(self) -> dict[str, Any]:
+        """Read campaign.json.
+
+        Raises:
+            CampaignError: it is missing or damaged.
+        """
+        try:
+            about = json.loads((self.path / "campaign.json").read_text("utf-8"))
+            return {**about, "repetitions": int(about["repetitions"])}
+        except (OSError, ValueError, TypeError, KeyError):
+            raise CampaignError(f"{self.path} is not the folder of a campaign: it has no valid campaign.json") from None
+
+    def files(self) -> list[Path]:
+        """The files of all chunks that exist, in their order."""
+        return sorted(self.rows.glob("chunk-*.parquet"), key=_number)
+
+    def missing(self, campaign: Campaign) -> Iterator[int]:
+        """Numbers of the chunks that are not there, or have fewer rows than the campaign by now, in their order.
+
+        Raises:
+            CampaignError: a file is cut, or belongs to another campaign.
+        """
+        there = {_number(path): path for path in self.files()}
+        for number in range(campaign.chunks):
+            if number not in there or check_chunk(there[number], campaign) < len(campaign.runs_of(number)):
+                yield number
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Write a file that exists either completely or not at all, also after a loss of power.
+
+    Raises:
+        CampaignError: it cannot be written.
+    """
+    new = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with new.open("wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        new.replace(path)
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise CampaignError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def table_schema(campaign: Campaign, chunk: int) -> "pyarrow.Schema":
+    """Columns of the rows of a campaign, and the notes of the file of a chunk."""
+    pa = _pyarrow()
+    scalars = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
+    lists = {tuple[float, ...]: pa.list_(pa.float64()), tuple[str, ...]: pa.list_(pa.string())}
+    types = scalars | lists
+    return pa.schema(
+        [
+            ("run", pa.int64()),
+            ("draw", pa.int64()),
+            ("law", pa.string()),
+            ("seed", pa.int64()),
+            *((parameter.name, types[parameter.type]) for parameter in campaign.parameters),
+            ("failed", pa.bool_()),
+            ("failure", pa.string()),
+            ("ended_early", pa.bool_()),
+            *((name, pa.float64()) for name in Metrics._fields),
+        ],
+        metadata={_DIGEST: campaign.digest.encode(), _CHUNK: str(chunk).encode()},
+    )
+
+
+def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> bytes:
+    """The Parquet file of a chunk: equal rows give equal bytes.
+
+    Args:
+        rows: Values by the names of the columns; one that is left out is null.
+        campaign: The campaign.
+        chunk: Number of the chunk.
+    """
+    pa = _pyarrow()
+    from pyarrow import parquet
+
+    columns = table_schema(campaign, chunk)
+    table = pa.Table.from_pylist(rows, schema=columns)
+    sink = pa.BufferOutputStream()
+    parquet.write_table(table, sink, compression="zstd", version="2.6", write_page_checksum=True)
+    return sink.getvalue().to_pybytes()  # type: ignore[no-any-return]
+
+
+def check_chunk(path: Path, campaign: Campaign) -> int:
+    """Check that a file is a chunk of a campaign, by its first and last bytes.
+
+    Returns:
+        Number of its rows.
+
+    Raises:
+        CampaignError: the file is cut, or belongs to another campaign.
+    """
+    pa = _pyarrow()
+    from pyarrow import parquet
+
+    try:
+        found = parquet.read_metadata(path)
+        columns = found.schema.to_arrow_schema()
+    except (OSError, pa.ArrowException):
+        raise CampaignError(f"{path} is cut or is not a Parquet file: remove it, and it is computed anew") from None
+    number = _number(path)
+    if not columns.equals(table_schema(campaign, number), check_metadata=True) or found.num_rows > len(campaign.runs_of(number)):
+        raise CampaignError(f"{path} belongs to another campaign: remove it, or choose another --output")
+    return int(found.num_rows)
+
+
+def read_rows(folder: Path | str) -> "pyarrow.Table":
+    """Read all rows that a campaign has so far.
+
+    Args:
+        folder: The folder of the campaign; one that is still being computed is allowed.
+
+    Returns:
+        A table with a row for each run, sorted by their numbers: `run`, `draw`, `law`, `seed`, the drawn parameters, `failed`,
+        `failure`, `ended_early`, and the metrics.
+
+    Raises:
+        CampaignError: the folder is not that of a campaign, or a file of it is cut or that of another campaign.
+    """
+    pa = _pyarrow()
+    campaign, dataset = Campaign.load(folder), Dataset(Path(folder))
+    if not dataset.path.is_dir():
+        raise CampaignError(f"folder {folder} does not exist")
+    tables = [read_chunk(path, campaign) for path in dataset.files()]
+    empty = table_schema(campaign, 0).remove_metadata().empty_table()
+    return pa.concat_tables([empty, *tables])
+
+
+def read_chunk(path: Path, campaign: Campaign) -> "pyarrow.Table":
+    """Read the rows of a chunk.
+
+    Raises:
+        CampaignError: the file is cut, damaged or that of another campaign.
+    """
+    pa = _pyarrow()
+    from pyarrow import parquet
+
+    check_chunk(path, campaign)
+    try:
+        return parquet.read_table(path, page_checksum_verification=True).replace_schema_metadata(None)
+    except (OSError, pa.ArrowException):
+        raise CampaignError(f"{path} is damaged: remove it, and `vessel-hsmc campaign` computes it anew") from None
+
+
+def _number(path: Path) -> int:
+    """Number of the chunk of a file."""
+    digits = path.stem.rpartition("-")[2]
+    if not digits.isdecimal():
+        raise CampaignError(f"{path} is not a file of a campaign: remove it")
+    return int(digits)
+
+
+def _pyarrow() -> Any:
+    """The library of Parquet files, which only campaigns and exports need."""
+    try:
+        import pyarrow
+    except ModuleNotFoundError:
+        raise InstallationError("campaigns need pyarrow, which is not installed: pip install pyarrow") from None
+    return pyarrow

@@ -1,0 +1,178 @@
+"""The diagrams of a campaign as numbers, from which the page and the PNG figures are drawn."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.campaign.findings import short
+from vessel_hsmc_ros.campaign.results import Results
+from vessel_hsmc_ros.campaign.sensitivity import Influence
+from vessel_hsmc_ros.campaign.statistics import exceedance
+from vessel_hsmc_ros.core.quantities import scaled
+from vessel_hsmc_ros.report.tables import METRICS
+from vessel_hsmc_ros.runs.sweep_figure import WIDE, label
+
+Array = NDArray[np.float64]
+
+POINTS = 3000
+"""Largest number of runs of a law in a scatter diagram."""
+
+BARS = 10
+"""Largest number of parameters with a bar."""
+
+STRONGEST = 2
+"""Number of parameters over which the runs are drawn one by one."""
+
+
+SETTLING, START = "settling_time", ("vessel_sim.initial_pose[0]", "vessel_sim.initial_pose[1]")
+
+
+class Axis(NamedTuple):
+    """A quantity that is drawn: its name with the unit, and whether its scale is logarithmic."""
+
+    name: str
+    logarithmic: bool = False
+
+
+class Curve(NamedTuple):
+    """The share of a law's runs above each value, with pointwise confidence bounds, (n,) each."""
+
+    law: str
+    value: Array
+    share: Array
+    low: Array
+    high: Array
+
+
+class Exceedance(NamedTuple):
+    """Exceedance curves of a metric, one for each law, with its limit if there is one."""
+
+    axis: Axis
+    limit: float | None
+    curves: tuple[Curve, ...]
+
+
+class Bars(NamedTuple):
+    """Sensitivity indices of the main metric of a law, the strongest last, which is drawn at the top."""
+
+    law: str
+    metric: str
+    entries: tuple[Influence, ...]
+
+
+class Scatter(NamedTuple):
+    """Runs of a law one by one.
+
+    Attributes:
+        law: The law.
+        x, y, colour: What is drawn across, up and as colour.
+        values: Their values, (3, n).
+        runs: Numbers of the runs, (n,).
+        failed, ended: Whether each failed, and whether it ended early and so has no metric, (n,).
+    """
+
+    law: str
+    x: Axis
+    y: Axis
+    colour: Axis
+    values: Array
+    runs: NDArray[np.int64]
+    failed: NDArray[np.bool_]
+    ended: NDArray[np.bool_]
+
+
+class Diagrams(NamedTuple):
+    """All diagrams of a report."""
+
+    exceedances: tuple[Exceedance, ...]
+    bars: tuple[Bars, ...]
+    scatters: tuple[Scatter, ...]
+    maps: tuple[Scatter, ...]
+
+
+def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diagrams:
+    """The diagrams of a campaign.
+
+    Args:
+        results: All runs.
+        found: The influences on the main metric for each law, strongest first.
+    """
+    bars = tuple(Bars(law, label(results.main), tuple(entries[:BARS][::-1])) for law, entries in found.items() if entries)
+    return Diagrams(
+        tuple(_exceedance(results, metric) for metric in results.shown),
+        bars,
+        tuple(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
+        tuple(_map(results, law, plane) for plane in [_plane(results)] if plane for law in results.by_law),
+    )
+
+
+def _metric(runs: Results, metric: str, every: Results) -> tuple[Axis, Array]:
+    """A metric of some runs with its axis, whose unit and scale suit the values of all runs."""
+    factor, unit = _unit(metric, every)
+    values = np.append(every.cost(metric), every.campaign.limits.get(metric, 0.0))
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    wide = bool(len(positive)) and bool(positive.max() / positive.min() > WIDE)
+    return Axis(f"{label(metric)} [{unit}]" if unit else label(metric), wide), factor * runs.cost(metric)
+
+
+def _unit(metric: str, every: Results) -> tuple[float, str]:
+    """The factor that converts a metric to the drawn unit, and this unit."""
+    values, unit = every.cost(metric), METRICS[metric][1]
+    largest = float(np.max(values, where=np.isfinite(values), initial=0.0))
+    return (100.0, unit) if unit == "%" else scaled(largest, unit)
+
+
+def _exceedance(results: Results, metric: str) -> Exceedance:
+    curves = [Curve(law, *exceedance(_metric(runs, metric, results)[1])) for law, runs in results.by_law.items()]
+    limit = results.campaign.limits.get(metric)
+    drawn = None if limit is None else _unit(metric, results)[0] * limit
+    return Exceedance(_metric(results, metric, results)[0], drawn, tuple(curves))
+
+
+def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[Scatter]:
+    """The main metric over the strongest parameters that are numbers, coloured by the other one of the two."""
+    runs = results.by_law[law]
+    names = [entry.parameter for entry in entries if _numeric(runs.drawn[entry.parameter])][:STRONGEST]
+    metric = _metric(runs, results.main, results)
+    return [
+        _scatter(runs, law, _drawn(runs, name), metric, _drawn(runs, other))
+        for name, other in zip(names, reversed(names), strict=True)
+    ]
+
+
+def _map(results: Results, law: str, plane: tuple[str, str]) -> Scatter:
+    """Each run in the plane of two drawn parameters: from a start the time to settle, else the main metric."""
+    runs = results.by_law[law]
+    metric = SETTLING if plane == START and SETTLING in results.metrics else results.main
+    return _scatter(runs, law, _drawn(runs, plane[0]), _drawn(runs, plane[1]), _metric(runs, metric, results))
+
+
+def _plane(results: Results) -> tuple[str, str] | None:
+    """The two parameters that span a map: those on grids if there are two, else the position of the start."""
+    for names in (tuple(results.campaign.grids), START):
+        if len(names) == 2 and all(name in results.drawn and _numeric(results.drawn[name]) for name in names):
+            return names[0], names[1]
+    return None
+
+
+def _scatter(runs: Results, law: str, x: tuple[Axis, Any], y: tuple[Axis, Any], colour: tuple[Axis, Any]) -> Scatter:
+    """At most as many runs as can be told apart: the failures first, then others in equal steps."""
+    order = np.argsort(~runs.failed, kind="stable")
+    failures = order[: min(int(runs.failed.sum()), POINTS // 2)]
+    others = order[int(runs.failed.sum()) :]
+    rest = others[np.unique(np.linspace(0, len(others) - 1, min(len(others), POINTS - len(failures))).astype(int))]
+    chosen = np.concatenate([failures, rest])
+    values = np.array([np.asarray(column, dtype=float)[chosen] for _, column in (x, y, colour)])
+    rows = runs.rows["run"].astype(np.int64)
+    return Scatter(law, x[0], y[0], colour[0], values, rows[chosen], runs.failed[chosen], runs.ended_early[chosen])
+
+
+def _drawn(runs: Results, name: str) -> tuple[Axis, Any]:
+    return Axis(short(name)), runs.drawn[name]
+
+
+def _numeric(column: NDArray[Any]) -> bool:
+    return column.dtype.kind in "fiu"

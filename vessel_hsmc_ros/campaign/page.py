@@ -1,0 +1,87 @@
+"""The page of a campaign: a single HTML file without external resources."""
+
+import json
+from importlib import resources
+from pathlib import Path
+
+import jinja2
+
+from vessel_hsmc_ros.campaign import findings
+from vessel_hsmc_ros.campaign.diagrams import Diagrams
+from vessel_hsmc_ros.campaign.page_figures import colour, figures
+from vessel_hsmc_ros.campaign.results import Results
+from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence
+from vessel_hsmc_ros.campaign.statistics import CONFIDENCE
+from vessel_hsmc_ros.report.page import asset, library, origin
+from vessel_hsmc_ros.report.style import css_variables
+
+SCRIPTS = ("data.js", "theme.js")
+"""Scripts that this page shares with that of a run."""
+
+
+def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams, folder: Path) -> str:
+    """Render the HTML text of the page.
+
+    Args:
+        results: All runs.
+        found: The influences on the main metric for each law.
+        drawn: The diagrams.
+        folder: The folder of the campaign, for the commands.
+    """
+    campaign, laws = results.campaign, list(results.by_law)
+    shown = figures(drawn, laws)
+    content = {"figures": shown, "command": findings.replay_command(folder, 0).rpartition(" ")[0]}
+    return _template().render(
+        title=f"Campaign {campaign.name}",
+        subtitle=_subtitle(results),
+        origin=origin(),
+        sentences=findings.sentences(results, found),
+        notes=_notes(results),
+        colours={law: colour(law, laws) for law in laws},
+        failures=findings.failures(results),
+        quantiles=findings.quantiles(results),
+        comparisons=findings.comparisons(results),
+        causes=findings.causes(found),
+        worst=findings.worst(results, folder),
+        file=campaign.source.text.strip(),
+        figures=shown,
+        fewest=FEWEST,
+        confidence=f"{100.0 * CONFIDENCE:g} %",
+        style=css_variables() + asset("style.css"),
+        script="\n".join([*map(asset, SCRIPTS), _own("campaign.js")]),
+        # "<" escaped: a name that contains "</script>" would end the script element.
+        content=json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
+        library=library(),
+    )
+
+
+def _own(name: str) -> str:
+    return resources.files("vessel_hsmc_ros.campaign").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _template() -> jinja2.Template:
+    # StrictUndefined: a misspelt name in the template is an error instead of an empty text.
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    return environment.from_string(_own("campaign.html"))
+
+
+def _subtitle(results: Results) -> str:
+    """What was run, in a line."""
+    campaign = results.campaign
+    count = f"{campaign.runs} runs" if len(results) == campaign.runs else f"{len(results)} of {campaign.runs} runs so far"
+    draws = f"{campaign.draws} draws" + (f" × {len(campaign.laws)} laws" if len(campaign.laws) > 1 else "")
+    scenario = f"scenario {campaign.source.scenario_name}, {campaign.base.vessel_sim.duration:g} s"
+    return f"{count} ({draws}) · {scenario} · {', '.join(campaign.laws)} · {campaign.sampling}, seed {campaign.seed}"
+
+
+def _notes(results: Results) -> list[str]:
+    """What the reader must know to judge the numbers."""
+    found = []
+    if results.campaign.sampling != "random" and not results.campaign.grids:
+        found.append(
+            f"The intervals hold for independent draws. Those of {results.campaign.sampling} are spread more evenly, so the"
+            " intervals are rather too wide than too narrow."
+        )
+    if not results.campaign.limits:
+        found.append("The campaign has no limits, so only runs that ended early are failures.")
+    return found

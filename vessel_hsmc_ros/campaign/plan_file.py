@@ -1,0 +1,170 @@
+"""The campaign file: YAML with a base scenario, distributions, laws, number, seed and limits; docs/campaigns.md explains it."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from vessel_hsmc_ros.campaign import sampling
+from vessel_hsmc_ros.campaign.distributions import Grid
+from vessel_hsmc_ros.campaign.drawn import make_drawn
+from vessel_hsmc_ros.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_yaml
+from vessel_hsmc_ros.scenario.scenario import parse_scenario, scenario_text
+
+KEYS = ("scenario", "set", "laws", "runs", "sampling", "seed", "draw", "limits", "chunk")
+
+CHUNK = 100
+
+
+def campaign_names() -> list[str]:
+    """Names of the campaigns that come with the package."""
+    return sorted(path.stem for path in (share_directory() / "config" / "campaigns").glob("*.yaml"))
+
+
+def read_source(name: Path | str) -> Source:
+    """Read the texts of a campaign.
+
+    Args:
+        name: A campaign of the package, or the path of a YAML file; a scenario that it names by a path is looked up from the
+            folder of that file.
+
+    Raises:
+        ScenarioError: campaign or scenario are unknown or cannot be read, or the file has no scenario.
+    """
+    path = _find(name)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"campaign file {path} cannot be read: {in_one_line(error)}") from None
+    scenario = document(Source(path.stem, text, "", "")).get("scenario")
+    if not isinstance(scenario, str):
+        raise ScenarioError(
+            f"campaign file {path}: scenario = {scenario} is not allowed: it takes a name or the path of a YAML file"
+        )
+    located = path.parent / scenario if Path(scenario).suffix in (".yaml", ".yml") else scenario
+    return Source(path.stem, text, Path(scenario).stem, scenario_text(located))
+
+
+def document(source: Source) -> dict[str, Any]:
+    """The entries of a campaign file.
+
+    Raises:
+        ScenarioError: it is not YAML, or has other keys.
+    """
+    try:
+        found = read_yaml(source.text)
+    except yaml.YAMLError as error:
+        raise ScenarioError(f"campaign {source.name} cannot be read: {in_one_line(error)}") from None
+    if not isinstance(found, dict) or "scenario" not in found:
+        raise ScenarioError(f"campaign {source.name} is not a campaign file: it takes {', '.join(KEYS)}")
+    for key in found:
+        if key not in KEYS:
+            raise ScenarioError(f"campaign {source.name}: {key} is not a key: {schema.suggestion(str(key), KEYS)}")
+    return found
+
+
+def parse_campaign(source: Source, runs: int | None = None) -> Campaign:
+    """Make a campaign from its texts, and check it as far as is possible without its runs.
+
+    Args:
+        source: The texts.
+        runs: Number of draws in the place of that of the file.
+
+    Raises:
+        ScenarioError: the file or the scenario is malformed.
+        ParameterError: a parameter, distribution, limit or law is not allowed.
+    """
+    try:
+        return _parse(source, document(source), runs)
+    except ParameterError as error:
+        raise ParameterError(f"campaign {source.name}: {error}") from None
+
+
+def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> Campaign:
+    changes = dict(_mapping(entries, "set"))
+    text, name, place = source.scenario, source.scenario_name, f"scenario of {source.name}"
+    laws = _laws(entries.get("laws"))
+    # Every law is checked at its base values; those of a draw may still be unstable, which is a result.
+    bases = [parse_scenario(text, name, {**changes, "controller.law": law}, place) for law in laws] or [
+        parse_scenario(text, name, changes, place)
+    ]
+    base = bases[0]
+    if base.vessel_sim.duration <= 0.0:
+        raise ParameterError("vessel_sim.duration = 0 s goes on for ever: in a campaign it must be above 0 s")
+    parameters = tuple(make_drawn(str(key), given, base) for key, given in _mapping(entries, "draw").items())
+    has_grid = any(isinstance(parameter.distribution, Grid) for parameter in parameters)
+    return Campaign(
+        source,
+        changes,
+        laws or (base.controller.law,),
+        runs or _integer(entries, "runs", 1, sampling.LARGEST, 1 if has_grid else None),
+        _sampling(entries, has_grid),
+        _integer(entries, "seed", 0, 2**63, 0),
+        parameters,
+        _limits(_mapping(entries, "limits")),
+        _integer(entries, "chunk", 1, 1_000_000, CHUNK),
+    )
+
+
+def _find(name: Path | str) -> Path:
+    path = Path(name)
+    if path.suffix in (".yaml", ".yml"):
+        return path
+    if str(name) not in campaign_names():
+        known = ", ".join(campaign_names())
+        raise ScenarioError(
+            f"campaign {name} is unknown: it takes {f'one of {known} or ' if known else ''}the path of a YAML file"
+        )
+    return share_directory() / "config" / "campaigns" / f"{name}.yaml"
+
+
+def _mapping(entries: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = entries.get(key)
+    if found is not None and not isinstance(found, dict):
+        raise ParameterError(f"{key}: {found} is not allowed: it takes names with their values, such as {{name: value}}")
+    return found or {}
+
+
+def _integer(entries: Mapping[str, Any], key: str, low: int, high: int, default: int | None) -> int:
+    value = entries.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise ParameterError(f"{key} = {value} is not allowed: it takes an integer from {low} to {high}")
+    return value
+
+
+def _laws(given: Any) -> tuple[str, ...]:
+    if given is None:
+        return ()
+    laws = given if isinstance(given, list) else [given]
+    for law in laws:
+        if law not in LAWS:
+            raise ParameterError(f"laws: {law} is not allowed: it takes any of {', '.join(LAWS)}")
+    if not laws or len(set(laws)) < len(laws):
+        raise ParameterError(f"laws: {laws} is not allowed: it takes different laws, at least one")
+    return tuple(laws)
+
+
+def _sampling(entries: Mapping[str, Any], has_grid: bool) -> str:
+    method = entries.get("sampling", "random")
+    if method not in sampling.METHODS:
+        raise ParameterError(f"sampling = {method} is not allowed: it takes one of {', '.join(sampling.METHODS)}")
+    if has_grid and method == "sobol":
+        raise ParameterError("sampling = sobol is not allowed with a grid, whose combinations cut its sequence into pieces")
+    return str(method)
+
+
+def _limits(given: Mapping[str, Any]) -> dict[str, float]:
+    for name, limit in given.items():
+        if name not in Metrics._fields:
+            raise ParameterError(f"limits: {name} is not a metric: {schema.suggestion(str(name), Metrics._fields)}")
+        if isinstance(limit, bool) or not isinstance(limit, int | float) or not (math.isfinite(limit) and limit >= 0.0):
+            raise ParameterError(f"limits: {name} = {limit} is not allowed: it takes a finite number, not below 0")
+    return {name: float(limit) for name, limit in given.items()}

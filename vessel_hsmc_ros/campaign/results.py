@@ -1,0 +1,133 @@
+"""The rows of a campaign as arrays, whole or of one law."""
+
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.campaign.dataset import read_rows
+from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.metrics import Metrics
+
+Array = NDArray[np.float64]
+Column = NDArray[Any]
+
+ALWAYS = ("position_error_rms_last_quarter", "settling_time", "yaw_moment_rms")
+"""Metrics that are drawn in every report, beside those with limits."""
+
+_LIMIT = re.compile(r"(\w+) = \S+ above (\S+)")
+_NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Results:
+    """Runs of a campaign.
+
+    Attributes:
+        campaign: Its plan.
+        rows: The columns of its dataset, (n,) each.
+    """
+
+    campaign: Campaign
+    rows: Mapping[str, Column]
+
+    def __len__(self) -> int:
+        return len(self.rows["run"])
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Whether each run is a failure, (n,)."""
+        return self.rows["failed"].astype(bool)
+
+    @property
+    def ended_early(self) -> NDArray[np.bool_]:
+        """Whether each run ended before its time, (n,)."""
+        return self.rows["ended_early"].astype(bool)
+
+    @property
+    def drawn(self) -> dict[str, Column]:
+        """The drawn parameters, (n,) each: numbers, flags or texts."""
+        return {name: self.rows[name] for name in self.campaign.drawn}
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The metrics that any run has, those with limits first."""
+        there = [name for name in Metrics._fields if np.isfinite(self.rows[name]).any()]
+        return tuple(dict.fromkeys([name for name in self.campaign.limits if name in there] + there))
+
+    @property
+    def main(self) -> str:
+        """The metric by which runs are ranked: the first with a limit, else the rms position error at the end."""
+        return next(iter(self.campaign.limits), ALWAYS[0])
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The metrics that are drawn."""
+        return tuple(name for name in dict.fromkeys((*self.campaign.limits, *ALWAYS)) if name in self.metrics)
+
+    @cached_property
+    def by_law(self) -> dict[str, "Results"]:
+        """The runs of each law, in the order of the campaign file."""
+        found = {law: self._chosen(self.rows["law"] == law) for law in self.campaign.laws}
+        return {law: results for law, results in found.items() if len(results)}
+
+    def cost(self, metric: str) -> Array:
+        """Magnitudes of a metric, (n,); infinite for a run that ended early, or whose error has not settled."""
+        values = np.abs(self.rows[metric].astype(float))
+        without = math.inf if metric == "settling_time" else 0.0  # no time is spent at a limit that there is not
+        return np.where(self.ended_early, math.inf, np.where(np.isnan(values), without, values))
+
+    def paired(self, first: str, second: str, metric: str) -> tuple[Array, Array]:
+        """A metric of two laws on the draws that both have, (m,) each."""
+        one, other = self.by_law[first], self.by_law[second]
+        _, i, j = np.intersect1d(one.rows["draw"], other.rows["draw"], assume_unique=True, return_indices=True)
+        return one.cost(metric)[i], other.cost(metric)[j]
+
+    def reasons(self) -> list[tuple[str, int]]:
+        """What made runs failures, in general terms, with the number of runs; the most frequent first."""
+        return Counter(_general(str(text)) for text in self.rows["failure"][self.failed]).most_common()
+
+    def worst(self, count: int) -> NDArray[np.int64]:
+        """Indices of the worst runs, those that ended early before those with the largest main metric."""
+        order = np.lexsort((self.rows["run"], -self.cost(self.main)))
+        return order[:count].astype(np.int64)
+
+    def _chosen(self, mask: NDArray[np.bool_]) -> "Results":
+        return Results(self.campaign, {name: column[mask] for name, column in self.rows.items()})
+
+
+def read(folder: Path) -> Results:
+    """Read the results of a campaign, complete or not.
+
+    Raises:
+        ScenarioError, CampaignError: the folder is not that of a campaign, or a file of it is damaged.
+        ReportError: it has no rows yet.
+    """
+    table = read_rows(folder)
+    if not table.num_rows:
+        raise ReportError(f"campaign {folder} has no results yet: vessel-hsmc campaign computes them")
+    rows = {name: _array(table.column(name)) for name in table.column_names}
+    return Results(Campaign.load(folder), rows)
+
+
+def _array(column: Any) -> Column:
+    """A column of the dataset; lists as texts."""
+    values = column.to_numpy()
+    if values.dtype == object and not isinstance(values[0], bool):
+        return np.array([text if isinstance(text, str) else str(list(text)) for text in values], dtype=str)
+    return np.asarray(values)
+
+
+def _general(reason: str) -> str:
+    """A reason without the numbers of its run, so that reasons can be counted."""
+    if _LIMIT.search(reason):
+        return _LIMIT.sub(r"\1 above \2", reason)
+    return _NUMBER.sub("…", reason)

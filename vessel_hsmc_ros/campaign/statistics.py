@@ -1,0 +1,153 @@
+"""Statements about a probability and about quantiles that hold for any distribution, from a sample of runs.
+
+Both rest on the binomial distribution alone: the number of failures among n independent runs, and the number of runs below a
+quantile, are binomial, whatever the distribution of the metric is.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats  # type: ignore[import-untyped]
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+"""Confidence of all intervals and bounds of a report."""
+
+
+class Interval(NamedTuple):
+    """A confidence interval; infinite on a side that the sample does not bound."""
+
+    low: float
+    high: float
+
+
+class Quantile(NamedTuple):
+    """A quantile of a sample with its confidence interval; infinite where it falls among runs without a value."""
+
+    value: float
+    low: float
+    high: float
+
+
+class Paired(NamedTuple):
+    """Two laws on the same draws.
+
+    Attributes:
+        better, worse, equal: Numbers of draws in which the first has the smaller value, the larger one, the same.
+        share: Confidence interval of the probability that the first is better, among draws in which they differ.
+        ratio: Median ratio of the first's value to the second's, over the draws in which both have one.
+    """
+
+    better: int
+    worse: int
+    equal: int
+    share: Interval
+    ratio: Quantile
+
+
+def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) -> Interval:
+    """The exact (Clopper-Pearson) confidence interval of a probability.
+
+    With k failures in n runs its ends are quantiles of beta distributions,
+
+        B(α/2; k, n - k + 1)   and   B(1 - α/2; k + 1, n - k),   α = 1 - confidence
+
+    so that for every true probability the interval misses it in at most α of all campaigns.
+
+    Args:
+        failures: k, from 0 to n.
+        runs: n; for 0 the interval is [0, 1].
+        confidence: Probability with which the interval contains the true probability, at least.
+
+    Returns:
+        The interval, within [0, 1].
+    """
+    if not runs:
+        return Interval(0.0, 1.0)
+    found = stats.binomtest(failures, runs).proportion_ci(confidence, method="exact")
+    return Interval(float(found.low), float(found.high))
+
+
+def at_most(failures: int, runs: int, confidence: float = CONFIDENCE) -> float:
+    """The largest probability of a failure that the runs admit: the one-sided Clopper-Pearson bound.
+
+    Without a failure it is 1 - (1 - confidence)^(1/n), about 3/n at 95 %.
+
+    Args:
+        failures: Number of failures, k.
+        runs: Number of runs, n.
+        confidence: Probability with which the true probability is not above the bound, at least.
+
+    Returns:
+        The bound, from 0 to 1; 1 without a run.
+    """
+    return float(stats.beta.ppf(confidence, failures + 1, runs - failures)) if failures < runs else 1.0
+
+
+def quantile(values: Array, share: float, confidence: float = CONFIDENCE) -> Quantile:
+    """A quantile with bounds that are order statistics of the sample.
+
+    The number N of values below the quantile q is binomial (n, share). The l-th and the u-th smallest value enclose q with at
+    least the confidence if P(N < l) and P(N >= u) are at most α/2 each.
+
+    Args:
+        values: The sample, (n,); infinite for a run that has no value because it ended early.
+        share: Share of the distribution below the quantile, between 0 and 1.
+        confidence: Probability with which the bounds enclose the quantile, at least.
+
+    Returns:
+        The smallest value that at least this share of the sample does not exceed, and the bounds; a bound for which the sample
+        is too small is infinite.
+    """
+    n = len(values)
+    if not n:
+        return Quantile(math.nan, -math.inf, math.inf)
+    ordered = np.sort(values)
+    tail = 0.5 * (1.0 - confidence)
+    lower = int(stats.binom.ppf(tail, n, share))
+    upper = int(stats.binom.ppf(1.0 - tail, n, share)) + 1
+    # Rounded before rounding up: 0.95·20 is above 19 by one bit.
+    place = max(1, math.ceil(round(share * n, 9)))
+    low = float(ordered[lower - 1]) if lower >= 1 else -math.inf
+    high = float(ordered[upper - 1]) if upper <= n else math.inf
+    return Quantile(float(ordered[place - 1]), low, high)
+
+
+def paired(first: Array, second: Array) -> Paired:
+    """Compare two laws draw by draw: the sign test with an exact interval, and the median ratio.
+
+    Args:
+        first: A metric of the first law, (n,); smaller is better, infinite for a run that ended early.
+        second: The metric of the second law on the same draws, (n,).
+    """
+    better, worse = int(np.sum(first < second)), int(np.sum(first > second))
+    comparable = np.isfinite(first) & np.isfinite(second) & (second > 0.0)
+    ratio = quantile(first[comparable] / second[comparable], 0.5)
+    return Paired(better, worse, len(first) - better - worse, clopper_pearson(better, better + worse), ratio)
+
+
+def exceedance(values: Array, points: int = 400) -> tuple[Array, Array, Array, Array]:
+    """The share of runs above each value, with pointwise confidence bounds.
+
+    Args:
+        values: The sample, (n,); infinite for a run that ended early, which is above every value.
+        points: Largest number of values of the curve; they are denser towards the largest, where single runs count.
+
+    Returns:
+        Finite values in increasing order, the share of the runs above each, and its lower and upper bound, (m,) each.
+    """
+    ordered = np.sort(values)
+    n = len(ordered)
+    above = np.arange(n)[::-1]
+    if n > points:  # from the largest value down, in equal ratios of the number of runs above
+        above = np.unique(np.geomspace(1, n, points).astype(int) - 1)[::-1]
+    chosen = ordered[n - 1 - above]
+    above, chosen = above[np.isfinite(chosen)], chosen[np.isfinite(chosen)]
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    with np.errstate(invalid="ignore"):  # the lower bound of no run is 0, not a quantile
+        low = np.where(above > 0, stats.beta.ppf(tail, above, n - above + 1), 0.0)
+    high = stats.beta.ppf(1.0 - tail, above + 1, n - above)
+    return chosen, above / max(n, 1), low, high
