@@ -92,7 +92,10 @@ def drawn(seed: int) -> PlantParameters:
         sensors=SensorParameters()
         if seed % 5 == 3
         else SensorParameters(
-            *(number(0, 1) for _ in range(4)),
+            position_noise=number(0, 1),
+            heading_noise=number(0, 0.1),
+            velocity_noise=number(0, 1),
+            yaw_rate_noise=number(0, 0.1),
             position_bias=(number(-1, 1), number(-1, 1)),
             position_rate_hz=number(1, 20),
             heading_rate_hz=number(1, 20),
