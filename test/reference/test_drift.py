@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.reference.curve_motion import Progress, velocities
+from vessel_hsmc_ros.reference.curve_motion import at_speed, velocities
 from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square
 from vessel_hsmc_ros.reference.drift import PeriodicDrift, samples
 from vessel_sim_node.plant import Vessel, VesselParameters, unforced_acceleration
@@ -28,7 +28,7 @@ def sway_residual(curve: Any, speed: float, vessel: Vessel) -> float:
     """Largest deviation from dv = f_v(u, v, r) between the samples of the solution, m/s²."""
     s = np.random.default_rng(1).uniform(0.0, curve.period, 1000)
     solution = PeriodicDrift(curve, speed, vessel)
-    u, v, r, _, dv, _ = velocities(curve, speed, solution.at(s), Progress(s))
+    u, v, r, _, dv, _ = velocities(curve, speed, solution.at(s), at_speed(s))
     return float(np.abs(dv - unforced_acceleration(u, v, r, vessel)[1]).max())
 
 

@@ -138,9 +138,9 @@ def evaluate_case(case: Case, scenario: Scenario, run: Run, ended_at: float = NA
     """
     vessel = scenario.vessel_sim.vessel.coefficients()
     gains = scenario.controller.hierarchical if scenario.controller.law == "hierarchical" else None
-    numbers = dataclasses.replace(measure(run, vessel, gains), ended_at=ended_at)
-    reduced = (np.empty(0), np.empty(0)) if gains is None or case.ends else reduced_error(run, vessel, gains)
-    return CaseResult(numbers, thinned(run), reduced)
+    reduced = (np.empty(0), np.empty(0)) if gains is None else reduced_error(run, vessel, gains)
+    numbers = dataclasses.replace(measure(run, vessel, gains, reduced), ended_at=ended_at)
+    return CaseResult(numbers, thinned(run), (np.empty(0), np.empty(0)) if case.ends else reduced)
 
 
 def thinned(run: Run) -> Run:

@@ -29,20 +29,28 @@ ON_SURFACES, STRIDE = 20.0, 10
 """Time from which a run is compared with the reduced dynamics, s, and half the step of the comparison in samples."""
 
 
-def measure(run: Run, vessel: Vessel, gains: HierarchicalParameters | None) -> Numbers:
+def measure(
+    run: Run, vessel: Vessel, gains: HierarchicalParameters | None, reduced: tuple[Array, Array] | None = None
+) -> Numbers:
     """Measure all numbers of a run.
 
     Args:
         run: A run of at least two samples, evenly spaced.
         vessel: The plant's coefficients.
         gains: Parameters of the paper's law; None for a run with another law.
+        reduced: What `reduced_error` gives for the run, if it is known already.
 
     Returns:
         The numbers; those of surfaces and networks are NaN for another law.
     """
     numbers = _motion(run) | _effort(run, vessel)
     if gains is not None:
-        numbers |= _surfaces(run, gains) | _networks(run, gains) | _switching(run, gains) | _reduced(run, vessel, gains)
+        numbers |= (
+            _surfaces(run, gains)
+            | _networks(run, gains)
+            | _switching(run, gains)
+            | _reduced(run, vessel, reduced or reduced_error(run, vessel, gains))
+        )
     return Numbers(**numbers)
 
 
@@ -199,9 +207,9 @@ def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tu
     return run.time[rows[::2]], error
 
 
-def _reduced(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> dict[str, float]:
+def _reduced(run: Run, vessel: Vessel, reduced: tuple[Array, Array]) -> dict[str, float]:
     growth = {"growth_rate": growth_rate(rms(run.reference[_quarter(run.time, 3), 5]), vessel)}
-    time, predicted = reduced_error(run, vessel, gains)
+    time, predicted = reduced
     if len(time) == 0:
         return growth
     actual = np.interp(time, run.control["time"], run.control["sway_error"])

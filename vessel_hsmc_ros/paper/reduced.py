@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kinematics import Motion, as_motion, tracking_error, transform, transform_rate
+from vessel_hsmc_ros.core.kinematics import Motion, tracking_error, transform, transform_rate
 from vessel_sim_node.plant import Vessel, unforced_acceleration
 
 Array = NDArray[np.float64]
@@ -65,6 +65,36 @@ def on_surfaces(x: float, y: float, psi: float, v: float, desired: Motion, g: Su
     return dz_d.z1 - g.c3 * z_e.z1 - z.z2 * r, r, z_e.z2
 
 
+class Reduced(NamedTuple):
+    """State of the reduced dynamics, or its time derivative."""
+
+    x: float
+    y: float
+    psi: float
+    v: float
+
+
+def rate(state: Reduced, desired: Motion, tau_vw: float, g: Surfaces, vessel: Vessel) -> Reduced:
+    """The time derivative of the state.
+
+    Args:
+        state: The state.
+        desired: State of the virtual ship.
+        tau_vw: Disturbance in sway, m/s².
+        g: Constants of the surfaces.
+        vessel: Coefficients of (6).
+    """
+    u, r, _ = on_surfaces(state.x, state.y, state.psi, state.v, desired, g)
+    f_v = unforced_acceleration(u, state.v, r, vessel)[1]
+    c, s = math.cos(state.psi), math.sin(state.psi)
+    return Reduced(u * c - state.v * s, u * s + state.v * c, r, f_v + tau_vw)
+
+
+def moved(state: Reduced, step: float, rate: Reduced) -> Reduced:
+    """The state moved by a step at a rate."""
+    return Reduced(state.x + step * rate.x, state.y + step * rate.y, state.psi + step * rate.psi, state.v + step * rate.v)
+
+
 def lateral_error(time: Array, reference: Array, disturbance: Array, start: Array, g: Surfaces, vessel: Vessel) -> Array:
     """Integrate the reduced dynamics along a reference, by RK4 in steps of two samples.
 
@@ -79,32 +109,22 @@ def lateral_error(time: Array, reference: Array, disturbance: Array, start: Arra
     Returns:
         z2e at every other time, (n + 1,) m; NaN from where the motion exceeds RUNAWAY.
     """
-
-    def rate(state: Array, k: int) -> Array:
-        x, y, psi, v = (float(value) for value in state)
-        u, r, _ = on_surfaces(x, y, psi, v, as_motion(reference[k]), g)
-        _, f_v, _ = unforced_acceleration(u, v, r, vessel)
-        c, s = math.cos(psi), math.sin(psi)
-        return np.array([u * c - v * s, u * s + v * c, r, f_v + disturbance[k]])
-
-    def lateral(k: int) -> float:
-        x, y, psi, v = (float(value) for value in state)
-        return on_surfaces(x, y, psi, v, as_motion(reference[k]), g)[2]
-
-    state, T = start, float(time[2] - time[0])
+    desired, tau_vw = [Motion(*row) for row in reference.tolist()], disturbance.tolist()
+    state, T = Reduced(*start.tolist()), float(time[2] - time[0])
     errors = np.full((len(time) + 1) // 2, np.nan)
-    errors[0] = lateral(0)
+    errors[0] = on_surfaces(*state, desired[0], g)[2]
     for k in range(0, len(time) - 1, 2):
         # The reference is given at samples only, so its values at k + 1 serve the middle of a step from k to k + 2.
-        k1 = rate(state, k)
-        k2 = rate(state + 0.5 * T * k1, k + 1)
-        k3 = rate(state + 0.5 * T * k2, k + 1)
-        k4 = rate(state + T * k3, k + 2)
-        state = state + T / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        k1 = rate(state, desired[k], tau_vw[k], g, vessel)
+        k2 = rate(moved(state, 0.5 * T, k1), desired[k + 1], tau_vw[k + 1], g, vessel)
+        k3 = rate(moved(state, 0.5 * T, k2), desired[k + 1], tau_vw[k + 1], g, vessel)
+        k4 = rate(moved(state, T, k3), desired[k + 2], tau_vw[k + 2], g, vessel)
+        mean = Reduced(*(a + 2.0 * b + 2.0 * c + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)))
+        state = moved(state, T / 6.0, mean)
         # Negated so that NaN ends the integration too.
-        if not np.max(np.abs(state)) < RUNAWAY:
+        if not all(abs(value) < RUNAWAY for value in state):
             break
-        errors[k // 2 + 1] = lateral(k + 2)
+        errors[k // 2 + 1] = on_surfaces(*state, desired[k + 2], g)[2]
     return errors
 
 

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.reference.curves import Curve
 from vessel_hsmc_ros.reference.drift import Drift, PeriodicDrift, samples, steady_drift, steady_load
 from vessel_sim_node.plant import Vessel, unforced_acceleration
@@ -45,9 +46,9 @@ class Progress(NamedTuple):
     """Arc length [m], and share of the speed with its first two time derivatives, numbers or arrays."""
 
     s: Any
-    f: Any = 1.0
-    df: Any = 0.0
-    ddf: Any = 0.0
+    f: Any
+    df: Any
+    ddf: Any
 
 
 class Pace(NamedTuple):
@@ -56,16 +57,17 @@ class Pace(NamedTuple):
     speed: float
     rise_time: float
 
-    def at(self, time: Any) -> Progress:
-        """The progress at a time or at an array of times."""
-        T = self.rise_time
-        if T == 0.0:
-            return Progress(self.speed * time)
-        q = np.minimum(time / T, 1.0)
-        f = q**3 * (10.0 - 15.0 * q + 6.0 * q**2)
-        df, ddf = 30.0 * q**2 * (1.0 - q) ** 2 / T, 60.0 * q * (1.0 - q) * (1.0 - 2.0 * q) / T**2
-        started = T * q**4 * (2.5 - 3.0 * q + q**2)
-        return Progress(self.speed * (started + np.maximum(time - T, 0.0)), f, df, ddf)
+
+@kernel
+def progress(time: float, pace: Pace) -> Progress:
+    """The progress at a time, s."""
+    T = pace.rise_time
+    if time >= T:
+        return Progress(pace.speed * (0.5 * T + (time - T)), 1.0, 0.0, 0.0)
+    q = time / T
+    f = q * q * q * (10.0 - 15.0 * q + 6.0 * q * q)
+    df, ddf = 30.0 * q * q * (1.0 - q) * (1.0 - q) / T, 60.0 * q * (1.0 - q) * (1.0 - 2.0 * q) / (T * T)
+    return Progress(pace.speed * (T * q * q * q * q * (2.5 - 3.0 * q + q * q)), f, df, ddf)
 
 
 class Demand(NamedTuple):
@@ -76,8 +78,39 @@ class Demand(NamedTuple):
     yaw_moment: float
 
 
+@kernel
+def body_velocities(
+    bend: tuple[Any, Any], direction: tuple[Any, Any], speed: float, drift: Drift, progress: Progress
+) -> Velocities:
+    """The body velocities along a curve, and their derivatives; numbers or arrays.
+
+    Args:
+        bend: Curvature [1/m] and its slope [1/m²].
+        direction: Cosine and sine of the drift angle f·beta_s.
+        speed: U, m/s.
+        drift: beta_s at the arc lengths.
+        progress: Where on the curve and with what share of the speed.
+
+    Returns:
+        Velocities and accelerations.
+    """
+    (kappa, kappa_slope), (c, sine) = bend, direction
+    f, df, ddf = progress.f, progress.df, progress.ddf
+    W, dW = f * speed, df * speed
+    dbeta = df * drift.beta + f * drift.slope * W
+    ddbeta = ddf * drift.beta + 2.0 * df * drift.slope * W + f * (drift.slope_rate * W * W + drift.slope * dW)
+    return Velocities(
+        W * c,
+        W * sine,
+        W * kappa - dbeta,
+        dW * c - W * sine * dbeta,
+        dW * sine + W * c * dbeta,
+        W * W * kappa_slope + dW * kappa - ddbeta,
+    )
+
+
 def velocities(curve: Curve, speed: float, drift: Drift, progress: Progress) -> Velocities:
-    """The body velocities along a curve, and their derivatives.
+    """`body_velocities` at arrays of arc lengths.
 
     Args:
         curve: The curve.
@@ -88,20 +121,14 @@ def velocities(curve: Curve, speed: float, drift: Drift, progress: Progress) -> 
     Returns:
         Velocities and accelerations.
     """
-    s, f, df, ddf = progress
-    W, dW = f * speed, df * speed
-    beta = f * drift.beta
-    dbeta = df * drift.beta + f * drift.slope * W
-    ddbeta = ddf * drift.beta + 2.0 * df * drift.slope * W + f * (drift.slope_rate * W * W + drift.slope * dW)
-    c, sine, kappa = np.cos(beta), np.sin(beta), curve.curvature(s)
-    return Velocities(
-        u=W * c,
-        v=W * sine,
-        r=W * kappa - dbeta,
-        du=dW * c - W * sine * dbeta,
-        dv=dW * sine + W * c * dbeta,
-        dr=W * W * curve.curvature_slope(s) + dW * kappa - ddbeta,
-    )
+    s, beta = progress.s, progress.f * drift.beta
+    bend = curve.curvature(s), curve.curvature_slope(s)
+    return body_velocities(bend, (np.cos(beta), np.sin(beta)), speed, drift, progress)
+
+
+def at_speed(s: Any) -> Progress:
+    """The progress after the start, at arc lengths."""
+    return Progress(s, 1.0, 0.0, 0.0)
 
 
 def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> Demand:
@@ -121,9 +148,10 @@ def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> De
     if drift > largest_drift:
         return Demand(drift, math.inf, math.inf)
     solution = PeriodicDrift(curve, speed, vessel)
-    start = pace.at(np.linspace(0.0, pace.rise_time, START_SAMPLES))
-    parts = ((solution.sampled(), Progress(samples(curve))), (solution.at(start.s), start))
-    forces = [_forces(velocities(curve, speed, beta, progress), vessel) for beta, progress in parts]
+    times = np.linspace(0.0, pace.rise_time, START_SAMPLES)
+    start = Progress(*np.array([progress(float(time), pace) for time in times]).T)
+    parts = ((solution.sampled(), at_speed(samples(curve))), (solution.at(start.s), start))
+    forces = [_forces(velocities(curve, speed, beta, where), vessel) for beta, where in parts]
     return Demand(drift, max(surge for surge, _ in forces), max(yaw for _, yaw in forces))
 
 

@@ -1,19 +1,69 @@
 """The reference that travels a curve: the motion along it, placed at the initial pose and mirrored for turns to starboard."""
 
-import cmath
+import math
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from vessel_hsmc_ros.reference.curve_motion import Pace, velocities
-from vessel_hsmc_ros.reference.drift import PeriodicDrift
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.reference.curve_motion import Pace, body_velocities, progress
+from vessel_hsmc_ros.reference.curves import CurveConstants, angle, course, curvature, position
+from vessel_hsmc_ros.reference.drift import DriftConstants, PeriodicDrift, drift_at
+from vessel_hsmc_ros.reference.kernel_reference import Array, KernelReference, write_row
 from vessel_hsmc_ros.reference.shapes import Shape
 from vessel_sim_node.plant import Vessel
 
-Array = NDArray[np.float64]
+
+class TravelConstants(NamedTuple):
+    """The curve and the drift angle along it, side of the first turn, pace, initial x, y, course, and length of a step, s."""
+
+    curve: CurveConstants
+    drift: DriftConstants
+    side: float
+    pace: Pace
+    x: float
+    y: float
+    course: float
+    period: float
 
 
-class CurveReference:
+class TravelMemory(NamedTuple):
+    """Number of steps: the motion is a function of time."""
+
+    steps: int
+
+
+@kernel
+def move(m: TravelMemory, c: TravelConstants) -> TravelMemory:  # noqa: ARG001 - the form of all references
+    """The reference one period later."""
+    return TravelMemory(m.steps + 1)
+
+
+@kernel
+def read(m: TravelMemory, c: TravelConstants) -> tuple[Motion, Acceleration]:
+    """State, and the derivatives of its velocities."""
+    now = progress(m.steps * c.period, c.pace)
+    turned = c.drift.w * (now.s % c.curve.period)
+    drift = drift_at(complex(math.cos(turned), math.sin(turned)), c.drift)
+    theta, beta = angle(now.s, c.curve), now.f * drift.beta
+    bend = curvature(math.cos(theta), math.sin(theta), c.curve)
+    v = body_velocities(bend, (math.cos(beta), math.sin(beta)), c.pace.speed, drift, now)
+    # The model is symmetric: a turn to starboard is the mirror image of the turn to port.
+    p, side = position(now.s, c.curve), c.side
+    cosine, sine = math.cos(c.course), math.sin(c.course)
+    x, y = c.x + (p.real * cosine - side * p.imag * sine), c.y + (p.real * sine + side * p.imag * cosine)
+    psi = c.course + side * (course(now.s, c.curve) - beta)
+    return Motion(x, y, psi, v.u, side * v.v, side * v.r), Acceleration(v.du, side * v.dv, side * v.dr)
+
+
+@kernel
+def follow(m: TravelMemory, c: TravelConstants, rows: Array) -> None:
+    """Write the motion of each step into rows of shape (n, 9)."""
+    for k in range(len(rows)):
+        m = move(m, c) if k > 0 else m
+        write_row(rows[k], read(m, c))
+
+
+class CurveReference(KernelReference):
     """A motion along a curve at constant speed, after a start from rest, in discrete time.
 
     Args:
@@ -22,42 +72,23 @@ class CurveReference:
         vessel: Coefficients of the hull.
         start: Initial position x, y [m] and course.
         period: Length of a step, s.
-
-    Attributes:
-        state: x, y, psi, u, v, r, shape (6,).
     """
 
+    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
+
     def __init__(self, shape: Shape, pace: Pace, vessel: Vessel, start: tuple[float, ...], period: float) -> None:
-        self._curve, self._side = shape.curve, shape.side
-        self._drift = PeriodicDrift(shape.curve, pace.speed, vessel)
-        self._pace = pace
-        self._start = start
-        self._period = period
+        drift = PeriodicDrift(shape.curve, pace.speed, vessel).constants
+        x, y, course = map(float, start)
+        self.constants = TravelConstants(shape.curve.constants, drift, shape.side, pace, x, y, course, period)
+        # Interpreted, the series are faster as lists.
+        curve, a = self.constants.curve, self.constants.drift.a
+        listed = {"curve": curve._replace(a=curve.a.tolist()), "drift": DriftConstants(drift.w, a.tolist())}
+        self._listed = self.constants._replace(**listed)
         self.reset()
+
+    def _read(self) -> tuple[Motion, Acceleration]:
+        return read(self.memory, self._listed)
 
     def reset(self) -> None:
         """Return to the start."""
-        self._steps = 0
-        self._read()
-
-    def acceleration(self) -> Array:
-        """Derivatives du, dv, dr of the body velocities, shape (3,): m/s², m/s², rad/s²."""
-        return self._acceleration
-
-    def advance(self) -> None:
-        """Advance by one period along the curve."""
-        self._steps += 1
-        self._read()
-
-    def _read(self) -> None:
-        progress = self._pace.at(self._steps * self._period)
-        s = float(progress.s)
-        drift, p = self._drift.at(s), self._curve.position(s)
-        u, v, r, du, dv, dr = map(float, velocities(self._curve, self._pace.speed, drift, progress))
-        x, y, course = self._start
-        # The model is symmetric: a turn to starboard is the mirror image of the turn to port.
-        side = self._side
-        placed = complex(p.real, side * p.imag) * cmath.exp(1j * course)
-        psi = course + side * (self._curve.course(s) - float(progress.f * drift.beta))
-        self.state: Array = np.array([x + placed.real, y + placed.imag, psi, u, side * v, side * r])
-        self._acceleration: Array = np.array([du, side * dv, side * dr])
+        self.memory = TravelMemory(0)

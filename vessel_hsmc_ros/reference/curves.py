@@ -8,6 +8,7 @@
 | kappa | curvature dchi/ds | 1/m |
 | A, k | amplitude of the course and wavenumber of the figure eight | rad, 1/m |
 | c | length of a corner of the square | m |
+| q, theta, w | arc length, angle w·q and wavenumber in a bend | m, rad, 1/m |
 
 Every curve begins at p = 0 with chi = 0 and turns to port first, so kappa >= 0 there. A curve to starboard is its mirror image.
 The position is the integral of exp(i·chi); where chi is a constant plus a harmonic, exp(i·chi) is a short Fourier series with
@@ -16,10 +17,12 @@ Bessel functions as coefficients (Jacobi and Anger) and is integrated in closed 
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from vessel_hsmc_ros.core.kernel import kernel
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -30,72 +33,151 @@ CLOSING = 2.404825557695773
 CORNER_EXTENT = 1.8359749799326934
 """Distance from the beginning of a rounded corner to the vertex of the square, in multiples of the smallest radius."""
 
-MODES = 64
-"""Number of samples per turn from which the Fourier coefficients of exp(i·chi) are computed: exact to rounding."""
+SAMPLES, HIGHEST = 64, 20
+"""Number of samples per turn from which the Fourier coefficients of exp(i·chi) are computed, exact to rounding, and the highest
+order that is not zero but for rounding."""
 
 
-class Series(NamedTuple):
-    """A sum of complex exponentials of the arc length, sum(a·exp(i·w·s)).
+class CurveConstants(NamedTuple):
+    """A curve as data: straight parts and bends, whose curvature is mean + cosine·cos(theta) + sine·sin(theta), theta = w·q.
 
     Attributes:
-        w: Wavenumbers, shape (m,), 1/m.
-        a: Amplitudes, shape (m,).
+        period: Arc length after which the curvature repeats, m.
+        straight: Length of the straight part before and after a bend, m.
+        bend: Length of a bend, m.
+        w: Wavenumber of the curvature in a bend, 1/m.
+        mean, cosine, sine: The curvature, 1/m.
+        quarters: Quarter turns of the course in a period, with half a diagonal of the square that they form, m.
+        lowest: Wavenumber of the first term of the position, as a multiple of w.
+        a: Amplitudes of the position in a bend, sum(a[n]·exp(i·(lowest + m - 1 - n)·theta)), shape (m,), m; empty for an arc.
+        start: That sum at the beginning of the bend, m.
     """
 
-    w: Array
+    period: float
+    straight: float
+    bend: float
+    w: float
+    mean: float
+    cosine: float
+    sine: float
+    quarters: int
+    half_side: float
+    lowest: float
     a: ComplexArray
-
-    def at(self, s: float) -> complex:
-        """The value at an arc length."""
-        return complex(np.exp(1j * s * self.w) @ self.a)
-
-    def derivative(self) -> "Series":
-        """The derivative with respect to s."""
-        return Series(self.w, 1j * self.w * self.a)
-
-    def integral(self) -> "Series":
-        """The antiderivative that has no constant; no wavenumber may be zero."""
-        return Series(self.w, self.a / (1j * self.w))
+    start: complex
 
 
-class Curve(Protocol):
-    """A plane curve whose curvature is a periodic function of the arc length."""
+@kernel
+def polynomial(z: Any, a: ComplexArray) -> Any:
+    """The polynomial with coefficients a, the highest order first, by Horner's rule."""
+    value = 0.0 * z
+    for coefficient in a:
+        value = value * z + coefficient
+    return value
 
-    @property
-    def period(self) -> float:
-        """Arc length after which the curvature repeats, m."""
-        ...
 
-    @property
-    def shortest_bend(self) -> float:
-        """Arc length over which the curvature rises and falls, m; infinite if it is constant."""
-        ...
+@kernel
+def in_bend(q: float, c: CurveConstants) -> complex:
+    """The position in a bend at an arc length q since its beginning, relative to there, m."""
+    theta = c.w * q
+    first = complex(math.cos(c.lowest * theta), math.sin(c.lowest * theta))
+    moved: complex = first * polynomial(complex(math.cos(theta), math.sin(theta)), c.a) - c.start
+    return moved
+
+
+@kernel
+def position(s: float, c: CurveConstants) -> complex:
+    """The position p at an arc length, m."""
+    if len(c.a) == 0:
+        # An arc: the chord in the direction of half the turn, the same without the division by a curvature of zero.
+        half = 0.5 * c.mean * s
+        chord = s * (math.sin(half) / half if half != 0.0 else 1.0)
+        return complex(chord * math.cos(half), chord * math.sin(half))
+    rest = s % c.period
+    turns = c.quarters * math.floor((s - rest) / c.period + 0.5) % 4
+    turn = complex((1.0, 0.0, -1.0, 0.0)[turns], (0.0, 1.0, 0.0, -1.0)[turns])
+    q = rest - c.straight
+    if q <= 0.0:
+        part = complex(rest, 0.0)
+    elif q <= c.bend:
+        part = c.straight + in_bend(q, c)
+    else:
+        part = c.straight + in_bend(c.bend, c) + complex(0.0, q - c.bend)
+    # The sum of a half diagonal and its quarter turns so far: a geometric series.
+    return complex(0.0, c.half_side) * (1.0 - turn) + turn * part
+
+
+@kernel
+def angle(s: float, c: CurveConstants) -> float:
+    """The angle theta at an arc length, from 0 to that of a whole bend: on the straight parts it is at one of the two ends."""
+    q = s % c.period - c.straight
+    return c.w * (0.0 if q < 0.0 else c.bend if q > c.bend else q)
+
+
+@kernel
+def course(s: float, c: CurveConstants) -> float:
+    """The course chi at an arc length, rad, not wrapped."""
+    if len(c.a) == 0:
+        return c.mean * s
+    laps = math.floor((s - s % c.period) / c.period + 0.5)
+    theta = angle(s, c)
+    bent = c.mean * theta + c.cosine * math.sin(theta) + c.sine * (1.0 - math.cos(theta))
+    return 0.5 * math.pi * c.quarters * laps + bent / c.w
+
+
+@kernel
+def curvature(cosine: Any, sine: Any, c: CurveConstants) -> tuple[Any, Any]:
+    """The curvature [1/m] and its slope [1/m²] for cos(theta) and sin(theta), numbers or arrays."""
+    return c.mean + c.cosine * cosine + c.sine * sine, c.w * (c.sine * cosine - c.cosine * sine)
+
+
+class Curve:
+    """A plane curve whose curvature is a periodic function of the arc length.
+
+    Attributes:
+        constants: The curve as the kernels take it.
+        period: Arc length after which the curvature repeats, m.
+        shortest_bend: Arc length over which the curvature rises and falls, m; infinite if it is constant.
+    """
+
+    constants: CurveConstants
+    period: float
+    shortest_bend: float
 
     def position(self, s: float) -> complex:
         """The position p, m."""
-        ...
+        return position(s, self.constants)
 
     def course(self, s: float) -> float:
         """The course chi, rad, not wrapped."""
-        ...
+        return course(s, self.constants)
 
     def curvature(self, s: ArrayLike) -> Array:
         """The curvature kappa, 1/m."""
-        ...
+        return self._bent(s)[0]
 
     def curvature_slope(self, s: ArrayLike) -> Array:
         """The derivative of the curvature dkappa/ds, 1/m²."""
-        ...
+        return self._bent(s)[1]
+
+    def _bent(self, s: ArrayLike) -> tuple[Array, Array]:
+        c = self.constants
+        theta = c.w * np.clip(np.mod(s, c.period) - c.straight, 0.0, c.bend)
+        kappa, slope = curvature(np.cos(theta), np.sin(theta), c)
+        return kappa, slope
 
 
-def _series_of(function: Callable[[Array], ComplexArray], wavenumber: float) -> Series:
-    """The Fourier series of a smooth function of the angle theta = wavenumber·s, of period 2·pi."""
-    theta = 2.0 * np.pi * np.arange(MODES) / MODES
-    orders = np.fft.fftfreq(MODES, 1.0 / MODES).astype(float)
-    return Series(wavenumber * orders, np.fft.fft(function(theta)) / MODES)
+def fourier(function: Callable[[Array], ComplexArray]) -> ComplexArray:
+    """The Fourier coefficients of a smooth function of an angle, of the orders -HIGHEST to HIGHEST, shape (2·HIGHEST + 1,)."""
+    theta = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    found = np.fft.fft(function(theta)) / SAMPLES
+    return np.concatenate((found[-HIGHEST:], found[: HIGHEST + 1]))
 
 
-class Arc:
+ORDERS: Array = np.arange(-HIGHEST, HIGHEST + 1.0)
+
+
+class Arc(Curve):
     """A circle to port, or a straight line if the curvature is zero.
 
     Args:
@@ -103,29 +185,12 @@ class Arc:
     """
 
     def __init__(self, curvature: float) -> None:
-        self._kappa = curvature
-        self.period, self.shortest_bend = 1.0, math.inf  # a constant curvature has any period
-
-    def position(self, s: float) -> complex:
-        """The position p = (exp(i·kappa·s) - 1)/(i·kappa), m."""
-        half = 0.5 * self._kappa * s
-        # The chord in the direction of half the turn: the same without the division by a curvature of zero.
-        return complex(s * np.sinc(half / np.pi) * np.exp(1j * half))
-
-    def course(self, s: float) -> float:
-        """The course chi = kappa·s, rad."""
-        return self._kappa * s
-
-    def curvature(self, s: ArrayLike) -> Array:
-        """The constant curvature, 1/m."""
-        return np.full(np.shape(s), self._kappa)
-
-    def curvature_slope(self, s: ArrayLike) -> Array:
-        """Zero."""
-        return np.zeros(np.shape(s))
+        # A constant curvature has any period.
+        self.period, self.shortest_bend = 1.0, math.inf
+        self.constants = CurveConstants(1.0, 0.0, 1.0, 1.0, curvature, 0.0, 0.0, 0, 0.0, 0.0, np.empty(0, np.complex128), 0j)
 
 
-class FigureEight:
+class FigureEight(Curve):
     """A figure eight whose curvature is a sine of the arc length, the sine-generated curve that crosses itself.
 
     chi = A·(1 - cos(k·s)) and kappa = A·k·sin(k·s). It begins at the crossing; the long axis lies A - pi/2 = 47.8 degrees to
@@ -136,32 +201,17 @@ class FigureEight:
     """
 
     def __init__(self, length: float) -> None:
-        tangent = _series_of(lambda theta: np.exp(1j * CLOSING * (1.0 - np.cos(theta))), 1.0)
-        # The mean, J0(A), is zero but for rounding; without it the series has an integral, and the curve closes exactly.
-        unit = Series(tangent.w[1:], tangent.a[1:]).integral()
-        self._k = abs(unit.at(1.5 * math.pi) - unit.at(0.5 * math.pi)) / length
-        self._position = Series(unit.w * self._k, unit.a / self._k)
-        self._start = self._position.at(0.0)
-        self.period = self.shortest_bend = 2.0 * math.pi / self._k
-
-    def position(self, s: float) -> complex:
-        """The position p, m."""
-        return self._position.at(s % self.period) - self._start
-
-    def course(self, s: float) -> float:
-        """The course chi = A·(1 - cos(k·s)), rad."""
-        return CLOSING * (1.0 - math.cos(self._k * s))
-
-    def curvature(self, s: ArrayLike) -> Array:
-        """The curvature kappa = A·k·sin(k·s), 1/m."""
-        return CLOSING * self._k * np.sin(self._k * np.asarray(s))
-
-    def curvature_slope(self, s: ArrayLike) -> Array:
-        """The derivative A·k²·cos(k·s), 1/m²."""
-        return CLOSING * self._k**2 * np.cos(self._k * np.asarray(s))
+        tangent = fourier(lambda theta: np.exp(1j * CLOSING * (1.0 - np.cos(theta))))
+        # The mean, J0(A), is zero but for rounding; without it the tangent has an integral, and the curve closes exactly.
+        mean = ORDERS == 0.0
+        unit: ComplexArray = np.where(mean, 0j, tangent / (1j * (ORDERS + mean)))
+        ends = [np.exp(1j * turn * math.pi * ORDERS) @ unit for turn in (0.5, 1.5)]
+        k = float(abs(ends[1] - ends[0])) / length
+        self.period = self.shortest_bend = 2.0 * math.pi / k
+        self.constants = _bend(self.period, 0.0, k, (0.0, 0.0, CLOSING * k), 0, 0.0, 0.0, unit / k)
 
 
-class Square:
+class Square(Curve):
     """A square with rounded corners, begun in the middle of a side.
 
     In a corner kappa = pi/(2·c)·(1 - cos(2·pi·q/c)) with the arc length q since its beginning, so curvature and its derivative
@@ -173,46 +223,30 @@ class Square:
     """
 
     def __init__(self, side: float, corner_radius: float) -> None:
-        self._c = self.shortest_bend = math.pi * corner_radius
-        self._wavenumber = 2.0 * math.pi / self._c
-        tangent = _series_of(lambda theta: np.exp(-0.25j * np.sin(theta)), self._wavenumber)
-        # exp(i·chi) is that series times exp(i·theta/4), so no wavenumber of the product is zero.
-        self._corner = Series(tangent.w + 0.25 * self._wavenumber, tangent.a).integral()
-        self._corner_start, self._corner_end = self._corner.at(0.0), self._corner.at(self._c)
-        self._straight = 0.5 * side - (self._corner_end - self._corner_start).real
-        self._half_diagonal = 0.5 * side * (1.0 + 1.0j)
-        self.period = 2.0 * self._straight + self._c
+        self.shortest_bend = bend = math.pi * corner_radius
+        w = 2.0 * math.pi / bend
+        # exp(i·chi) is this series times exp(i·theta/4), so no wavenumber of the product is zero.
+        tangent = fourier(lambda theta: np.exp(-0.25j * np.sin(theta)))
+        corner = tangent / (1j * w * (ORDERS + 0.25))
+        # At the end of the corner the series is i times that at its beginning.
+        extent = float(((1j - 1.0) * np.sum(corner)).real)
+        straight = 0.5 * side - extent
+        self.period = 2.0 * straight + bend
+        self.constants = _bend(bend, straight, w, (0.25 * w, -0.25 * w, 0.0), 1, 0.5 * side, 0.25, corner)
 
-    def position(self, s: float) -> complex:
-        """The position p, m."""
-        corners, rest = divmod(s, self.period)
-        turn = 1j ** (int(corners) % 4)
-        # The sum of a half diagonal and its quarter turns so far: a geometric series.
-        return self._half_diagonal * (1.0 - turn) / (1.0 - 1.0j) + turn * self._from_side(rest)
 
-    def _from_side(self, s: float) -> complex:
-        """The position relative to the middle of the present side, in its direction."""
-        q = s - self._straight
-        if q <= 0.0:
-            return complex(s)
-        rounded = self._corner.at(min(q, self._c)) - self._corner_start
-        return self._straight + rounded + 1j * max(q - self._c, 0.0)
-
-    def course(self, s: float) -> float:
-        """The course chi, in a corner that of its beginning + pi/2·(q/c - sin(2·pi·q/c)/(2·pi)), rad."""
-        corners, rest = divmod(s, self.period)
-        theta = self._wavenumber * min(max(rest - self._straight, 0.0), self._c)
-        return 0.5 * math.pi * corners + 0.25 * (theta - math.sin(theta))
-
-    def _theta(self, s: ArrayLike) -> Array:
-        """The angle 2·pi·q/c, limited to [0, 2·pi]: on the sides it is at one of the two ends."""
-        q = np.mod(s, self.period) - self._straight
-        return self._wavenumber * np.clip(q, 0.0, self._c)
-
-    def curvature(self, s: ArrayLike) -> Array:
-        """The curvature kappa, 1/m."""
-        return 0.25 * self._wavenumber * (1.0 - np.cos(self._theta(s)))
-
-    def curvature_slope(self, s: ArrayLike) -> Array:
-        """The derivative of the curvature, 1/m²."""
-        return 0.25 * self._wavenumber**2 * np.sin(self._theta(s))
+def _bend(
+    bend: float,
+    straight: float,
+    w: float,
+    harmonic: tuple[float, float, float],
+    quarters: int,
+    half_side: float,
+    shift: float,
+    a: ComplexArray,
+) -> CurveConstants:
+    """The constants of a curve with bends; the wavenumbers of its position are (shift + order)·w."""
+    mean, cosine, sine = harmonic
+    lowest, period = shift - HIGHEST, 2.0 * straight + bend
+    unplaced = CurveConstants(period, straight, bend, w, mean, cosine, sine, quarters, half_side, lowest, a[::-1].copy(), 0j)
+    return unplaced._replace(start=in_bend(0.0, unplaced))

@@ -24,10 +24,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.reference.curves import Curve
 from vessel_sim_node.plant import Vessel
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 SAMPLES_PER_BEND, LARGEST_EXPONENT = 256, 8
 """Samples of the solution along the shortest bend; at most 3^8 = 6561 in a period. An odd number has no Nyquist frequency."""
@@ -105,6 +107,29 @@ class Drift(NamedTuple):
     slope_rate: Any
 
 
+class DriftConstants(NamedTuple):
+    """The drift angle as the real part of sum(a[n]·exp(i·(m - 1 - n)·w·s)): wavenumber, 1/m, and amplitudes, shape (m,), rad."""
+
+    w: float
+    a: ComplexArray
+
+
+@kernel
+def drift_at(z: Any, c: DriftConstants) -> Drift:
+    """The drift angle and its derivatives where exp(i·w·s) is z, a number or an array.
+
+    Horner's rule with two derivatives: p is the polynomial with these coefficients, p1 its derivative, p2 half its second one.
+    """
+    p = p1 = p2 = 0.0 * z
+    for amplitude in c.a:
+        p2 = p2 * z + p1
+        p1 = p1 * z + p
+        p = p * z + amplitude
+    # d/ds = i·w·z·d/dz
+    first = z * p1
+    return Drift(p.real, -c.w * first.imag, -c.w * c.w * (first + 2.0 * z * z * p2).real)
+
+
 class PeriodicDrift:
     """The periodic drift angle along a curve at constant speed, a Fourier series in the arc length.
 
@@ -133,15 +158,17 @@ class PeriodicDrift:
                 break
         spectrum = np.fft.rfft(beta) / self._n
         modes = 1 + int(np.max(np.flatnonzero(np.abs(spectrum) > NEGLIGIBLE * bound), initial=0))
-        self._w = w[:modes]
-        amplitudes = spectrum[:modes] * np.where(self._w > 0.0, 2.0, 1.0)  # the series is one-sided
-        self._a = np.array([amplitudes, 1j * self._w * amplitudes, -(self._w**2) * amplitudes])
+        amplitudes = spectrum[:modes] * np.where(w[:modes] > 0.0, 2.0, 1.0)  # the series is one-sided
+        self.constants = DriftConstants(2.0 * math.pi / curve.period, amplitudes[::-1].copy())
 
     def at(self, s: Any) -> Drift:
         """The drift angle at an arc length or at an array of arc lengths."""
-        return Drift(*(self._a @ np.exp(1j * np.multiply.outer(self._w, s % self._period))).real)
+        theta = self.constants.w * (s % self._period)
+        return drift_at(np.cos(theta) + 1j * np.sin(theta), self.constants)
 
     def sampled(self) -> Drift:
         """The drift angle at the samples of a period, arrays of shape (n,)."""
-        spectra = self._a * np.where(self._w > 0.0, 0.5, 1.0) * self._n
-        return Drift(*np.fft.irfft(spectra, self._n, axis=1))
+        w, a = self.constants.w, self.constants.a[::-1]
+        derivative = 1j * w * np.arange(len(a))
+        halved = np.where(np.arange(len(a)) > 0, 0.5 * self._n, 1.0 * self._n) * a
+        return Drift(*(np.fft.irfft(derivative**order * halved, self._n) for order in range(3)))

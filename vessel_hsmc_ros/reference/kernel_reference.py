@@ -53,9 +53,12 @@ class KernelReference:
         """Advance by one period."""
         self.memory = self.move(self.memory, self.constants)
 
+    def _read(self) -> tuple[Motion, Acceleration]:
+        return self.read(self.memory, self.constants)  # type: ignore[no-any-return]
+
     def _present(self) -> tuple[Array, Array]:
         # The memory is a new tuple after every change, so its reading is computed once.
         if self._read_from is not self.memory:
-            motion, acceleration = self.read(self.memory, self.constants)
+            motion, acceleration = self._read()
             self._reading, self._read_from = (np.array(motion), np.array(acceleration)), self.memory
         return self._reading

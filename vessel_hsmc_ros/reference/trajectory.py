@@ -38,8 +38,8 @@ def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, 
     """
     reference = make_reference(parameters, RateGrid(rate_hz).period)
     rows = np.full((count, 9), np.nan)
-    if isinstance(reference, KernelReference):
-        with suppress(ValueError):  # the cosine of an infinite heading, where the kernels are interpreted
+    if compiled is not interpreted and isinstance(reference, KernelReference):
+        with suppress(ValueError):  # the cosine of an infinite heading, where another compiler interprets
             compiled(reference.follow)(reference.memory, reference.constants, rows)
         if np.isfinite(rows).all():
             return rows
