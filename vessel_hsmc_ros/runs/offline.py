@@ -80,7 +80,11 @@ class ClosedLoop:
         columns, found = self._loop.columns(), self._loop.control()
         # As in the bag of a run: with a lag, the metrics of the commanded wrench are not those of the applied one.
         commanded = columns["command"][self._grid.indices(found.stamps[found.stamps <= self._grid.stamp(self.done - 1)])]
-        control = {"time": found.stamps * 1e-9, **found.terms, "commanded": commanded}
+        control: dict[str, Array] = {
+            "time": np.multiply(found.stamps, 1e-9, dtype=np.float64),
+            **found.terms,
+            "commanded": commanded,
+        }
         if found.published is not None:
             control["estimate"] = found.published
         return Run(

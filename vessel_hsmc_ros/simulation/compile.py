@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from typing import Any
 
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
@@ -16,10 +17,10 @@ from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
 from vessel_hsmc_ros.simulation.undefined import is_compilable
 
 
-def compilable_laws() -> list[str]:
-    """The names of the laws that can be compiled."""
+def compilable_laws() -> dict[str, type[KernelLaw[Any]]]:
+    """The laws that can be compiled, by their names."""
     classes = {name: LAWS[name].controller for name in LAWS}
-    return [name for name, cls in classes.items() if issubclass(cls, KernelLaw) and is_compilable(cls)]
+    return {name: cls for name, cls in classes.items() if issubclass(cls, KernelLaw) and is_compilable(cls)}
 
 
 def compile_law(name: str, observed: bool = False) -> float:
@@ -44,7 +45,7 @@ def ensure_compiled(scenarios: Iterable[Scenario]) -> None:
         return
     known = compilable_laws()
     for name, observed in {(each.controller.law, each.controller.observer.enabled) for each in scenarios}:
-        if name in known and not compiled_loop(LAWS[name].controller, observed).stored:
+        if name in known and not compiled_loop(known[name], observed).stored:
             compile_law(name, observed)
 
 

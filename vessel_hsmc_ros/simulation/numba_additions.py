@@ -47,7 +47,7 @@ def translated_once() -> Iterator[None]:
         yield
 
 
-@overload(math.remainder)
+@overload(math.remainder)  # type: ignore[untyped-decorator]
 def _remainder(x: Any, y: Any) -> Any:  # noqa: ARG001 - Numba calls it with types
     """IEEE 754 remainder: fmod is exact, then the half-way rule."""
 
@@ -68,7 +68,7 @@ def _remainder(x: Any, y: Any) -> Any:  # noqa: ARG001 - Numba calls it with typ
     return implementation
 
 
-@overload_method(Array, "tolist")
+@overload_method(Array, "tolist")  # type: ignore[untyped-decorator]
 def _tolist(array: Any) -> Any:  # noqa: ARG001
     """The array itself: kernels read plain floats from the list, which is faster only where they are interpreted."""
 

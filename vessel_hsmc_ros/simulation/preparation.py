@@ -86,7 +86,13 @@ def schedule(
     periods = RateGrid(control_rate).indices(stamps)
     due = np.ones(samples, np.bool_)
     due[1:] = np.diff(periods) != 0
-    return Schedule(stamps, stamps * 1e-9, due, RateGrid(reference_rate).indices(stamps), sampling(sensor_rates, stamps))
+    return Schedule(
+        stamps,
+        np.multiply(stamps, 1e-9, dtype=np.float64),
+        due,
+        RateGrid(reference_rate).indices(stamps),
+        sampling(sensor_rates, stamps),
+    )
 
 
 @functools.lru_cache(maxsize=4)
