@@ -14,34 +14,25 @@ import argparse
 import os
 import resource
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
 
 import matplotlib.pyplot as plt
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
+from scalar_program import Scalar, samples  # type: ignore[import-not-found]
 
 from vessel_hsmc_ros import load_scenario, simulate
-from vessel_hsmc_ros.core.kinematics import as_published
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.runs.batch import simulate_many
-from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
-from vessel_sim_node.simulator import Simulator
+from vessel_hsmc_ros.scenario.scenario import Scenario
 
-if TYPE_CHECKING:
-    from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
-
-SOURCE = Path(__file__).parent / "scalar" / "case2.cpp"
-COMPILE = ["g++", "-O3", "-march=native", "-o"]
 OFFSET = 1e-4
 """Run i starts i times this further east, m, here and in the C++ program."""
 
@@ -87,45 +78,6 @@ def main() -> int:
         table.add_row(name, f"{value:.2f}", f"{'at most' if upper else 'at least'} {limit:g}{'' if hit else ' MISSED'}")
     console.print(table)
     return 1 if missed else 0
-
-
-class Scalar:
-    """The C++ program, compiled, and its input.
-
-    Args:
-        folder: Where to put both.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._program, self._input = folder / "case2", folder / "input"
-        subprocess.run([*COMPILE, str(self._program), str(SOURCE)], check=True)
-        scenario = load_scenario("case2_tracking")
-        write_input(scenario, self._input)
-
-    def start(self, runs: int) -> "subprocess.Popen[str]":
-        """Start it."""
-        return subprocess.Popen([self._program, self._input, str(runs)], stdout=subprocess.PIPE, text=True)
-
-    def results(self, runs: int) -> list[float]:
-        """Run it: processor time of a step [ns], and of the last run the final state, rms and largest position error."""
-        return [float(word) for word in self.start(runs).communicate()[0].split()]
-
-
-def write_input(scenario: Scenario, path: Path) -> None:
-    """Write the constants and the reference for the C++ program."""
-    sim = scenario.vessel_sim
-    plant, law = (
-        Simulator(sim, 1.0 / sim.rate_hz).constants(),
-        cast("HierarchicalController", make_law(scenario.controller)).constants,
-    )
-    count = samples(scenario)
-    reference = trajectory(scenario.reference_ship, scenario.reference_ship.rate_hz, count)
-    reference[:, 2] = [as_published(row[:6]).psi for row in reference]
-    actuators = [float(value) for actuator in (plant.surge, plant.yaw) for value in actuator]
-    gains, neurons = law.gains[:15], law.neurons
-    constants = [*plant.vessel, *plant.periodic, *actuators, *gains, *neurons.axis, neurons.delta, plant.step]
-    numbers = [*constants, *sim.initial_pose, *sim.initial_velocity, float(count)]
-    path.write_bytes(np.array(numbers).tobytes() + reference.tobytes())
 
 
 def scenarios(law: str, runs: int) -> list[Scenario]:
@@ -215,11 +167,6 @@ def draw(times: dict[str, float], path: Path) -> None:
     axes.invert_yaxis()
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=150)
-
-
-def samples(scenario: Scenario) -> int:
-    """Number of steps of a run."""
-    return round(scenario.vessel_sim.duration * scenario.vessel_sim.rate_hz) + 1
 
 
 def growth(few: int, many: int) -> float:

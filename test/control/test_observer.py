@@ -239,7 +239,7 @@ def measurements() -> list[tuple[float, float, float]]:
     for k in range(400):
         i, j = k - k % 4, k - k % 2
         jump = 300.0 if k > 250 or 152 <= k < 156 else 0.0
-        poses.append((0.1 * i + noise[i, 0] + jump, noise[i, 1], wrap(0.02 * j + noise[j, 2])))
+        poses.append((0.1 * i + noise[i, 0] + jump, noise[i, 1], wrap(0.02 * j + noise[j, 2] + jump)))
     return poses
 
 
