@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import add, multiply
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
@@ -139,13 +140,10 @@ def activate(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
     if len(n.axis):
         _activate_grid(u, v, r, n.axis, scale, H)
         return
-    du, dv, dr = u - n.mu[:, 0], v - n.mu[:, 1], r - n.mu[:, 2]
-    distance = du * du + dv * dv + dr * dr
-    if n.as_printed:
-        distance = np.sqrt(distance)
-    exponents = (distance * scale).tolist()
     for i in range(len(H)):
-        H[i] = math.exp(exponents[i])
+        du, dv, dr = u - n.mu[i, 0], v - n.mu[i, 1], r - n.mu[i, 2]
+        distance = du * du + dv * dv + dr * dr
+        H[i] = math.exp((math.sqrt(distance) if n.as_printed else distance) * scale)
 
 
 @kernel
@@ -165,13 +163,13 @@ def _activate_grid(u: float, v: float, r: float, axis: Array, scale: float, H: A
     size = k * k
     for plane in range(k - 1, -1, -1):
         du = u - places[plane]
-        np.multiply(H[:size], math.exp(du * du * scale), H[plane * size : (plane + 1) * size])
+        multiply(H[:size], math.exp(du * du * scale), H[plane * size : (plane + 1) * size])
 
 
 @kernel
 def output(W: Array, H: Array, scratch: Array) -> float:
     """The network's output f_n = WᵀH of (1), with an array to work in, shape (k, l) and k >= 1."""
-    np.multiply(W, H, scratch[0])
+    multiply(W, H, scratch[0])
     total = 0.0
     for product in scratch[0, : _fold(scratch[:1])].tolist():
         total += product
@@ -190,7 +188,7 @@ def outputs(W: Array, H: Array, scratch: Array) -> Estimates:
     Returns:
         The outputs, in the order of the rows of W.
     """
-    np.multiply(W, H, scratch)
+    multiply(W, H, scratch)
     sums = scratch[:, : _fold(scratch)]
     fu, fv, fr = 0.0, 0.0, 0.0
     for u, v, r in zip(sums[0].tolist(), sums[1].tolist(), sums[2].tolist()):  # noqa: B905 - Numba knows no `strict`
@@ -207,7 +205,7 @@ def _fold(rows: Array) -> int:
     n: int = rows.shape[1]
     while n > LONGEST_LOOP:
         half = n // 2
-        np.add(rows[:, :half], rows[:, n - half : n], rows[:, :half])
+        add(rows[:, :half], rows[:, n - half : n], rows[:, :half])
         n -= half
     return n
 
@@ -222,5 +220,5 @@ def adapt(W: Array, growth: Array, H: Array, scratch: Array) -> None:
         H: Activations, shape (l,).
         scratch: An array to work in, shape (k, l).
     """
-    np.multiply(growth, H, scratch)
-    np.add(W, scratch, W)
+    multiply(growth, H, scratch)
+    add(W, scratch, W)

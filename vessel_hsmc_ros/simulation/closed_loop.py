@@ -214,7 +214,9 @@ def keep_period(period: int, terms: Any, memory: Any, estimated: Motion, kept: K
     """
     if period < len(kept.terms):
         write(kept.terms[period], 0, terms)
-        kept.weights[period] = memory.W
+        for i in range(len(memory.W)):
+            for j in range(memory.W.shape[1]):
+                kept.weights[period, i, j] = memory.W[i, j]
     if period < len(kept.estimates):
         write(kept.estimates[period], 0, estimated)
         kept.estimates[period, 6] = published(estimated).psi

@@ -49,7 +49,7 @@ def compiled_loop(law: type[KernelLaw[Any]], observed: bool) -> Compiled:
     """The loop with a law, and with the observer or without."""
     if observed:
         return compiled(advance, f"the law {law.name} with the observer", law_step=law.kernel)
-    return compiled(advance, f"the law {law.name}", law_step=law.kernel, observe=unobserved)
+    return compiled(advance, f"the law {law.name}", allocates=False, law_step=law.kernel, observe=unobserved)
 
 
 class CompiledLoop(Loop):

@@ -12,6 +12,8 @@ from numba.core.registry import cpu_target
 from numba.core.types import Array
 from numba.extending import overload, overload_method
 
+from vessel_hsmc_ros.core import arrays
+
 OUTERMOST = "_outermost"
 """Ends the name of a function that is called from Python."""
 
@@ -74,5 +76,44 @@ def _tolist(array: Any) -> Any:  # noqa: ARG001
 
     def implementation(array: Any) -> Any:
         return array
+
+    return implementation
+
+
+@overload(arrays.multiply)
+def _multiply(x: Any, y: Any, out: Any) -> Any:
+    if out.ndim == 2:
+        return _multiply_rows
+
+    def implementation(x: Any, y: Any, out: Any) -> None:
+        for i in range(len(out)):
+            out[i] = x[i] * y
+
+    def of_arrays(x: Any, y: Any, out: Any) -> None:
+        for i in range(len(out)):
+            out[i] = x[i] * y[i]
+
+    return of_arrays if isinstance(y, Array) else implementation
+
+
+def _multiply_rows(x: Any, y: Any, out: Any) -> None:
+    rows, columns = out.shape
+    if x.shape[1] == columns:
+        for i in range(rows):
+            for j in range(columns):
+                out[i, j] = x[i, j] * y[j]
+    else:
+        for i in range(rows):
+            factor = x[i, 0]
+            for j in range(columns):
+                out[i, j] = factor * y[j]
+
+
+@overload(arrays.add)
+def _add(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
+    def implementation(x: Any, y: Any, out: Any) -> None:
+        for i in range(out.shape[0]):
+            for j in range(out.shape[1]):
+                out[i, j] = x[i, j] + y[i, j]
 
     return implementation

@@ -111,7 +111,7 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         return
     observer = loop.observer or idle
     kernels = {"law_step": type(law).kernel} | ({} if loop.observer else {"observe": unobserved})
-    run = compiled(answer, f"the law {law.name} for recorded inputs", **kernels)
+    run = compiled(answer, f"the law {law.name} for recorded inputs", allocates=loop.observer is not None, **kernels)
     before = Answered(span.start, loop.wrench, law.memory, observer.state)
     after = run(before, span.stop, law.constants, observer.constants, recorded)
     law.memory, observer.state, loop.wrench = after.memory, after.observer, after.wrench
