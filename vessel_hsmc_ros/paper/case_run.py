@@ -86,11 +86,12 @@ def simulate_case(case: Case, progress: Progress) -> CaseResult:
 
     try:
         return evaluate_case(case, scenario, simulate(scenario, count, _special_law(case, scenario)))
-    except (SimulationError, ControlError):
+    except (SimulationError, ControlError) as error:
         if not case.ends:
             raise
+        # A motion that is no longer finite ends the step after the last row, an undefined law the step of the next row.
+        ended_at = (samples - isinstance(error, SimulationError)) / sim.rate_hz
     # A diverging run is measured up to one second before its end, or up to 90 % of a run shorter than ten seconds.
-    ended_at = samples / sim.rate_hz
     before = dataclasses.replace(scenario, vessel_sim=dataclasses.replace(sim, duration=ended_at - min(1.0, 0.1 * ended_at)))
     run = simulate(before, None, _special_law(case, scenario))
     progress(sim.duration)

@@ -138,19 +138,23 @@ def thinned(run: Run, every: int) -> Run:
 
 def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
     """The metrics of a run, as `report.record.measured` gives them, without keeping more than they need."""
-    samples = sample_count(scenario.vessel_sim.duration, RateGrid(scenario.vessel_sim.rate_hz))
+    grid = RateGrid(scenario.vessel_sim.rate_hz)
+    samples = sample_count(scenario.vessel_sim.duration, grid)
     loop = make_loop(scenario, samples, rows=_rows(samples))
     while loop.done < samples:
         loop.advance(min(loop.done + loop.block, samples))
         if progress:
             progress(loop.done / samples)
     columns = loop.columns()
+    # The controller commands at the start of its periods, and the command is held in between.
+    updates = np.diff(RateGrid(scenario.controller.rate_hz).indices(grid.stamps(samples)), prepend=-1) != 0
     surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
     return evaluate(
         columns["time"][:, 0],
         columns["state"],
         columns["reference"],
         columns["wrench"],
+        commanded=columns["command"][updates],
         limits=(surge, yaw),
         hull_length=hull_length(scenario),
     )

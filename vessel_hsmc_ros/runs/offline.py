@@ -71,9 +71,11 @@ class ClosedLoop:
         """
         loop = self._loop
         while loop.done < self.samples:
-            loop.advance(min(loop.done + loop.block, self.samples))
-            if progress is not None:
-                progress(loop.done, self.samples)
+            try:
+                loop.advance(min(loop.done + loop.block, self.samples))
+            finally:  # also before an error: a block may have come some way
+                if progress is not None:
+                    progress(loop.done, self.samples)
 
     def result(self) -> Run:
         """The arrays of the run as far as it has come, one row for each odometry message."""

@@ -75,7 +75,7 @@ class Kept(NamedTuple):
     """What the loop writes; arrays without rows are left out.
 
     Attributes:
-        rows: By the columns of `loop.WIDTHS`, (n, 34) or (n, 21).
+        rows: By the columns of `loop.WIDTHS`, (n, 34) or (n, 23).
         terms: Terms of the law, (m, t).
         weights: Weights of its networks, (m, k, l).
         estimates: x, y, psi, u, v, r of the observer, and psi as received, (m, 7).
@@ -136,19 +136,19 @@ def keep(row: Array, wrench: tuple[float, float], disturbing: Any, plant: PlantS
     """Write the columns of a row from those of the wrench on.
 
     Args:
-        row: The row, shape (34,), or (21,) without what follows the applied wrench.
+        row: The row, shape (34,), or (23,) without what follows the command.
         wrench: Commanded surge force [N] and yaw moment [N·m].
         disturbing: Disturbing wrench, N, N, N·m.
         plant: State of the plant, with the wrench that its actuators apply.
         c: Constants of the plant.
     """
     write(row, 19, plant.tau)
-    if len(row) == 21:  # a run that is only to be evaluated
+    write(row, 21, wrench)
+    if len(row) == 23:  # a run that is only to be evaluated
         return
-    write(row, 21, acceleration(disturbing, c.vessel))
-    write(row, 24, unforced(plant.motion, c.vessel, c.current))
-    row[27], row[28] = plant.motion.psi, plant.measured.psi
-    write(row, 29, wrench)
+    write(row, 23, acceleration(disturbing, c.vessel))
+    write(row, 26, unforced(plant.motion, c.vessel, c.current))
+    row[29], row[30] = plant.motion.psi, plant.measured.psi
     write(row, 31, disturbing)
 
 

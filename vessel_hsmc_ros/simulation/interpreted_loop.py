@@ -95,8 +95,8 @@ class InterpretedLoop(Loop):
                 self._estimates.append(loop.estimate)
         wrench = plant.applied(loop.wrench)
         unforced, disturbing = plant.unforced_acceleration(), acceleration(disturbance, self._vessel)
-        motion = (time, *state, *measured, *reference, *wrench, *disturbing, *unforced)
-        self.rows[self.done] = (*motion, plant.state[2], sensed[2], *loop.wrench, *disturbance)
+        motion = (time, *state, *measured, *reference, *wrench, *loop.wrench)
+        self.rows[self.done] = (*motion, *disturbing, *unforced, plant.state[2], sensed[2], *disturbance)
         return wrench, disturbance
 
     def control(self) -> Control:

@@ -10,16 +10,16 @@ Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 WIDTHS = {
-    **{"time": 1, "state": 6, "measured": 6, "reference": 6, "wrench": 2, "disturbance": 3, "unforced_acceleration": 3},
-    **{"headings": 2, "command": 2, "disturbing_wrench": 3},
+    **{"time": 1, "state": 6, "measured": 6, "reference": 6, "wrench": 2, "command": 2},
+    **{"disturbance": 3, "unforced_acceleration": 3, "headings": 2, "disturbing_wrench": 3},
 }
-"""Columns of a row, first those of `Run`, with states as their messages give them; `headings` are those of the state and of
-the measurement in the messages, not wrapped."""
+"""Columns of a row, with states as their messages give them; `wrench` is the applied one, `headings` are those of the state and
+of the measurement in the messages, not wrapped."""
 
 WIDTH = sum(WIDTHS.values())
 
-BRIEF = 21
-"""Columns up to the wrench: what metrics need."""
+BRIEF = 23
+"""Columns up to the command: what metrics need."""
 
 
 class Control(NamedTuple):
