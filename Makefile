@@ -7,12 +7,13 @@ MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg m
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
-	benchmark benchmark-bags benchmark-guided benchmark-realistic benchmark-report docs site lock clean
+	benchmark benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site lock clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-20s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-setup: $(VENV)/.package  ## create the virtual environment, compile the messages, install the package
+setup: $(VENV)/.package  ## create the virtual environment, compile the messages, install the package, compile the laws
+	@$(BIN)/python -m vessel_hsmc_ros.simulation.compile
 
 demo: setup  ## run the paper's case 2 with the paper's law and with the guided law, and compare them in one page
 	@$(BIN)/vessel-hsmc demo
@@ -66,6 +67,10 @@ benchmark: setup  ## measure a lockstep step against bare rclpy round trips, the
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/start_up.py
 	@$(BIN)/python benchmarks/real_time.py
+
+benchmark-speed: setup  ## measure compiled runs: against scalar C++, on two cores, of many runs, and the commands that use them
+	@$(BIN)/python benchmarks/batch.py
+	@$(BIN)/python benchmarks/compiled.py
 
 benchmark-bags: setup  ## measure writing, recording and live viewing, and kill 20 recorders
 	@$(BIN)/python benchmarks/bags.py

@@ -49,7 +49,7 @@ class Compiled:
         allocates: Whether it makes arrays.
     """
 
-    def __init__(self, function: Function, title: str, kernels: Mapping[str, Function], allocates: bool) -> None:
+    def __init__(self, function: Function, title: str, kernels: Mapping[str, Function], allocates: bool = True) -> None:
         self._function, self._kernels, self._title, self._allocates = function, kernels, title, allocates
         names = (f"{each.__module__}.{each.__qualname__}" for each in (function, *kernels.values()))
         self._name = "-".join(name.removeprefix("vessel_hsmc_ros.") for name in names)

@@ -3,6 +3,7 @@
 `make setup` calls it, so that the first simulation need not wait.
 """
 
+import logging
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -15,6 +16,10 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available
 from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
 from vessel_hsmc_ros.simulation.undefined import is_compilable
+
+
+OFTEN = ("guided", True)
+"""The law that is often used with the observer."""
 
 
 def compilable_laws() -> dict[str, type[KernelLaw[Any]]]:
@@ -50,15 +55,21 @@ def ensure_compiled(scenarios: Iterable[Scenario]) -> None:
 
 
 def main(names: Sequence[str] = ()) -> None:
-    """Compile laws in two processes, without and with the observer, and print what each has taken.
+    """Compile what is not stored in two processes, and print what each has taken.
 
     Args:
-        names: Of the laws; all that can be compiled by default.
+        names: Of the laws, without the observer and with it; by default all that can be compiled, the guided law also with it.
     """
     if not available():
         return
-    chosen = [(name, observed) for observed in (False, True) for name in names or compilable_laws()]
-    with ProcessPoolExecutor(2) as pool:
+    known = compilable_laws()
+    wanted = [(name, observed) for name in names for observed in (False, True)] or [*((name, False) for name in known), OFTEN]
+    chosen = [(name, observed) for name, observed in wanted if not compiled_loop(known[name], observed).stored]
+    if not chosen:
+        return
+    print("Compiling the control laws, about a minute ...", flush=True)
+    logging.disable(logging.WARNING)  # of each process, that it compiles
+    with ProcessPoolExecutor(2, initializer=logging.disable, initargs=(logging.WARNING,)) as pool:
         for (name, observed), duration in zip(chosen, pool.map(compile_law, *zip(*chosen, strict=True)), strict=True):
             print(f"law {name}{' with the observer' * observed}: {duration:.1f} s", flush=True)
 
