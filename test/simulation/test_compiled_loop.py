@@ -91,7 +91,7 @@ def test_a_law_of_ones_own_runs_interpreted() -> None:
     assert isinstance(make_loop(scenario, 10, interpreted=True), InterpretedLoop)
 
 
-FAILING = [
+FAILING: list[tuple[type[Exception], dict[str, Any]]] = [
     (SimulationError, {"controller.hierarchical.sway_weight": 30.0, "vessel_sim.duration": 400.0}),
     (ControlError, {"reference_ship.surge_force": 9e8, "vessel_sim.duration": 400.0}),
     (ControlError, {"vessel_sim.initial_pose": (3.0, 0.0, 0.0), "controller.hierarchical.sway_weight": 100.0 / 3.0}),

@@ -1,7 +1,7 @@
 """Elementwise operations on arrays in place: NumPy's where they are interpreted, loops where they are compiled.
 
-Both give the same numbers, since every element is one rounded product or sum. NumPy's functions compile as well, but for arrays of
-a few dozen elements their tests of shapes take longer than the arithmetic.
+Both give the same numbers, since every element is one rounded product or sum. NumPy's functions compile as well, but for arrays
+of a few dozen elements their tests of shapes take longer than the arithmetic.
 """
 
 from typing import Any

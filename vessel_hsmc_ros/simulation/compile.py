@@ -17,7 +17,6 @@ from vessel_hsmc_ros.simulation.compilation import available
 from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
 from vessel_hsmc_ros.simulation.undefined import is_compilable
 
-
 OFTEN = ("guided", True)
 """The law that is often used with the observer."""
 

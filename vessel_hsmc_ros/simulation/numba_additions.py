@@ -80,8 +80,8 @@ def _tolist(array: Any) -> Any:  # noqa: ARG001
     return implementation
 
 
-@overload(arrays.multiply)
-def _multiply(x: Any, y: Any, out: Any) -> Any:
+@overload(arrays.multiply)  # type: ignore[untyped-decorator]
+def _multiply(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
     if out.ndim == 2:
         return _multiply_rows
 
@@ -109,7 +109,7 @@ def _multiply_rows(x: Any, y: Any, out: Any) -> None:
                 out[i, j] = factor * y[j]
 
 
-@overload(arrays.add)
+@overload(arrays.add)  # type: ignore[untyped-decorator]
 def _add(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
     def implementation(x: Any, y: Any, out: Any) -> None:
         for i in range(out.shape[0]):
