@@ -55,7 +55,7 @@ def test_an_interrupted_run_is_recorded_up_to_there(tmp_path: Path, monkeypatch:
         return original(self, time)
 
     monkeypatch.setattr(Simulator, "disturbance", disturbance)
-    done, folder = simulated(tmp_path, *SHORT)
+    done, folder = simulated(tmp_path, *SHORT, "--interpreted")
     assert done.exit_code == 130
     assert json.loads((folder / "run.json").read_text())["failure"] == "interrupted by SIGINT"
     assert open_bag(folder)["odom"].count == 51

@@ -24,7 +24,7 @@ PAUSE = 500_000_000
 """Age of a reference from which on a pause is assumed, ns."""
 
 NEEDED = ("odom", "reference", "applied_wrench", "disturbance")
-TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate")
+TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate", "cmd_wrench")
 
 
 def states(series: Series) -> Array:
@@ -100,8 +100,16 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         wrenches(topics["applied_wrench"])[wrench[rows]][:, [0, 2]],
         wrenches(topics["disturbance"])[disturbance[rows]] / (vessel.m11, vessel.m22, vessel.m33),
         _optional(stamps, topics.get("dynamics/truth"), lambda series: accelerations(series, "accel"), no_acceleration),
-        {} if terms is None else control(terms, start, weights, topics.get("controller/estimate")),
+        {} if terms is None else control(terms, start, weights, topics.get("controller/estimate")) | _commanded(topics),
     )
+
+
+def _commanded(topics: Mapping[str, Series]) -> dict[str, Array]:
+    """The wrench that the controller has commanded with its terms, as `commanded`."""
+    if "cmd_wrench" not in topics:
+        return {}
+    commands = topics["cmd_wrench"]
+    return {"commanded": at_stamps(topics["controller/state"].stamp, commands, wrenches(commands)[:, [0, 2]], np.nan)}
 
 
 def _optional(stamps: Stamps, series: Series | None, values: Callable[[Series], Array], otherwise: Array) -> Array:

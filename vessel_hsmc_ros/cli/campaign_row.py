@@ -42,7 +42,7 @@ def of_row(scenario: str | None, folder: Path | None, number: int | None, change
     """
     if folder is None and number is None:
         if scenario is None:
-            raise click.UsageError("give a SCENARIO, or --campaign and --run")
+            raise click.UsageError("Missing argument 'SCENARIO'; or give --campaign and --run")
         return None
     if folder is None or number is None or scenario is not None or changed:
         raise click.UsageError("a row of a campaign takes --campaign and --run, no SCENARIO, no --set and no --real-time")

@@ -29,8 +29,9 @@ class Run:
         wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
         disturbance: Disturbing accelerations, (n, 3), m/s², m/s², rad/s².
         unforced_acceleration: True f_u, f_v, f_r of (7), (n, 3), m/s², m/s², rad/s²; NaN where they are not recorded.
-        control: Terms of the law by the field names of ControlState.msg, with one row per control period. Two more are
-            `time`, (m,) s, and, where there is an observer, `estimate`, its x, y, psi, u, v, r, (m, 6).
+        control: Terms of the law by the field names of ControlState.msg, with one row per control period. Three more are
+            `time`, (m,) s, `commanded`, the commanded wrench, (m, 2), and, where there is an observer, `estimate`, its
+            x, y, psi, u, v, r, (m, 6).
     """
 
     time: Array

@@ -57,7 +57,7 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     """
     bag = open_bag(path)
     prefix = bag.namespace(namespace)
-    topics = {name: bag.topics[prefix + name] for name in (*run_from_bag.TOPICS, "cmd_wrench") if bag.topics.get(prefix + name)}
+    topics = {name: bag.topics[prefix + name] for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)}
     if "odom" not in topics:
         raise BagError(f"bag {path} has no message on {prefix}odom")
     bag.load(*(prefix + name for name in topics))

@@ -7,6 +7,8 @@ import functools
 import importlib.util
 import logging
 import os
+import signal
+import threading
 import types
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -62,40 +64,64 @@ class Compiled:
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code."""
-        return self._first(arguments) if self._call is None else self._call(*arguments)
+        if self._call is None:
+            self._call = self._loaded(arguments)
+        return uninterrupted(self._call, arguments)
 
-    def _first(self, arguments: tuple[Any, ...]) -> Any:
-        """The first call, which loads the machine code, or compiles and stores it."""
+    def _loaded(self, arguments: tuple[Any, ...]) -> Function:
+        """Load the machine code for the types of some arguments, or compile and store it."""
+        import numba  # takes half a second, for which nodes and interpreted runs need not wait
+
         from vessel_hsmc_ros.simulation.numba_additions import translated_once
 
         log = logging.getLogger(__name__)
         with cache.entry(self._name) as entry, translated_once():
             if self._title and not entry.present:
                 log.warning("compiling %s: once, some 20 s", self._title)
+            signature = tuple(numba.typeof(argument) for argument in arguments)
             call = self._dispatcher(entry)
             try:
-                result = call(*arguments)
+                call.compile(signature)
             except Exception as error:
                 if not entry.present:
                     raise
-                # Kernels raise nothing: the stored file is damaged.
                 log.warning("compiling %s again, as its stored code cannot be read: %r", self._name, error)
                 entry.discard()
                 call = self._dispatcher(entry)
-                result = call(*arguments)
-        self._call = call
-        return result
+                call.compile(signature)
+        return call
 
-    def _dispatcher(self, entry: cache.Entry) -> Function:
-        import numba  # takes half a second, for which nodes and interpreted runs need not wait
+    def _dispatcher(self, entry: cache.Entry) -> Any:
+        import numba
 
         from vessel_hsmc_ros.simulation.numba_additions import OUTERMOST
 
         copy = _rebuilt(self._function, self._kernels, self._allocates)
         copy.__qualname__ += OUTERMOST
         with entry.in_use():
-            dispatcher: Function = numba.njit(**_options(self._allocates), cache=entry.writable)(copy)
-        return dispatcher
+            return numba.njit(**_options(self._allocates), cache=entry.writable)(copy)
+
+
+def uninterrupted(call: Function, arguments: tuple[Any, ...]) -> Any:
+    """Call machine code; signals with a handler in Python, which may raise an exception, wait until it has returned.
+
+    Numba makes the NamedTuples of the result by calling their classes, and the process crashes if an exception occurs there.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return call(*arguments)
+    waiting: list[tuple[int, Any]] = []
+    handlers: dict[int, Any] = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {number: handler for number, handler in handlers.items() if callable(handler)}
+    for number in handlers:
+        signal.signal(number, lambda *given: waiting.append(given))
+    try:
+        result = call(*arguments)
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number, frame in waiting:
+        handlers[number](number, frame)
+    return result
 
 
 _made: dict[Any, Compiled] = {}
