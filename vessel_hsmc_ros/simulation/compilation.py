@@ -68,7 +68,7 @@ class Compiled:
             self._call = self._loaded(arguments)
         return uninterrupted(self._call, arguments)
 
-    def _loaded(self, arguments: tuple[Any, ...]) -> Function:
+    def _loaded(self, arguments: tuple[Any, ...]) -> Any:
         """Load the machine code for the types of some arguments, or compile and store it."""
         import numba  # takes half a second, for which nodes and interpreted runs need not wait
 
