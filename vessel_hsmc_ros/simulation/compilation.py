@@ -18,6 +18,9 @@ from vessel_hsmc_ros.simulation import cache
 
 Function = Callable[..., Any]
 
+# Before Numba is imported: where colorama is installed, Numba lets it wrap the standard streams and reset colours at the exit,
+# also on terminals without colours.
+os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 
 DISABLED = "NUMBA_DISABLE_JIT"
 """Numba's environment variable that switches compilation off; worker processes inherit it."""
