@@ -63,6 +63,13 @@ def laws() -> Iterator["Registry"]:
 
 
 @pytest.fixture(autouse=True)
+def _compilation() -> Iterator[None]:
+    """Switch compilation on again after each test: `--interpreted` switches it off for the process."""
+    yield
+    os.environ.pop("VESSEL_HSMC_INTERPRETED", None)
+
+
+@pytest.fixture(autouse=True)
 def _signal_handlers() -> Iterator[None]:
     """Restore the handlers after each test: the command and the nodes ignore signals at their end."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}

@@ -22,8 +22,8 @@ Function = Callable[..., Any]
 # also on terminals without colours.
 os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 
-DISABLED = "NUMBA_DISABLE_JIT"
-"""Numba's environment variable that switches compilation off; worker processes inherit it."""
+DISABLED = "VESSEL_HSMC_INTERPRETED"
+"""Environment variable that switches compilation off, as Numba's own does; worker processes inherit it."""
 
 
 def disable() -> None:
@@ -33,7 +33,7 @@ def disable() -> None:
 
 def available() -> bool:
     """Whether kernels can be compiled."""
-    return os.environ.get(DISABLED, "0") in ("", "0") and _installed()
+    return all(os.environ.get(name, "0") in ("", "0") for name in (DISABLED, "NUMBA_DISABLE_JIT")) and _installed()
 
 
 @functools.cache
