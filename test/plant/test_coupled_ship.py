@@ -83,7 +83,7 @@ def test_a_yaw_moment_moves_no_sway_at_the_point_m23_over_m22_ahead(vessel: Vess
 @given(nu=velocities)
 def test_coriolis_forces_do_no_work(vessel: Vessel, nu: Any) -> None:
     undamped = vessel._replace(**{name: 0.0 for name in Vessel._fields if name.startswith("d_")})
-    force = mass(vessel) @ unforced_acceleration(*nu, undamped)
+    force = mass(vessel) @ np.array(unforced_acceleration(nu[0], nu[1], nu[2], undamped))
     size = np.abs(nu).sum() * np.abs(force).sum()
     assert abs(np.dot(nu, force)) <= 1e-12 * size + 1e-300
 
@@ -99,7 +99,7 @@ def test_mirror_images_move_as_mirror_images(vessel: Vessel, nu: Any, wrench: An
 
 @given(nu=velocities)
 def test_damping_takes_energy_from_milliampere(nu: Any) -> None:
-    vessel, force = HULLS["milliAmpere"], damping_force(*nu, HULLS["milliAmpere"])
+    vessel, force = HULLS["milliAmpere"], damping_force(nu[0], nu[1], nu[2], HULLS["milliAmpere"])
     np.testing.assert_allclose(force, damping(vessel, nu) @ nu, rtol=1e-12, atol=1e-9)
     assert np.dot(nu, force) >= 0.0
 
@@ -107,7 +107,7 @@ def test_damping_takes_energy_from_milliampere(nu: Any) -> None:
 @given(nu=velocities)
 def test_the_kinetic_energy_falls_at_the_power_of_damping(nu: Any) -> None:
     rate = derivative(np.array([0.0, 0.0, 0.3, *nu]), CALM, CALM, SYMMETRIC)[3:]
-    power = np.dot(nu, damping_force(*nu, SYMMETRIC))
+    power = np.dot(nu, damping_force(nu[0], nu[1], nu[2], SYMMETRIC))
     gained = np.asarray(nu) @ mass(SYMMETRIC) @ rate
     assert gained == pytest.approx(-power, rel=1e-9, abs=1e-9)
     assert gained <= 0.0
@@ -120,7 +120,7 @@ def test_the_kinetic_energy_falls_at_the_power_of_damping(nu: Any) -> None:
 )
 def test_a_current_carries_the_ship_along_and_changes_nothing_else(vessel: Vessel, motion: Any, current: Any) -> None:
     """Galilean invariance: seen from the water, the ship moves as in still water."""
-    wrench, step, steps = (20.0, 3.0, -5.0), 0.02, 50
+    wrench, step, steps = (20.0, 3.0, -5.0), 0.02, 25
     water, ground = np.array(motion), np.array(motion)
     ground[3:5] += into_body(current, motion[2])
     for _ in range(steps):
@@ -139,10 +139,8 @@ def test_the_rates_in_a_current_are_those_in_still_water(vessel: Vessel, motion:
     water, ground = np.array(motion), np.array(motion)
     u_c, v_c = into_body(current, motion[2])
     ground[3:5] += u_c, v_c
-    still, moving = (
-        derivative(water, (20.0, 3.0, -5.0), CALM, vessel),
-        derivative(ground, (20.0, 3.0, -5.0), CALM, vessel, current),
-    )
+    wrench = (20.0, 3.0, -5.0)
+    still, moving = derivative(water, wrench, CALM, vessel), derivative(ground, wrench, CALM, vessel, current)
     carried = np.array([*current, 0.0, water[5] * v_c, -water[5] * u_c, 0.0])
     np.testing.assert_allclose(moving, still + carried, rtol=0.0, atol=1e-12 * (1.0 + np.abs(still).max()))
 

@@ -1,6 +1,8 @@
 """Ten thousand random ships with passive damping: they never gain energy, and bounded inputs keep their motion finite."""
 
 import math
+from collections.abc import Iterator
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -16,8 +18,9 @@ from vessel_sim_node.integrate import rk4_step
 from vessel_sim_node.plant import ShipParameters, Vessel, damping_force
 
 Array = NDArray[np.float64]
+Triple = tuple[float, float, float]
 
-SHIPS, STEPS, STEP = 10_000, 300, 0.01
+SHIPS, STEPS, STEP = 10_000, 150, 0.01
 """The time of a step is that of a ship with inertia and length of the order of 1; units scale it."""
 
 INPUTS = np.random.default_rng(7).uniform(-2.0, 2.0, (STEPS // 30, 3))
@@ -53,17 +56,17 @@ def sail(start: Any, s: Vessel, inputs: Any, units: Any, current: tuple[float, f
     return gain, least, fastest
 
 
-def drawn(random: np.random.Generator, symmetric: bool = True) -> dict[str, float]:
+def drawn(random: Random, symmetric: bool = True) -> dict[str, float]:
     """Coefficients of the order of 1 whose cross terms the diagonal ones outweigh at all speeds."""
 
     def share(*limits: float) -> list[float]:
-        """Numbers whose magnitudes add up to no more than the smallest limit."""
-        parts = random.dirichlet(np.ones(len(limits)))
-        return [float(part * min(limits) * random.uniform(-1.0, 1.0)) for part in parts]
+        """Numbers whose magnitudes add up to no more than the smallest limit, as many as limits."""
+        return [min(limits) / len(limits) * random.uniform(-1.0, 1.0) for _ in limits]
 
-    m11, m22, m33 = random.uniform(0.3, 3.0, 3).tolist()
-    u1, v1, r1, u2, v2, r2, u3, v3, r3, rv, vr, uv, ur = (random.uniform(0.02, 2.0, 13) * random.integers(0, 2, 13)).tolist()
-    u1, v1, r1 = u1 + 0.02, v1 + 0.02, r1 + 0.02
+    m11, m22, m33 = (random.uniform(0.3, 3.0) for _ in range(3))
+    u1, v1, r1 = (random.uniform(0.02, 2.0) for _ in range(3))
+    # Half of the other coefficients are zero.
+    u2, v2, r2, u3, v3, r3, rv, vr, uv, ur = (max(0.0, random.uniform(-2.0, 2.0)) for _ in range(10))
     coupling = 0.7 * math.sqrt(m22 * m33) * random.uniform(-1.0, 1.0)
     # Each sum of cross terms in v·r times a power of a speed stays below the geometric mean of the two terms that damp.
     d_y_r, d_n_v = share(*[2.0 * math.sqrt(v1 * r1)] * 2)
@@ -113,32 +116,25 @@ def dimension(name: str) -> tuple[int, str]:
 DIMENSIONS = {name: dimension(name) for name in Vessel._fields if name.startswith("d_")}
 
 
-def units(random: np.random.Generator) -> tuple[float, float, float]:
-    """Mass, length and time of the order of 1 in a ship's own units."""
-    return (
-        float(10.0 ** random.uniform(-1.0, 5.0)),
-        float(10.0 ** random.uniform(-1.0, 1.5)),
-        float(10.0 ** random.uniform(-1.0, 1.5)),
-    )
-
-
-def fleet(symmetric: bool, count: int) -> Any:
-    random = np.random.default_rng(1 if symmetric else 2)
+def fleet(symmetric: bool, count: int) -> Iterator[tuple[ShipParameters, Triple, Triple, tuple[float, float]]]:
+    """Hull data, initial velocities, units of force, length and step, and current of random ships."""
+    random = Random(symmetric)  # noqa: S311 - reproducible, and faster than NumPy for single numbers
     for _ in range(count):
-        mass, length, time = units(random)
+        mass, length, time = (
+            10.0 ** random.uniform(-1.0, 5.0),
+            10.0 ** random.uniform(-1.0, 1.5),
+            10.0 ** random.uniform(-1.0, 1.5),
+        )
+        u, v, r, east, north = (random.uniform(-1.0, 1.0) * length / time for _ in range(5))
         parameters = scaled(drawn(random, symmetric), mass, length, time)
-        speeds = random.uniform(-1.0, 1.0, 5) * length / time
-        yield parameters, (speeds[0], speeds[1], speeds[2] / length), (mass * length / time**2, length, STEP * time), speeds[3:]
+        yield parameters, (u, v, r / length), (mass * length / time**2, length, STEP * time), (east, north)
 
 
 def results(symmetric: bool, count: int) -> Array:
     run = compiled(sail)
     rows = [
-        (
-            *run(start, parameters.coefficients(), INPUTS, scale, (float(current[0]), float(current[1]))),
-            scale[1] / scale[2] * STEP,
-        )
-        for parameters, start, scale, current in fleet(symmetric, count)
+        (*run(start, parameters.coefficients(), INPUTS, units, current), units[1] / units[2] * STEP)
+        for parameters, start, units, current in fleet(symmetric, count)
     ]
     return np.array(rows)
 
