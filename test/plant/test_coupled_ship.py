@@ -82,7 +82,8 @@ def test_a_yaw_moment_moves_no_sway_at_the_point_m23_over_m22_ahead(vessel: Vess
 @hulls
 @given(nu=velocities)
 def test_coriolis_forces_do_no_work(vessel: Vessel, nu: Any) -> None:
-    undamped = vessel._replace(**{name: 0.0 for name in Vessel._fields if name.startswith("d_")})
+    zero: Any = 0.0
+    undamped = vessel._replace(**{name: zero for name in Vessel._fields if name.startswith("d_")})
     force = mass(vessel) @ np.array(unforced_acceleration(nu[0], nu[1], nu[2], undamped))
     size = np.abs(nu).sum() * np.abs(force).sum()
     assert abs(np.dot(nu, force)) <= 1e-12 * size + 1e-300
