@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
+from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import parameter
 
 
 @dataclass(frozen=True)
-class KnownVessel:
+class KnownVessel(NamedVessel):
     """What a law knows of the ship; the paper's own laws do not use the limits."""
 
     surge_inertia: float = parameter(120e3, "Mass with added mass in surge.", unit="kg", low=1e-3, high=1e12, symbol="m11")
