@@ -1,6 +1,6 @@
+import math
 from pathlib import Path
 
-import math
 import numpy as np
 import pytest
 import yaml
