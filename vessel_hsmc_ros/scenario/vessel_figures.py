@@ -79,11 +79,11 @@ def figures(vessel: LibraryVessel) -> Figures:
         half_speed=steady_speed(v, 0.5 * X),
         start_acceleration=X / v.m11,
         turning_rate=steady_motion(v, 0.0, N)[2],
-        turn_radius=speed / abs(turn[2]) / hull.length,
+        turn_radius=_ratio(speed, abs(turn[2])) / hull.length,
         turn_speed=speed,
         turn_drift=-math.atan2(turn[1], turn[0]),
-        sway_time_constant=v.m22 / v.d_v,
-        yaw_time_constant=v.m33 / v.d_r,
+        sway_time_constant=_ratio(v.m22, v.d_v),
+        yaw_time_constant=_ratio(v.m33, v.d_r),
         towing_surge_damping=_linear_fit(v.d_u, v.d_u2, v.d_u3),
         towing_sway_damping=_linear_fit(v.d_v, v.d_v2, v.d_v3),
         pivot=v.m23 / v.m22,
@@ -111,7 +111,8 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
         return derivative(np.array([0.0, 0.0, 0.0, *velocity]), (force, 0.0, moment), CALM, vessel)[3:]
 
     # Damping is weak in some hulls: a hundred time constants of the slowest motion, or of a turn on the spot.
-    slowest = max(vessel.m11 / vessel.d_u, vessel.m22 / vessel.d_v, vessel.m33 / vessel.d_r, math.sqrt(vessel.m33 / moment))
+    decays = (_ratio(vessel.m11, vessel.d_u), _ratio(vessel.m22, vessel.d_v), _ratio(vessel.m33, vessel.d_r))
+    slowest = max(time for time in (*decays, math.sqrt(abs(_ratio(vessel.m33, moment))), 1.0) if math.isfinite(time))
     solution = solve_ivp(rates, (0.0, 100.0 * slowest), CALM, method="LSODA", rtol=1e-8, atol=1e-10)
     u, v, r = map(float, solution.y[:, -1])
     settled = np.allclose(solution.y[:, -1], solution.y[:, len(solution.t) * 9 // 10], rtol=1e-3, atol=1e-6)
@@ -121,12 +122,16 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
 def passive_share(hull: ShipParameters) -> float:
     """The share of the range of validity, sampled, in which damping takes power: nu'·D(nu)·nu >= 0."""
     vessel = hull.coefficients()
+    bounded = math.isfinite(hull.surge_speed_range[1])
+    sizes = (math.inf,) * 3 if bounded else UNBOUNDED_RANGE
     ranges = (hull.surge_speed_range, hull.sway_speed_range, hull.yaw_rate_range)
     axes = [
-        np.linspace(*(bound if math.isfinite(bound) else math.copysign(size, bound) for bound in bounds), SAMPLES).tolist()
-        for bounds, size in zip(ranges, UNBOUNDED_RANGE, strict=True)
+        np.linspace(max(low, -size), min(high, size), SAMPLES).tolist() for (low, high), size in zip(ranges, sizes, strict=True)
     ]
-    power = [sum(a * b for a, b in zip(nu, damping_force(*nu, vessel), strict=True)) for nu in product(*axes)]
+    power = []
+    for u, v, r in product(*axes):
+        X, Y, N = damping_force(u, v, r, vessel)
+        power.append(u * X + v * Y + r * N)
     # Terms that cancel at rest leave a rounding error.
     return float(np.mean(np.array(power) >= -1e-9 * max(power)))
 
@@ -139,6 +144,10 @@ def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
 def agrees(name: str, difference: float) -> bool:
     """Whether a relative difference of a figure counts as agreement."""
     return abs(difference) <= COARSE.get(name, AGREEMENT)
+
+
+def _ratio(a: float, b: float) -> float:
+    return a / b if b else math.inf
 
 
 def _linear_fit(linear: float, quadratic: float, cubic: float) -> float:
