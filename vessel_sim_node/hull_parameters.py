@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.hull import Hull
-from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.core.hull import Hull, NamedVessel
+from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 
 UNBOUNDED = (-math.inf, math.inf)
 
@@ -99,7 +100,7 @@ def speed_range(what: str, unit: str) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class VesselParameters:
+class VesselParameters(NamedVessel):
     """The coefficients and limits of the ship; the defaults are the ship of the paper's section 6.2."""
 
     surge_inertia: float = inertia(120e3, "Mass with added mass in surge.", "kg", "m11")
@@ -174,6 +175,7 @@ class ShipParameters(Hull, VesselParameters):
     surge_speed_range: tuple[float, ...] = speed_range("surge velocity", "m/s")
     sway_speed_range: tuple[float, ...] = speed_range("sway velocity", "m/s")
     yaw_rate_range: tuple[float, ...] = speed_range("yaw rate", "rad/s")
+    thrusters: ThrusterLayout = group(ThrusterLayout)
 
 
 def initial_pose(default: tuple[float, float, float]) -> tuple[float, ...]:
