@@ -49,9 +49,8 @@ def criteria(length: float, speed: float) -> list[Criterion]:
 
 def overshoot_limits(passage: float) -> tuple[float, float]:
     """The limits of the first and second overshoot of the 10°/10° zig-zag, in degrees, for L/V in s."""
-    # Both are linear in L/V between 10 s and 30 s.
+    # Linear in L/V between 10 s and 30 s, constant below and above.
     within = min(max(passage, 10.0), 30.0)
-    # Below 10 s and from 30 s on the resolution has constants, which continue the lines.
     return 5.0 + 0.5 * within, 17.5 + 0.75 * within
 
 

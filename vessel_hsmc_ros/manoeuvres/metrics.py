@@ -1,7 +1,7 @@
 """The metrics of the manoeuvres, as IMO resolution MSC.137(76) and its explanatory notes, MSC/Circ.1053, define them.
 
 Lengths in m, times in s, speeds in m/s; angles in degrees and their rates in °/s, as the resolution gives them. A metric that the
-manoeuvre has not reached is NaN.
+manoeuvre has not reached is NaN; what grows without a bound is infinite.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,6 @@ STEADY = 0.01
 
 RISEN = 0.95
 """The rise time of the force ends at this share of its last value."""
-
 
 
 def turning_circle(track: Track, _settings: ManoeuvreParameters) -> Metrics:
@@ -46,9 +45,13 @@ def turning_circle(track: Track, _settings: ManoeuvreParameters) -> Metrics:
 
 
 def zigzag(track: Track, settings: ManoeuvreParameters) -> Metrics:
-    """Overshoot angles after the second and third execute, the times to check the yaw, and the initial turning ability."""
+    """Overshoot angles after the second and third execute, the times to check the yaw, and the initial turning ability.
+
+    They are infinite for a ship that goes on turning against its rudder.
+    """
     executes = [0, *(np.flatnonzero(np.diff(np.sign(track.command))) + 1)]
-    overshoots, checks = [np.nan, np.nan], [np.nan, np.nan]
+    missing = np.inf if _is_unchecked(track, executes) else np.nan
+    overshoots, checks = [missing, missing], [missing, missing]
     # Between an execute and the next the ship turns back; without a next one the overshoot may not be complete.
     for k, (begin, end) in enumerate(zip(executes[1:3], executes[2:4], strict=False)):
         turned = track.turned[begin:end] * (1.0 if k == 0 else -1.0)
@@ -56,7 +59,6 @@ def zigzag(track: Track, settings: ManoeuvreParameters) -> Metrics:
         overshoots[k] = float(np.degrees(turned[furthest] - turned[0]))
         checks[k] = float(track.time[begin + furthest] - track.time[begin])
     first = crossing(track.turned, np.radians(settings.switch_heading_deg))
-    complete = len(executes) > 3
     return {
         "first_overshoot": overshoots[0],
         "second_overshoot": overshoots[1],
@@ -64,8 +66,13 @@ def zigzag(track: Track, settings: ManoeuvreParameters) -> Metrics:
         "second_yaw_check_time": checks[1],
         "initial_turning_distance": float(np.interp(first, np.arange(len(track.time)), track.travelled)),
         "initial_turning_time": float(track.at(first).time),
-        "period": float(track.time[executes[3]] - track.time[executes[1]]) if complete else np.nan,
+        "period": float(track.time[executes[3]] - track.time[executes[1]]) if len(executes) > 3 else missing,
     }
+
+
+def _is_unchecked(track: Track, executes: list[int]) -> bool:
+    """Whether the ship has made a full turn since the last execute."""
+    return bool(abs(track.turned[-1] - track.turned[executes[-1]]) > 2.0 * np.pi)
 
 
 def spiral_curve(track: Track, settings: ManoeuvreParameters) -> Array:
@@ -129,7 +136,7 @@ METRICS: dict[str, Callable[[Track, ManoeuvreParameters], Metrics]] = {
 
 def is_complete(track: Track, settings: ManoeuvreParameters, found: Metrics) -> bool:
     """Whether a manoeuvre has come to its end: every metric is known, and what is to be steady is."""
-    if not np.isfinite(list(found.values())).all():
+    if np.isnan(list(found.values())).any():
         return False
     if settings.kind == "turning_circle":
         return _is_steady(track.r, track.r[-1]) and _is_steady(track.u, track.u[0])

@@ -10,21 +10,23 @@
 | T | unit of time: the largest of m11·V/X(V), m33·r_N/N_max and L/V | s |
 
 The resolution defines the test speed as at least 90 % of the speed at 85 % of the largest engine output; V is the latter, with the
-power of the surge force as the output. X(u) and r_N are roots of the equations of motion, so they hold for every hull.
+power of the surge force as the output. U, V and r_N are roots of the hull's damping, so they scale with every hull.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
+import yaml
 from scipy.optimize import brentq
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.report.record import limits
-from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
-from vessel_sim_node.plant import derivative
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
+from vessel_hsmc_ros.scenario.vessels import vessel_names
+from vessel_sim_node.plant import damping_force
 
 OUTPUT = 0.85
 """Share of the largest output at which the manoeuvres begin."""
@@ -35,12 +37,17 @@ FASTEST = 1e3
 PER_LENGTH = 500.0
 """Steps while the ship travels its length: the zig-zag reverses the rudder at a step."""
 
+SUFFIXES = (".yaml", ".yml")
+
 RATES_HZ = (10.0, 20.0, 50.0, 100.0, 200.0)
 
 CALM: dict[str, object] = {
-    f"vessel_sim.disturbance.periodic.{name}": 0.0 for name in ("surge_force", "sway_force", "yaw_moment")
+    "controller.law": "manoeuvre",
+    "reference_ship.surge_force": 0.0,
+    "reference_ship.yaw_moment": 0.0,
+    **{f"vessel_sim.disturbance.periodic.{name}": 0.0 for name in ("surge_force", "sway_force", "yaw_moment")},
 }
-"""What the empty scenario lacks to still water: by default the disturbance is the paper's."""
+"""What the empty scenario lacks: by default disturbance and virtual ship are the paper's. The manoeuvres follow no reference: it rests."""
 
 SHIP = {"vessel_sim": ("vessel.", "actuators."), "reference_ship": ("vessel.",), "controller": ("vessel.",)}
 """The parameters of a scenario that describe its ship, by node and prefix."""
@@ -74,18 +81,35 @@ class Ship:
     rate_hz: float
 
 
-def ship_named(name: str | Path, changes: dict[str, object] | None = None) -> Ship:
-    """The ship of a scenario, of which nothing else is taken.
+def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) -> Ship:
+    """A vessel, or the ship of a scenario, of which nothing else is taken.
 
     Args:
-        name: A scenario or a parameters file.
+        name: A vessel of the library, a scenario, or the path of a vessel file or a parameters file.
         changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
 
     Raises:
-        ScenarioError: the scenario is unknown or unreadable.
+        ScenarioError: there is no such vessel or scenario, or its file is unreadable.
         ParameterError: a parameter is unknown, or the ship has no limits or no damping.
     """
+    if is_vessel(name):
+        return ship_of(parse_scenario("{}", Path(name).stem, {"vessel": str(name), **(changes or {})}))
+    if Path(name).suffix not in SUFFIXES and name not in scenario_names():
+        known = ", ".join((*vessel_names(), *scenario_names()))
+        raise ScenarioError(f"{name} is neither a vessel nor a scenario: it takes one of {known} or the path of a YAML file")
     return ship_of(load_scenario(name, changes))
+
+
+def is_vessel(name: str | Path) -> bool:
+    """Whether a name is that of a vessel of the library, or of a file with a section `vessel` at its top level."""
+    path = Path(name)
+    if path.suffix not in SUFFIXES or not path.is_file():
+        return str(name) in vessel_names()
+    try:
+        document = read_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        return False  # the reader of scenarios reports it
+    return isinstance(document, dict) and "vessel" in document
 
 
 def ship_of(scenario: Scenario) -> Ship:
@@ -103,31 +127,30 @@ def ship_of(scenario: Scenario) -> Ship:
     calm = parse_scenario("{}", scenario.name, CALM | given)
     surge, yaw = (min(limit.value for limit in found) for found in limits(calm))
     hull = calm.vessel_sim.vessel
-    m11, m33 = hull.surge_inertia, hull.yaw_inertia
-    U = _root(lambda u: surge - _resistance(calm, u), "surge")
-    V = _root(lambda u: OUTPUT * surge * U - _resistance(calm, u) * u, "surge")
-    r_N = _root(lambda r: yaw - _yaw_resistance(calm, r), "yaw")
-    X = _resistance(calm, V)
-    T = max(m11 * V / X, m33 * r_N / yaw, hull.length / V)
+    coefficients = hull.coefficients()
+
+    def resistance(u: float) -> float:
+        return damping_force(u, 0.0, 0.0, coefficients)[0]
+
+    U = _root(lambda u: surge - resistance(u), "surge")
+    V = _root(lambda u: OUTPUT * surge * U - resistance(u) * u, "surge")
+    r_N = _root(lambda r: yaw - damping_force(0.0, 0.0, r, coefficients)[2], "yaw")
+    X = resistance(V)
+    T = max(hull.surge_inertia * V / X, hull.yaw_inertia * r_N / yaw, hull.length / V)
     return Ship(
-        scenario.name, calm, hull.length, surge, yaw, U, V, X, r_N, T, _delay(calm, surge, yaw), _rate(hull.length / V)
+        hull.name or scenario.name,
+        calm,
+        hull.length,
+        surge,
+        yaw,
+        U,
+        V,
+        X,
+        r_N,
+        T,
+        _delay(calm, surge, yaw),
+        _rate(hull.length / V),
     )
-
-
-def _resistance(scenario: Scenario, u: float) -> float:
-    """X(u), N."""
-    return -scenario.vessel_sim.vessel.surge_inertia * _acceleration(scenario, u, 0.0, 3)
-
-
-def _yaw_resistance(scenario: Scenario, r: float) -> float:
-    """The yaw moment of a steady turn on the spot, N·m."""
-    return -scenario.vessel_sim.vessel.yaw_inertia * _acceleration(scenario, 0.0, r, 5)
-
-
-def _acceleration(scenario: Scenario, u: float, r: float, index: int) -> float:
-    """An element of the unforced rate of the state."""
-    state = np.array([0.0, 0.0, 0.0, u, 0.0, r])
-    return float(derivative(state, np.zeros(2), np.zeros(3), scenario.vessel_sim.vessel.coefficients())[index])
 
 
 def _root(surplus: Callable[[float], float], direction: str) -> float:
