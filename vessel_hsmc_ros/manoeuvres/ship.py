@@ -9,8 +9,8 @@
 | r_N | yaw rate of a steady turn on the spot under N_max | rad/s |
 | T | unit of time: the largest of m11·V/X(V), m33·r_N/N_max and L/V | s |
 
-The resolution defines the test speed as at least 90 % of the speed at 85 % of the largest engine output; V is the latter, with the
-power of the surge force as the output. U, V and r_N are roots of the hull's damping, so they scale with every hull.
+The resolution defines the test speed as at least 90 % of the speed at 85 % of the largest engine output; V is the latter, with
+the power of the surge force as the output. U, V and r_N are roots of the hull's damping, so they scale with every hull.
 """
 
 from collections.abc import Callable, Mapping
@@ -47,7 +47,7 @@ CALM: dict[str, object] = {
     "reference_ship.yaw_moment": 0.0,
     **{f"vessel_sim.disturbance.periodic.{name}": 0.0 for name in ("surge_force", "sway_force", "yaw_moment")},
 }
-"""What the empty scenario lacks: by default disturbance and virtual ship are the paper's. The manoeuvres follow no reference: it rests."""
+"""What the empty scenario lacks: by default, disturbance and virtual ship are the paper's. The manoeuvres follow no reference."""
 
 SHIP = {"vessel_sim": ("vessel.", "actuators."), "reference_ship": ("vessel.",), "controller": ("vessel.",)}
 """The parameters of a scenario that describe its ship, by node and prefix."""
@@ -160,7 +160,7 @@ def _root(surplus: Callable[[float], float], direction: str) -> float:
         high *= 1.2
         if high > FASTEST:
             raise ParameterError(
-                f"the ship has no steady speed in {direction} under its limit: its damping there is too small, or the limit too large"
+                f"the ship has no steady speed in {direction} under its limit: the damping is too small or the limit too large"
             )
     return float(brentq(surplus, 0.0, high, xtol=1e-14, rtol=1e-14))
 
