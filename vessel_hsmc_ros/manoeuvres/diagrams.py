@@ -37,9 +37,14 @@ def turning_circle(done: Manoeuvre) -> Figure:
         traces.append(_hull(track.at(crossing(track.turned, math.radians(angle))), Hull(vessel.length, vessel.beam)))
     quarter, half = (track.at(crossing(track.turned, math.radians(angle))) for angle in (90.0, 180.0))
     low = min(0.0, float(track.ahead.min()))
+    # The circle of the steady turn, at the end of the track.
+    level = float(track.ahead[track.turned > track.turned[-1] - 2.0 * math.pi].mean())
+    middle = float(track.aside[track.turned > track.turned[-1] - 2.0 * math.pi].mean())
+    radius = 0.5 * m["steady_diameter"]
     traces += [
         *_dimension("advance", m["advance"], (0.0, 0.0), (0.0, m["advance"])),
         *_dimension("transfer", m["transfer"], (0.0, m["advance"]), (float(quarter.aside), m["advance"])),
+        *_dimension("steady diameter", m["steady_diameter"], (middle - radius, level), (middle + radius, level)),
         *_dimension("tactical diameter", m["tactical_diameter"], (0.0, low), (m["tactical_diameter"], low)),
         _line(np.array([half.aside, half.aside]), np.array([low, half.ahead]), "", "--limit", dash="dot", width=1.0),
     ]
@@ -80,8 +85,8 @@ def spiral(done: Manoeuvre) -> Figure:
     settings = done.scenario.controller.manoeuvre
     curve, n = spiral_curve(done.track, settings), settings.steps
     traces = [
-        _line(*curve[:n].T, "from the first side to the other", SHIP, mode="lines+markers"),
-        _line(*curve[n - 1 :].T, "and back", COMMAND, mode="lines+markers", dash="dash"),
+        _line(curve[:n, 0], curve[:n, 1], "from the first side to the other", SHIP, mode="lines+markers"),
+        _line(curve[n - 1 :, 0], curve[n - 1 :, 1], "and back", COMMAND, mode="lines+markers", dash="dash"),
     ]
     return {"traces": traces, "layout": _layout("rudder angle [°]", "steady yaw rate [°/s]", 380, legend=True)}
 
