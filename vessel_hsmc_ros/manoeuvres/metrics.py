@@ -91,7 +91,8 @@ def spiral(track: Track, settings: ManoeuvreParameters) -> Metrics:
     zero = [float(np.interp(0.0, branch[:, 1], branch[:, 0])) for branch in (out[::-1], back)]
     middle = np.abs(np.interp(0.0, out[::-1, 0], out[::-1, 1])), np.abs(np.interp(0.0, back[:, 0], back[:, 1]))
     return {
-        "loop_width": abs(zero[1] - zero[0]),
+        # A ship that turns on against the whole rudder has no such angle.
+        "loop_width": abs(zero[1] - zero[0]) if out[0, 1] * out[-1, 1] < 0.0 else np.inf,
         "residual_yaw_rate": float(max(middle)),
         "largest_yaw_rate": float(np.abs(curve[:, 1]).max()),
     }
