@@ -15,6 +15,8 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.los_pid import LosPidController
 from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
+from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
+from vessel_hsmc_ros.laws.manoeuvre_parameters import ManoeuvreParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.laws.registry import Registry
@@ -28,6 +30,7 @@ __all__ = [
     "KnownVessel",
     "Law",
     "LosPidParameters",
+    "ManoeuvreParameters",
     "NmpcParameters",
     "PdParameters",
     "Terms",
@@ -35,7 +38,15 @@ __all__ = [
     "make_controller",
 ]
 
-LAWS = Registry(HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController)
+LAWS = Registry(
+    HierarchicalController,
+    GuidedController,
+    CourseController,
+    PdController,
+    LosPidController,
+    NmpcController,
+    ManoeuvreController,
+)
 """Every law by its name."""
 
 
