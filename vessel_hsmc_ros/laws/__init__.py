@@ -16,6 +16,7 @@ from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.los_pid import LosPidController
 from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
+from vessel_hsmc_ros.laws.open_loop import OpenLoop, OpenLoopParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.laws.registry import Registry
 from vessel_hsmc_ros.laws.terms import Terms
@@ -29,13 +30,14 @@ __all__ = [
     "Law",
     "LosPidParameters",
     "NmpcParameters",
+    "OpenLoopParameters",
     "PdParameters",
     "Terms",
     "construct",
     "make_controller",
 ]
 
-LAWS = Registry(HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController)
+LAWS = Registry(HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController, OpenLoop)
 """Every law by its name."""
 
 

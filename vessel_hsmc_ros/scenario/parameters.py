@@ -18,6 +18,7 @@ from vessel_hsmc_ros.laws import (
     KnownVessel,
     LosPidParameters,
     NmpcParameters,
+    OpenLoopParameters,
     PdParameters,
 )
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
@@ -99,6 +100,7 @@ class ControllerParameters(CommonParameters):
     pd: PdParameters = group(PdParameters)
     los_pid: LosPidParameters = group(LosPidParameters)
     nmpc: NmpcParameters = group(NmpcParameters)
+    open_loop: OpenLoopParameters = group(OpenLoopParameters)
 
 
 def controller_parameters() -> type[ControllerParameters]:
