@@ -37,7 +37,9 @@ __all__ = [
     "make_controller",
 ]
 
-LAWS = Registry(HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController, OpenLoop)
+LAWS = Registry(
+    HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController, OpenLoop
+)
 """Every law by its name."""
 
 
