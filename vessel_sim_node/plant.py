@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.hull import Hull, inherited
+from vessel_hsmc_ros.core.hull import Hull, NamedVessel, inherited
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
@@ -80,7 +80,7 @@ def propulsion_limit(what: str, unit: str) -> float:
 
 
 @dataclass(frozen=True)
-class VesselParameters:
+class VesselParameters(NamedVessel):
     """The coefficients and limits of the ship; the defaults are the ship of the paper's section 6.2."""
 
     surge_inertia: float = inertia(120e3, "Mass with added mass in surge.", "kg", "m11")

@@ -22,8 +22,19 @@ LENGTH, BEAM = 32.0, 6.4
 """Dimensions of the paper's ship, m."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class NamedVessel:
+    """The name by which hull data are taken from the library."""
+
+    name: str = parameter(
+        "",
+        "Vessel whose data are used where none are given: one of config/vessels, such as otter, or the path of a vessel file;"
+        " empty for the paper's ship. `vessel: otter` is short for it.",
+    )
+
+
 @dataclass(frozen=True)
-class Hull:
+class Hull(NamedVessel):
     """Dimensions of the hull."""
 
     length: float = parameter(LENGTH, "Length of the hull, for waves and drawings.", unit="m", low=0.1, high=1000.0)
@@ -54,6 +65,8 @@ def another_ship(vessel: object) -> bool:
 def kept(vessel: object) -> dict[str, str]:
     """The hull data that equal those of the paper's ship, by name, as texts such as `sway_damping = 147000 kg/s`."""
     entries = schema.entries(type(vessel))
+    if getattr(vessel, "name", ""):
+        return {}  # a vessel of the library is complete
     equal = [name for name, (value, paper) in _beside_the_papers(vessel).items() if value == paper]
     return {name: f"{name} = {entries[name].default:g} {entries[name].unit}" for name in equal}
 
@@ -65,13 +78,13 @@ def inherited(vessel: object) -> str:
 
 
 def _beside_the_papers(vessel: object) -> dict[str, tuple[float, float]]:
-    """Hull data with the paper's values, by name; flags describe no hull, and a limit of infinity is none."""
+    """Hull data with the paper's values, by name; flags describe no hull, a limit of infinity and a coefficient of 0 are none."""
     values = schema.flatten(vessel)
     papers = {name: entry.default for name, entry in schema.entries(type(vessel)).items()}
     return {
         name: (value, paper)
         for name, paper in papers.items()
-        if isinstance(paper, float) and math.isfinite(paper) and isinstance(value := values[name], float)
+        if isinstance(paper, float) and paper and math.isfinite(paper) and isinstance(value := values[name], float)
     }
 
 

@@ -1,29 +1,114 @@
-"""The model knowledge of a control law: two inertias and the actuator limits."""
+"""The model knowledge of a control law: inertias, the limits and dynamics of the actuators, and the point that a law controls.
 
+| symbol | meaning | unit | equation |
+|---|---|---|---|
+| m11, m22, m33 | inertias in surge, sway and yaw | kg, kg, kg·m² | (6) |
+| m23, m32 | coupling of sway and yaw in the inertia matrix | kg·m | - |
+| e | sway force that comes with a unit of yaw moment | 1/m | - |
+| x_p | distance of the pivot point ahead of the origin | m | - |
+| m_p | yaw inertia at the pivot point | kg·m² | - |
+
+A yaw moment N accelerates sway and yaw by M·(v', r') = (e·N, N). The point at x_p = -v'/r' = (m23 - m33·e)/(m22 - m32·e) has the
+sway velocity v + x_p·r, which N does not accelerate, and there r' = N/m_p with m_p = m33 - x_p·m32. docs/pivot.md derives it.
+"""
+
+import dataclasses
+import math
 from dataclasses import dataclass
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import parameter
 
 
+def limit(what: str, unit: str, default: float, high: float) -> float:
+    """Declare the largest force or moment that a law commands."""
+    used = "in either direction; not used by the paper's own laws."
+    return parameter(default, f"Largest {what} to command, {used}", unit=unit, low=1e-3, high=high)
+
+
+def coupling(description: str) -> float:
+    """Declare an element of the inertia matrix outside its diagonal, zero by default."""
+    return parameter(0.0, description, unit="kg·m", low=-1e15, high=1e15)
+
+
+def rate(what: str, unit: str) -> float:
+    """Declare the largest rate of change of an actuator, unlimited by default."""
+    return parameter(
+        math.inf, f"Largest rate of change of the {what}; not used by the laws yet.", unit=unit, low=0.0, high=math.inf
+    )
+
+
+def delay(what: str) -> float:
+    """Declare a time constant or a dead time of an actuator, zero by default."""
+    return parameter(0.0, f"{what}; not used by the laws yet.", unit="s", low=0.0, high=1e3)
+
+
 @dataclass(frozen=True)
-class KnownVessel:
-    """What a law knows of the ship; the paper's own laws do not use the limits."""
+class KnownVessel(NamedVessel):
+    """What a law knows of the ship; the defaults are the ship of the paper's section 6.2."""
 
     surge_inertia: float = parameter(120e3, "Mass with added mass in surge.", unit="kg", low=1e-3, high=1e12, symbol="m11")
     yaw_inertia: float = parameter(
         636e5, "Moment of inertia with added inertia in yaw.", unit="kg·m²", low=1e-3, high=1e15, symbol="m33"
     )
-    surge_force_limit: float = parameter(
-        2e5,
-        "Largest surge force to command, in either direction; not used by the paper's own laws.",
-        unit="N",
-        low=1e-3,
-        high=1e12,
+    surge_force_limit: float = limit("surge force", "N", 2e5, 1e12)
+    yaw_moment_limit: float = limit("yaw moment", "N·m", 3e6, 1e15)
+    # The parameters below have no symbols: laws build their gains from those of the vessel.
+    length: float = parameter(32.0, "Length of the hull; not used by the laws yet.", unit="m", low=1e-3, high=1e4)
+    sway_inertia: float = parameter(
+        177.9e3, "Mass with added mass in sway, m22, for the pivot point.", unit="kg", low=1e-3, high=1e12
     )
-    yaw_moment_limit: float = parameter(
-        3e6,
-        "Largest yaw moment to command, in either direction; not used by the paper's own laws.",
-        unit="N·m",
-        low=1e-3,
-        high=1e15,
+    sway_yaw_inertia: float = coupling("Sway force per yaw acceleration, m23, for the pivot point.")
+    yaw_sway_inertia: float = coupling(
+        "Yaw moment per sway acceleration, m32, for the pivot point; 0: equal to sway_yaw_inertia."
     )
+    sway_force_per_yaw_moment: float = parameter(
+        0.0,
+        "Sway force that comes with a unit of yaw moment, as that of a rudder, for the pivot point.",
+        unit="1/m",
+        low=-1e3,
+        high=1e3,
+    )
+    at_pivot: bool = parameter(
+        True, "Control the pivot point, where the yaw moment does not push the hull sideways; false: the origin."
+    )
+    surge_lag: float = delay("Time constant of the first-order lag of the surge force")
+    yaw_lag: float = delay("Time constant of the first-order lag of the yaw moment")
+    surge_force_rate: float = rate("surge force", "N/s")
+    yaw_moment_rate: float = rate("yaw moment", "N·m/s")
+    surge_dead_time: float = delay("Dead time of the surge force")
+    yaw_dead_time: float = delay("Dead time of the yaw moment")
+
+    @property
+    def pivot(self) -> float:
+        """The distance x_p of the controlled point ahead of the origin, m; 0 unless `at_pivot`.
+
+        Raises:
+            ParameterError: the inertia matrix is not positive, or the sway force turns the ship against the yaw moment.
+        """
+        m22, m33, m23, e = self.sway_inertia, self.yaw_inertia, self.sway_yaw_inertia, self.sway_force_per_yaw_moment
+        m32 = self.yaw_sway_inertia or m23
+        if m22 * m33 <= m23 * m32:
+            raise ParameterError(
+                f"controller.vessel.sway_yaw_inertia = {m23:g} is not allowed: its product with yaw_sway_inertia must be below"
+                f" sway_inertia·yaw_inertia = {m22 * m33:g} kg²·m²"
+            )
+        if m32 * e >= m22:
+            raise ParameterError(
+                f"controller.vessel.sway_force_per_yaw_moment = {e:g} is not allowed: its product with sway_yaw_inertia must be"
+                f" below sway_inertia = {m22:g} kg"
+            )
+        return (m23 - m33 * e) / (m22 - m32 * e) if self.at_pivot else 0.0
+
+    def at_controlled_point(self) -> "KnownVessel":
+        """The same vessel as a law at the controlled point takes it: its yaw inertia is m_p.
+
+        Raises:
+            ParameterError: as `pivot`.
+        """
+        x_p = self.pivot
+        if not x_p:
+            return self
+        m32 = self.yaw_sway_inertia or self.sway_yaw_inertia
+        return dataclasses.replace(self, yaw_inertia=self.yaw_inertia - x_p * m32)

@@ -8,7 +8,8 @@ from rclpy.node import Node
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import inherited
-from vessel_hsmc_ros.scenario.parameters import without_foreign_hull_data
+from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
+from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 
 def declare(node: Node, cls: type) -> Any:
@@ -16,6 +17,7 @@ def declare(node: Node, cls: type) -> Any:
 
     Raises:
         ParameterError: the node was given a parameter that is unknown, or a value that is not allowed.
+        ScenarioError: a vessel by name cannot be read.
     """
     # rclpy silently ignores overrides of parameters that are not declared; here a misspelt name is an error.
     given = {
@@ -25,7 +27,7 @@ def declare(node: Node, cls: type) -> Any:
     }
     entries = schema.entries(cls)
     # A parameters file may describe the ship once for all nodes, in a section that each of them receives as a whole.
-    instance: Any = schema.build(cls, without_foreign_hull_data(given, entries), node.get_name())
+    instance: Any = schema.build(cls, with_vessel(without_foreign_hull_data(in_long_form(given), entries), entries), node.get_name())
     values = schema.flatten(instance)
     for name, entry in entries.items():
         value = values[name]  # the override has been applied and validated above, so rclpy must not apply it again

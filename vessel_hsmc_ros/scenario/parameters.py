@@ -185,6 +185,8 @@ NODES = Declarations(
 VESSEL = "vessel."
 """Prefix of the hull data, which the nodes share."""
 
+VESSEL_NAME = f"{VESSEL}name"
+
 
 def declared() -> dict[str, dict[str, schema.Entry]]:
     """The declarations of the nodes of a scenario, by node and dotted name."""
@@ -195,6 +197,20 @@ def vessel_names() -> list[str]:
     """The hull data that any node declares, by their dotted names."""
     every = (name for cls in (NODES | WATCHERS).values() for name in schema.entries(cls))
     return list(dict.fromkeys(name for name in every if name.startswith(VESSEL)))
+
+
+def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
+    """The values with `vessel.name` for its short form `vessel`.
+
+    Raises:
+        ParameterError: both forms are given, with different names.
+    """
+    if "vessel" not in values:
+        return dict(values)
+    name = values["vessel"]
+    if values.get(VESSEL_NAME, name) != name:
+        raise ParameterError(f"vessel = {name} and {VESSEL_NAME} = {values[VESSEL_NAME]} differ: one of them is enough")
+    return {VESSEL_NAME: name, **{key: value for key, value in values.items() if key != "vessel"}}
 
 
 def without_foreign_hull_data(values: Mapping[str, object], declared: Collection[str]) -> dict[str, object]:

@@ -7,7 +7,7 @@ from typing import Any
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.scenario.parameters import without_foreign_hull_data
+from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 
 USE_SIM_TIME = "use_sim_time"
 """A parameter that every ROS node has; it is not one of a scenario."""
@@ -60,7 +60,7 @@ def read_parameters(text: str, nodes: Mapping[str, Collection[str]], source: str
         nested = content.get("ros__parameters") if isinstance(content, dict) else None
         if not isinstance(nested, dict):
             raise ScenarioError(f"{source}: section {section} has no ros__parameters")
-        parameters = dict(flat(nested))
+        parameters = in_long_form(dict(flat(nested)))
         parameters.pop(USE_SIM_TIME, None)
         addressed = _nodes_of_section(str(section), list(nodes), source)
         for node in addressed:

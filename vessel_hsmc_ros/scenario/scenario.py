@@ -24,6 +24,7 @@ from vessel_hsmc_ros.scenario.parameters import (
     declared,
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
+from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
         ParameterError: a parameter is unknown or out of range.
     """
     path = _find(name)
-    return parse_scenario(_read(path, "scenario file"), path.stem, changes, f"scenario file {path}")
+    return parse_scenario(_read(path, "scenario file"), path.stem, changes, f"scenario file {path}", path.parent)
 
 
 def read_changes(path: Path) -> dict[str, object]:
@@ -103,8 +104,14 @@ def read_changes(path: Path) -> dict[str, object]:
         ScenarioError: the file cannot be read, or is not a ROS parameters file.
         ParameterError: no node has hull data of such a name.
     """
-    values = read_parameters(_read(path, "parameters file"), declared(), f"parameters file {path}")
+    values = _read_values(_read(path, "parameters file"), f"parameters file {path}", path.parent)
     return {f"{node}.{name}": value for node, of_node in values.items() for name, value in of_node.items()}
+
+
+def _read_values(text: str, source: str, folder: Path) -> dict[str, dict[str, object]]:
+    """Values by node and dotted name, with those of the vessel that the text names."""
+    nodes = declared()
+    return {node: with_vessel(values, nodes[node], folder) for node, values in read_parameters(text, nodes, source).items()}
 
 
 def _read(path: Path, kind: str) -> str:
@@ -115,7 +122,11 @@ def _read(path: Path, kind: str) -> str:
 
 
 def parse_scenario(
-    text: str, name: str, changes: Mapping[str, object] | None = None, source: str = "the bag's scenario"
+    text: str,
+    name: str,
+    changes: Mapping[str, object] | None = None,
+    source: str = "the bag's scenario",
+    folder: Path = Path(),
 ) -> Scenario:
     """Make a scenario from the text of a ROS parameters file.
 
@@ -124,6 +135,7 @@ def parse_scenario(
         name: Name of the scenario.
         changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
         source: Where the text comes from, for error messages.
+        folder: Where the path of a vessel file in the text starts.
 
     Returns:
         The validated scenario.
@@ -132,7 +144,7 @@ def parse_scenario(
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    values = read_parameters(text, declared(), source)
+    values = _read_values(text, source, folder)
     for node, changed in by_node(changes or {}).items():
         values[node] |= changed
     # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.

@@ -1,0 +1,207 @@
+"""The library of vessels: hull data, inputs and thrusters of published ships, each in a YAML file with its source.
+
+A vessel file has the hull data in a section `vessel`, by the names that they have in a scenario, and optionally name,
+description, source, checks and published figures. Coefficients that it leaves out are zero; the limits, lags and rates of its
+inputs serve as the plant's actuators too.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.schema import Entry
+from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
+from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line, read_yaml
+from vessel_sim_node.actuators import ActuatorParameters
+from vessel_sim_node.plant import ShipParameters
+
+ACTUATORS = "actuators."
+"""Prefix of the plant's actuators."""
+
+SECTIONS = ("name", "description", "source", "checks", "published", "vessel")
+
+REQUIRED = (
+    "length",
+    "beam",
+    "surge_inertia",
+    "sway_inertia",
+    "yaw_inertia",
+    "surge_damping",
+    "sway_damping",
+    "yaw_damping",
+)
+"""What a vessel file must give; the paper's values would be wrong for another ship."""
+
+DRAUGHT_FACTOR = 0.2
+"""Draught in terms of the beam, where a vessel file leaves it out; only waves use it."""
+
+
+@dataclass(frozen=True)
+class LibraryVessel:
+    """A vessel of the library, or of a file of one's own.
+
+    Attributes:
+        key: The name of its file without the ending, by which scenarios refer to a vessel of the library.
+        name: Its name in words.
+        description: What it is.
+        values: Hull data by their names in a scenario, `vessel.length` and so on.
+        mass: Mass without added mass, kg; None where the file does not state it.
+        source: Citation, doi, url, table, licence.
+        verified: What agrees with the source.
+        unverified: What could not be checked.
+        published: Figures that the source states.
+        path: Its file.
+    """
+
+    key: str
+    name: str
+    description: str
+    values: Mapping[str, object]
+    mass: float | None
+    source: Mapping[str, str]
+    verified: tuple[str, ...]
+    unverified: tuple[str, ...]
+    published: Mapping[str, float]
+    path: Path = field(repr=False)
+
+
+def vessel_names() -> list[str]:
+    """The vessels that come with the package."""
+    return sorted(path.stem for path in (share_directory() / "config" / "vessels").glob("*.yaml"))
+
+
+def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
+    """Read a vessel.
+
+    Args:
+        name: A vessel of the library, such as `otter`, or the path of a vessel file.
+        folder: Where a relative path starts, if a file is there; else in the working directory.
+
+    Raises:
+        ScenarioError: the vessel is unknown, or its file cannot be read or has sections that are not allowed.
+        ParameterError: a hull datum is unknown, missing or out of range.
+    """
+    path = _find(name, folder)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"vessel file {path} cannot be read: {in_one_line(error)}") from None
+    return _parsed(text, path)
+
+
+def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], folder: Path = Path()) -> dict[str, object]:
+    """The values of a node, preceded by those of the vessel that they name.
+
+    Args:
+        values: Values by their dotted names; those given override those of the vessel.
+        entries: What the node declares, by dotted names.
+        folder: Where the path of a vessel file starts.
+
+    Raises:
+        ScenarioError, ParameterError: as `read_vessel`.
+    """
+    name = values.get(VESSEL_NAME)
+    hull = [each for each in entries if each.startswith(VESSEL)]
+    # A resolved scenario states every value, and needs the file no more.
+    if not isinstance(name, str) or not name or all(each in values for each in hull):
+        return dict(values)
+    vessel = read_vessel(name, folder)
+    own = {each: vessel.values.get(each, _neutral(entries[each])) for each in hull} | values
+    own[VESSEL_NAME] = vessel.key if vessel.path == _in_library(vessel.key) else str(vessel.path.resolve())
+    of_inputs = {f"{ACTUATORS}{each}": own.get(f"{VESSEL}{each}", vessel.values.get(f"{VESSEL}{each}")) for each in _inputs()}
+    return {each: value for each, value in of_inputs.items() if each in entries and value is not None} | own
+
+
+def _find(name: str | Path, folder: Path) -> Path:
+    path = Path(name)
+    if path.suffix in (".yaml", ".yml"):
+        for candidate in (folder / path, path):
+            if candidate.is_file():
+                return candidate
+        raise ScenarioError(f"vessel file {path} does not exist")
+    known = vessel_names()
+    if str(name) not in known:
+        raise ScenarioError(f"vessel {name} is unknown: it takes one of {', '.join(known)} or the path of a YAML file")
+    return _in_library(str(name))
+
+
+def _in_library(key: str) -> Path:
+    return share_directory() / "config" / "vessels" / f"{key}.yaml"
+
+
+def _inputs() -> list[str]:
+    """The limits, rates and lags of surge force and yaw moment, which hull and actuators share."""
+    return [name for name in schema.entries(ActuatorParameters) if name.startswith(("surge_", "yaw_"))]
+
+
+@cache
+def _allowed() -> dict[str, tuple[Entry, ...]]:
+    """The hull data that a vessel file may give, as declared by plant, laws and actuators."""
+    groups = [schema.entries(ShipParameters), schema.entries(KnownVessel)]
+    groups.append({name: schema.entries(ActuatorParameters)[name] for name in _inputs()})
+    names = dict.fromkeys(name for group in groups for name in group if name != "name")
+    return {name: tuple(group[name] for group in groups if name in group) for name in names}
+
+
+def _neutral(entry: Entry) -> object:
+    """The value of what a vessel file leaves out: no damping and no coupling, and the node's default for all else."""
+    return 0.0 if "_damping" in entry.name else entry.default
+
+
+# Read again only when its text has changed: a campaign names the same vessel in thousands of runs.
+@cache
+def _parsed(text: str, path: Path) -> LibraryVessel:
+    place = f"vessel file {path}"
+    try:
+        document = read_yaml(text)
+    except yaml.YAMLError as error:
+        raise ScenarioError(f"{place} cannot be read: {in_one_line(error)}") from None
+    if not isinstance(document, dict) or not isinstance(document.get("vessel"), dict):
+        raise ScenarioError(f"{place} is not a vessel: it takes a section `vessel` with hull data")
+    for section in document:
+        if section not in SECTIONS:
+            raise ScenarioError(f"{place}: {section} is not a section: {schema.suggestion(str(section), SECTIONS)}")
+    given = dict(flat(document["vessel"]))
+    mass = given.pop("mass", None)
+    checks = document.get("checks") or {}
+    return LibraryVessel(
+        key=path.stem,
+        name=str(document.get("name", path.stem)),
+        description=str(document.get("description", "")),
+        values={f"{VESSEL}{name}": value for name, value in _checked(given, place).items()},
+        mass=None if mass is None else _mass(mass, place),
+        source={key: str(value) for key, value in (document.get("source") or {}).items()},
+        verified=tuple(map(str, checks.get("verified") or ())),
+        unverified=tuple(map(str, checks.get("unverified") or ())),
+        published=dict(document.get("published") or {}),
+        path=path,
+    )
+
+
+def _checked(given: Mapping[str, Any], place: str) -> dict[str, object]:
+    """The hull data of a vessel file in their declared types."""
+    allowed = _allowed()
+    owner = f"{place}: vessel"
+    for name in given:
+        if name not in allowed:
+            raise ParameterError(f"{owner}.{name} is not a hull datum: {schema.suggestion(name, allowed)}")
+    for name in REQUIRED:
+        if name not in given:
+            raise ParameterError(f"{owner}.{name} is missing: it takes {allowed[name][0].allowed}")
+    # Several nodes declare the same datum; each has limits of its own.
+    checked = {name: [schema.check(entry, value, owner) for entry in allowed[name]][0] for name, value in given.items()}
+    return {"draught": DRAUGHT_FACTOR * float(given["beam"])} | checked
+
+
+def _mass(mass: object, place: str) -> float:
+    if isinstance(mass, bool) or not isinstance(mass, int | float) or not mass > 0.0:
+        raise ParameterError(f"{place}: vessel.mass = {mass} is not allowed: it takes a number above 0 kg")
+    return float(mass)
