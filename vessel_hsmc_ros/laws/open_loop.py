@@ -71,12 +71,12 @@ class StepTerms(NamedTuple):
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, c: Inputs
+    motion: Motion, desired: Motion, _acceleration: Acceleration, m: Memory, c: Inputs
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """The inputs of the present time.
 
     Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities; they change no input.
+        motion, desired, _acceleration: Ship, reference, and derivatives of its velocities; they change no input.
         m: Internal state.
         c: The inputs over time.
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from string import Template
+from types import MappingProxyType
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
@@ -34,6 +35,9 @@ HULL_NAMES = (
     *(f"{axis}_damping{power}" for axis in ("surge", "sway", "yaw") for power in ("", "_quadratic", "_cubic")),
 )
 """The hull data of the template."""
+
+OVERRIDES = ("length", "beam", "surge_force_limit", "yaw_moment_limit")
+"""The main data that are hull data too, so that they can differ from those of a vessel."""
 
 OF_A_VESSEL = """Hull, propulsion and thrusters are those of vessel {vessel}; single values can be changed here, as in
 vessel: {{name: {vessel}, length: 2.1}}. References and gains are scaled to it by the rules beside the numbers."""
@@ -92,13 +96,20 @@ def scenario_text(name: str, data: MainData) -> str:
     return _filled(name, about, _template("data").substitute(given), _template("hull").substitute(written), values, d.wind)
 
 
-def scenario_for(values: Mapping[str, object], vessel: str, name: str = "any_ship", wind: float = 0.0) -> str:
+def scenario_for(
+    values: Mapping[str, object],
+    vessel: str,
+    name: str = "any_ship",
+    changes: Mapping[str, float] = MappingProxyType({}),
+    wind: float = 0.0,
+) -> str:
     """Write the scenario of a ship whose hull data are known, such as one of the library or an identified one.
 
     Args:
         values: Its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used.
         vessel: The name of the vessel in the library, or the path of its file, to which the scenario refers.
         name: Name of the ship, for the headline.
+        changes: Single hull data of the scenario that differ from the vessel's, by their names.
         wind: Speed of a wind from the west, m/s.
 
     Returns:
@@ -107,9 +118,11 @@ def scenario_for(values: Mapping[str, object], vessel: str, name: str = "any_shi
     Raises:
         ParameterError: a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
     """
-    about = f"vessel {vessel}"
     data = "\n".join(f"# {line}" for line in OF_A_VESSEL.format(vessel=vessel).splitlines())
-    return _filled(name, about, data, f"    vessel: {json.dumps(vessel)}", values, wind)
+    changed = "".join(f", {key}: {_number(value)}" for key, value in changes.items())
+    section = f"    vessel: {{name: {json.dumps(vessel)}{changed}}}" if changes else f"    vessel: {json.dumps(vessel)}"
+    own = {f"{VESSEL}{key}": value for key, value in changes.items()}
+    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, wind)
 
 
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
@@ -120,7 +133,9 @@ def ship_of(values: Mapping[str, object]) -> ShipParameters:
     """
     own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
     known = schema.entries(ShipParameters)
-    return schema.build(ShipParameters, {name: value for name, value in own.items() if name in known}, "vessel")
+    # Damping that is left out is zero, not that of the paper's ship.
+    hull = {name: 0.0 for name in known if "_damping" in name} | {name: own[name] for name in own if name in known}
+    return schema.build(ShipParameters, hull, "vessel")
 
 
 def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, object], wind: float) -> str:

@@ -6,7 +6,7 @@
 | F, N | largest surge force, largest yaw moment | N, N·m |
 | m11, m22, m33 | inertia with added mass, as in (6) | kg, kg, kg·m² |
 | U | top speed, at which F equals the surge damping | m/s |
-| r_N | yaw rate of a turn on the spot, at which N equals the yaw damping | rad/s |
+| r_max | yaw rate of a turn on the spot, at which N equals the yaw damping | rad/s |
 | T | unit of time of the ship's turns, sqrt(m33/N) | s |
 
 The template in `config/templates/ship.yaml` states the rule beside each number.
@@ -25,7 +25,7 @@ from vessel_sim_node.plant import ShipParameters
 GRAVITY, AIR_DENSITY = 9.81, 1.2
 
 LARGEST_FROUDE = 1.5
-"""Froude number U/sqrt(g·L) up to which damping alone limits the top speed; above it the data of a hull are not for that speed."""
+"""Largest Froude number U/sqrt(g·L) that is believed of the damping of a hull."""
 
 LARGEST_SHARE = 0.7
 """Largest share of F and of N that a circle takes in calm water: the rest is for wind and for catching up."""
@@ -43,7 +43,7 @@ class Scale(NamedTuple):
     F: float
     N: float
     U: float
-    r_N: float
+    r_max: float
     m11: float
     m33: float
     T: float
@@ -122,7 +122,7 @@ def references(circle: Circle, s: Scale) -> dict[str, float]:
         "eight": 3.0 * circle.radius,
         "side": 2.0 * circle.radius,
         "motion_acceleration": 0.25 * s.F / s.m11,
-        "motion_yaw_rate": s.r_N / 3.0,
+        "motion_yaw_rate": s.r_max / 3.0,
         "motion_yaw_acceleration": 0.25 * s.N / s.m33,
         "astern_distance": 0.3 * s.L,
         "path_radius": max(0.3 * s.L, 0.1),
@@ -137,13 +137,13 @@ def gains(s: Scale) -> dict[str, float]:
     T = s.T
     return {
         "unit_time": T,
-        "turn_rate": s.r_N,
+        "turn_rate": s.r_max,
         "position_gain": 0.6 / T,
         "approach_speed": 0.36 * s.U,
         "drift_gain": 0.09 / T**2,
         "drift_limit": 0.03 * s.U,
         "heading_surface_slope": 1.9 / T,
-        "turn_rate_limit": 0.8 * s.r_N,
+        "turn_rate_limit": 0.8 * s.r_max,
         "command_bandwidth": 9.2 / T,
         "yaw_reaching_gain": 8.3 / T,
         "surge_reaching_gain": 6.4 / T,
