@@ -15,6 +15,8 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.los_pid import LosPidController
 from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
+from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
+from vessel_hsmc_ros.laws.manoeuvre_parameters import ManoeuvreParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
 from vessel_hsmc_ros.laws.open_loop import OpenLoop, OpenLoopParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
@@ -29,6 +31,7 @@ __all__ = [
     "KnownVessel",
     "Law",
     "LosPidParameters",
+    "ManoeuvreParameters",
     "NmpcParameters",
     "OpenLoopParameters",
     "PdParameters",
@@ -38,7 +41,14 @@ __all__ = [
 ]
 
 LAWS = Registry(
-    HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController, OpenLoop
+    HierarchicalController,
+    GuidedController,
+    CourseController,
+    PdController,
+    LosPidController,
+    NmpcController,
+    ManoeuvreController,
+    OpenLoop,
 )
 """Every law by its name."""
 

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.laws import (
     HierarchicalParameters,
     KnownVessel,
     LosPidParameters,
+    ManoeuvreParameters,
     NmpcParameters,
     OpenLoopParameters,
     PdParameters,
@@ -100,6 +101,7 @@ class ControllerParameters(CommonParameters):
     pd: PdParameters = group(PdParameters)
     los_pid: LosPidParameters = group(LosPidParameters)
     nmpc: NmpcParameters = group(NmpcParameters)
+    manoeuvre: ManoeuvreParameters = group(ManoeuvreParameters)
     open_loop: OpenLoopParameters = group(OpenLoopParameters)
 
 

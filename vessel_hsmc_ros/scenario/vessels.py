@@ -109,7 +109,8 @@ def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], fold
         ScenarioError, ParameterError: as `read_vessel`.
     """
     name = values.get(VESSEL_NAME)
-    hull = [each for each in entries if each.startswith(VESSEL)]
+    # Flags describe no hull: they are choices of the scenario.
+    hull = [each for each, entry in entries.items() if each.startswith(VESSEL) and entry.type is not bool]
     # A resolved scenario states every value, and needs the file no more.
     if not isinstance(name, str) or not name or all(each in values for each in hull):
         return dict(values)
@@ -147,7 +148,8 @@ def _allowed() -> dict[str, tuple[Entry, ...]]:
     """The hull data that a vessel file may give, as declared by plant, laws and actuators."""
     groups = [schema.entries(ShipParameters), schema.entries(KnownVessel)]
     groups.append({name: schema.entries(ActuatorParameters)[name] for name in _inputs()})
-    names = dict.fromkeys(name for group in groups for name in group if name != "name")
+    data = (name for group in groups for name, entry in group.items() if entry.type is not bool and name != "name")
+    names = dict.fromkeys(data)
     return {name: tuple(group[name] for group in groups if name in group) for name in names}
 
 
