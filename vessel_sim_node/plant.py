@@ -40,7 +40,8 @@ from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.hull import Hull, NamedVessel, inherited
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
-from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 
 Array = NDArray[np.float64]
 
@@ -113,6 +114,7 @@ class ShipParameters(Hull, VesselParameters):
     """The coefficients of the ship with its dimensions, which the waves use."""
 
     draught: float = parameter(1.3, "Draught of the hull, for waves.", unit="m", low=1e-3, high=1e2)
+    thrusters: ThrusterLayout = group(ThrusterLayout)
 
 
 def initial_pose(default: tuple[float, float, float]) -> tuple[float, ...]:
