@@ -27,7 +27,9 @@ def declare(node: Node, cls: type) -> Any:
     }
     entries = schema.entries(cls)
     # A parameters file may describe the ship once for all nodes, in a section that each of them receives as a whole.
-    instance: Any = schema.build(cls, with_vessel(without_foreign_hull_data(in_long_form(given), entries), entries), node.get_name())
+    instance: Any = schema.build(
+        cls, with_vessel(without_foreign_hull_data(in_long_form(given), entries), entries), node.get_name()
+    )
     values = schema.flatten(instance)
     for name, entry in entries.items():
         value = values[name]  # the override has been applied and validated above, so rclpy must not apply it again
