@@ -67,7 +67,7 @@ def kept(vessel: object) -> dict[str, str]:
     entries = schema.entries(type(vessel))
     if getattr(vessel, "name", ""):
         return {}  # a vessel of the library is complete
-    equal = [name for name, (value, paper) in _beside_the_papers(vessel).items() if value == paper]
+    equal = [name for name, (value, paper) in _beside_the_papers(vessel).items() if value == paper != 0.0]
     return {name: f"{name} = {entries[name].default:g} {entries[name].unit}" for name in equal}
 
 
