@@ -50,7 +50,7 @@ class CampaignError(VesselHsmcError):
 
 
 class IdentificationError(VesselHsmcError):
-    """Measurements cannot be read, or say too little about the ship."""
+    """Measurements cannot be read, or do not determine the ship."""
 
 
 class ReportError(VesselHsmcError):

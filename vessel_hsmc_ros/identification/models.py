@@ -31,7 +31,6 @@ OTHERS = (
     "sway_damping_from_yaw_at_surge",
     "yaw_damping_from_sway_at_surge",
     "yaw_damping_at_surge",
-    "yaw_sway_inertia",
 )
 MODELS = {"paper": PAPER, "linear": LINEAR_MODEL, "coupled": COUPLED}
 GAINS = ("surge_force_gain", "sway_force_gain", "yaw_moment_gain")

@@ -83,7 +83,7 @@ class Identified:
         inputs: The estimated input gains and offsets by their names.
         standard_errors: Of the estimated parameters and inputs, in the order of `correlation`.
         correlation: Of their errors, (p, p).
-        unidentifiable: Names of parameters that the runs say nothing about, each with the reason; they are held.
+        unidentifiable: Names of parameters that the runs do not determine, each with the reason; they are held.
         warnings: Sentences about the rest: strong correlations, bounds that were reached.
         residuals: For each run, measured minus simulated x, y, psi, u, v, r, (n, 6); NaN where not measured.
         noise: Standard deviation of the residuals by column, (6,).
