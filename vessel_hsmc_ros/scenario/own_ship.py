@@ -8,15 +8,17 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from string import Template
 from types import MappingProxyType
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.hull import another_ship
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.scenario.parameters import VESSEL
-from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, circle_for, gains, loads, references, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, SLOW, circle_for, gains, loads, references, scale_of, sway_of
 from vessel_sim_node.plant import ShipParameters
 
 WATER_DENSITY = 1025.0
@@ -36,7 +38,9 @@ HULL_NAMES = (
 )
 """The hull data of the template."""
 
-OVERRIDES = ("length", "beam", "surge_force_limit", "yaw_moment_limit")
+LIMITS = ("surge_force_limit", "yaw_moment_limit")
+
+OVERRIDES = ("length", "beam", *LIMITS)
 """The main data that are hull data too, so that they can differ from those of a vessel."""
 
 OF_A_VESSEL = """Hull, propulsion and thrusters are those of vessel {vessel}; single values can be changed here, as in
@@ -73,6 +77,21 @@ class MainData:
             self.speed or _rounded(0.4 * math.sqrt(GRAVITY * self.length)),
             self.wind,
         )
+
+
+FAST_RULES = {
+    "position_rule": "0.6/T: larger in calm water, smaller where the ship oscillates",
+    "slope_rule": "1.9/T",
+    "sway_rule": "share of the sway acceleration that is fed forward",
+}
+SLOW_RULES = {
+    "position_rule": f"{SLOW:g} of the decay rate a, at most 0.6/T",
+    "slope_rule": f"{SLOW:g} of the decay rate a, at most 1.9/T",
+    "sway_rule": "nothing is fed forward of the sway acceleration",
+}
+SLOW_NOTE = """
+                                        # A turn carries this hull sideways {rho:.2g} times as much as it turns its course: the
+                                        # law waits for the decay of the drift, at the rate a = {a:.2g} 1/s on the circle"""
 
 
 def scenario_text(name: str, data: MainData) -> str:
@@ -135,7 +154,10 @@ def ship_of(values: Mapping[str, object]) -> ShipParameters:
     known = schema.entries(ShipParameters)
     # Damping that is left out is zero, not that of the paper's ship.
     hull = {name: 0.0 for name in known if "_damping" in name} | {name: own[name] for name in own if name in known}
-    return schema.build(ShipParameters, hull, "vessel")
+    ship = schema.build(ShipParameters, hull, "vessel")
+    # The paper states no limits; laws assume some for its ship.
+    assumed = {} if another_ship(ship) else {name: getattr(KnownVessel(), name) for name in LIMITS if name not in own}
+    return replace(ship, **assumed)
 
 
 def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, object], wind: float) -> str:
@@ -151,7 +173,9 @@ def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, 
     ship = ship_of(values)
     scale = scale_of(ship)
     circle = circle_for(ship, scale)
-    estimates = {**loads(scale.L, wind), **references(circle, scale), **gains(scale)}
+    sway = sway_of(ship, circle)
+    tuned = gains(scale, sway)
+    estimates = {**loads(scale.L, wind), **references(circle, scale, tuned["position_gain"]), **tuned}
     numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
     radius, speed = f"{_rounded(circle.radius / scale.L):g} lengths", f"{_rounded(circle.speed / scale.U):g} of the top speed"
     text = _template("ship").substitute(
@@ -164,6 +188,8 @@ def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, 
         top_speed=_number(_rounded(scale.U)),
         radius_rule=radius,
         cruise_rule=speed,
+        **(SLOW_RULES if sway.is_slow else FAST_RULES),
+        note=SLOW_NOTE.format(a=sway.a, rho=sway.rho) if sway.is_slow else "",
     )
     return "\n".join(map(_aligned, text.splitlines())) + "\n"
 
