@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
-from vessel_sim_node.disturbance import acceleration
-from vessel_sim_node.plant import unforced
+from vessel_sim_node.plant import Wrench, acceleration, unforced
 from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure
 from vessel_sim_node.step import advance as advance_plant
 
@@ -149,7 +148,7 @@ def keep(row: Array, time: float, received: tuple[Motion, Motion, Motion], wrenc
     row[0] = time
     for i in range(3):
         write(row, 1 + 6 * i, received[i])
-    write(row, 19, state.tau)
+    row[19], row[20] = state.tau[0], state.tau[2]
     write(row, 21, wrench)
     write(row, 23, acceleration(disturbing, c.vessel))
     write(row, 26, unforced(state.motion, c.vessel, c.current))
@@ -158,18 +157,18 @@ def keep(row: Array, time: float, received: tuple[Motion, Motion, Motion], wrenc
 
 
 @kernel
-def keep_brief(brief: Array, k: int, state: Motion, desired: Motion, tau: Any, wrench: tuple[float, float]) -> None:
+def keep_brief(brief: Array, k: int, state: Motion, desired: Motion, tau: Wrench, wrench: tuple[float, float]) -> None:
     """Write a column of what metrics need.
 
     Args:
         brief: The array, (7, n).
         k: Index of the step.
         state, desired: State and reference as their messages give them.
-        tau: Applied wrench.
+        tau: Applied wrench, N, N, N·m.
         wrench: Commanded surge force [N] and yaw moment [N·m].
     """
     brief[0, k], brief[1, k], brief[2, k] = state.x - desired.x, state.y - desired.y, state.psi - desired.psi
-    brief[3, k], brief[4, k] = tau
+    brief[3, k], brief[4, k] = tau[0], tau[2]
     brief[5, k], brief[6, k] = wrench
 
 
