@@ -53,7 +53,7 @@ def write_input(scenario: Scenario, path: Path) -> None:
     reference[:, 2] = [as_published(row[:6]).psi for row in reference]
     actuators = [float(value) for actuator in (plant.surge, plant.yaw) for value in actuator]
     gains, neurons = law.gains[:15], law.neurons
-    constants = [*plant.vessel, *plant.periodic, *actuators, *gains, *neurons.axis, neurons.delta, plant.step]
+    constants = [*plant.vessel[:12], *plant.periodic, *actuators, *gains, *neurons.axis, neurons.delta, plant.step]
     numbers = [*constants, *sim.initial_pose, *sim.initial_velocity, float(count)]
     path.write_bytes(np.array(numbers).tobytes() + reference.tobytes())
 

@@ -26,3 +26,16 @@ def multiply(x: Array, y: Any, out: Array) -> None:
 def add(x: Array, y: Array, out: Array) -> None:
     """Write the sums x + y of arrays of equal shape, (l,) or (k, l)."""
     np.add(x, y, out)
+
+
+def add_outer(x: Array, y: Array, out: Array, scratch: Array) -> None:
+    """Add the products x·yᵀ.
+
+    Args:
+        x: Shape (k, 1).
+        y: Shape (l,).
+        out: Array to add to, shape (k, l).
+        scratch: An array to work in, shape (k, l).
+    """
+    np.multiply(x, y, scratch)
+    np.add(out, scratch, out)

@@ -53,9 +53,12 @@ def position_error(state: Array, reference: Array) -> Array:
 
 def heading_error(state: Array, reference: Array) -> Array:
     """Heading minus desired heading, wrapped to (-pi, pi], (n,)."""
-    # As `kinematics.wrap`, on arrays.
-    difference = state[:, 2] - reference[:, 2]
-    return difference - 2.0 * np.pi * np.ceil((difference - np.pi) / (2.0 * np.pi))
+    return wrapped(state[:, 2] - reference[:, 2])
+
+
+def wrapped(angle: Array) -> Array:
+    """Angles mapped to (-pi, pi], as `kinematics.wrap` does it, (n,)."""
+    return angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
 
 
 def body_error(state: Array, reference: Array) -> Array:
@@ -110,6 +113,11 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
+def peak(values: Array) -> float:
+    """Largest magnitude; NaN if any value is."""
+    return max(abs(float(np.max(values))), abs(float(np.min(values))))
+
+
 def evaluate(
     time: Array,
     state: Array,
@@ -133,22 +141,41 @@ def evaluate(
     Returns:
         The metrics; every rms value weighs all samples equally, so the samples should be evenly spaced.
     """
-    distance = position_error(state, reference)
-    angle = np.degrees(heading_error(state, reference))
+    error = state[:, :3] - reference[:, :3]
+    return evaluate_errors(time, error, wrench, commanded=commanded, limits=limits, hull_length=hull_length)
+
+
+def evaluate_errors(
+    time: Array,
+    error: Array,
+    wrench: Array,
+    *,
+    commanded: Array | None = None,
+    limits: tuple[float, float] = UNLIMITED,
+    hull_length: float = LENGTH,
+) -> Metrics:
+    """Compute all metrics of a run from its errors.
+
+    Args:
+        time: Times of the samples, (n,) s, n at least 1.
+        error: x, y, psi of the ship minus those of the reference, (n, 3); psi need not be wrapped.
+        wrench, commanded, limits, hull_length: As in `evaluate`.
+    """
+    distance, angle = np.hypot(error[:, 0], error[:, 1]), np.degrees(wrapped(error[:, 2]))
     # The last quarter represents the steady state, after the transient of the initial error has decayed.
-    last_quarter = time >= time[0] + 0.75 * (time[-1] - time[0])
+    last_quarter = distance[time >= time[0] + 0.75 * (time[-1] - time[0])]
     demand = wrench if commanded is None else commanded  # with a lag, the applied wrench approaches its limit without reaching it
     return Metrics(
         rms(distance),
-        rms(distance[last_quarter]),
+        rms(last_quarter),
         float(distance[-1]),
         rms(angle),
         float(angle[-1]),
-        float(np.max(np.abs(wrench[:, 0]))),
+        peak(wrench[:, 0]),
         rms(wrench[:, 0]),
-        float(np.max(np.abs(wrench[:, 1]))),
+        peak(wrench[:, 1]),
         rms(wrench[:, 1]),
-        float(np.max(distance[last_quarter])),
+        float(np.max(last_quarter)),
         settling_time(time, distance, settling_bound(float(distance[0]), hull_length)),
         share_at_limit(demand[:, 0], limits[0]),
         share_at_limit(demand[:, 1], limits[1]),

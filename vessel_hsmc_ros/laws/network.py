@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.arrays import add, multiply
+from vessel_hsmc_ros.core.arrays import add, add_outer, multiply
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
@@ -220,5 +220,4 @@ def adapt(W: Array, growth: Array, H: Array, scratch: Array) -> None:
         H: Activations, shape (l,).
         scratch: An array to work in, shape (k, l).
     """
-    multiply(growth, H, scratch)
-    add(W, scratch, W)
+    add_outer(growth, H, W, scratch)

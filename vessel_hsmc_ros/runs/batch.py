@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
-from vessel_hsmc_ros.core.metrics import Metrics, evaluate
+from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.report.record import hull_length, limits, measured
@@ -140,27 +140,24 @@ def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
     """The metrics of a run, as `report.record.measured` gives them, without keeping more than they need."""
     grid = RateGrid(scenario.vessel_sim.rate_hz)
     samples = sample_count(scenario.vessel_sim.duration, grid)
-    loop = make_loop(scenario, samples, rows=_rows(samples))
+    loop = make_loop(scenario, samples, brief=_brief(samples))
     while loop.done < samples:
         loop.advance(min(loop.done + loop.block, samples))
         if progress:
             progress(loop.done / samples)
-    columns = loop.columns()
-    # The controller commands at the start of its periods, and the command is held in between.
-    updates = np.diff(RateGrid(scenario.controller.rate_hz).indices(grid.stamps(samples)), prepend=-1) != 0
+    found = loop.evaluated()
     surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
-    return evaluate(
-        columns["time"][:, 0],
-        columns["state"],
-        columns["reference"],
-        columns["wrench"],
-        commanded=columns["command"][updates],
+    return evaluate_errors(
+        found.time,
+        found.error,
+        found.wrench,
+        commanded=found.command,
         limits=(surge, yaw),
         hull_length=hull_length(scenario),
     )
 
 
 @functools.lru_cache(maxsize=1)
-def _rows(samples: int) -> Array:
-    """An array for the rows of one run after the other."""
-    return np.empty((samples, BRIEF))
+def _brief(samples: int) -> Array:
+    """An array for the metrics of one run after the other."""
+    return np.empty((BRIEF, samples))

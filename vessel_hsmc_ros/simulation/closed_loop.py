@@ -10,7 +10,7 @@ from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverS
 from vessel_hsmc_ros.control.pivot import Pivot, carry
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
-from vessel_sim_node.plant import acceleration, unforced
+from vessel_sim_node.plant import Wrench, acceleration, unforced
 from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure
 from vessel_sim_node.step import advance as advance_plant
 
@@ -75,10 +75,11 @@ class State(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What the loop writes; arrays without rows are left out.
+    """What the loop writes; arrays without elements are left out.
 
     Attributes:
-        rows: By the columns of `loop.WIDTHS`, (n, 34) or (n, 23).
+        rows: By the columns of `loop.WIDTHS`, (n, 34).
+        brief: What metrics need instead of rows: x, y, psi minus those of the reference, applied wrench, command, (7, n).
         terms: Terms of the law, (m, t).
         weights: Weights of its networks, (m, k, l).
         estimates: x, y, psi, u, v, r of the observer, and psi as received, (m, 7).
@@ -86,6 +87,7 @@ class Kept(NamedTuple):
     """
 
     rows: Array
+    brief: Array
     terms: Array
     weights: Array
     estimates: Array
@@ -137,24 +139,43 @@ def received(plant: PlantState, constants: PlantConstants) -> tuple[Motion, Moti
 
 
 @kernel
-def keep(row: Array, wrench: tuple[float, float], disturbing: Any, plant: PlantState, c: PlantConstants) -> None:
-    """Write the columns of a row from those of the wrench on.
+def keep(row: Array, time: float, received: tuple[Motion, Motion, Motion], wrench: Any, disturbing: Any, state: Any, c: Any) -> None:
+    """Write a row.
 
     Args:
-        row: The row, shape (34,), or (23,) without what follows the command.
+        row: The row, shape (34,).
+        time: Time, s.
+        received: State, measurement and reference as their messages give them.
         wrench: Commanded surge force [N] and yaw moment [N·m].
         disturbing: Disturbing wrench, N, N, N·m.
-        plant: State of the plant, with the wrench that its actuators apply.
+        state: State of the plant, with the wrench that its actuators apply.
         c: Constants of the plant.
     """
-    row[19], row[20] = plant.tau[0], plant.tau[2]
+    row[0] = time
+    for i in range(3):
+        write(row, 1 + 6 * i, received[i])
+    row[19], row[20] = state.tau[0], state.tau[2]
     write(row, 21, wrench)
-    if len(row) == 23:  # a run that is only to be evaluated
-        return
     write(row, 23, acceleration(disturbing, c.vessel))
-    write(row, 26, unforced(plant.motion, c.vessel, c.current))
-    row[29], row[30] = plant.motion.psi, plant.measured.psi
+    write(row, 26, unforced(state.motion, c.vessel, c.current))
+    row[29], row[30] = state.motion.psi, state.measured.psi
     write(row, 31, disturbing)
+
+
+@kernel
+def keep_brief(brief: Array, k: int, state: Motion, desired: Motion, tau: Wrench, wrench: tuple[float, float]) -> None:
+    """Write a column of what metrics need.
+
+    Args:
+        brief: The array, (7, n).
+        k: Index of the step.
+        state, desired: State and reference as their messages give them.
+        tau: Applied wrench, N, N, N·m.
+        wrench: Commanded surge force [N] and yaw moment [N·m].
+    """
+    brief[0, k], brief[1, k], brief[2, k] = state.x - desired.x, state.y - desired.y, state.psi - desired.psi
+    brief[3, k], brief[4, k] = tau[0], tau[2]
+    brief[5, k], brief[6, k] = wrench
 
 
 @kernel
@@ -174,17 +195,14 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
     periods, wrench, memory, observed, plant, delta = state
     c, last = constants.plant, len(inputs.time) - 1
     for k in range(start, stop):
-        time, row = inputs.time[k], kept.rows[k]
+        time = inputs.time[k]
         disturbing = disturbance(time, c, plant)
         sampled = inputs.sampled[k]
         plant = measure(plant, sampled[0], sampled[1], sampled[2], inputs.sensor_noise[k], time, c)
         shown, measured = received(plant, c)
         i = inputs.latest[k]
         desired = desired_motion(inputs.reference, i)
-        row[0] = time
-        write(row, 1, shown)
-        write(row, 7, measured)
-        write(row, 13, desired)
+        sensed = measured
         if inputs.due[k]:
             if constants.observer.enabled:
                 pose = (measured.x, measured.y, measured.psi)
@@ -201,7 +219,10 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
                 write(kept.back[periods], 0, at.back)
             periods += 1
         plant = apply(plant, wrench, c)
-        keep(row, wrench, disturbing, plant, c)
+        if len(kept.rows):
+            keep(kept.rows[k], time, (shown, sensed, desired), wrench, disturbing, plant, c)
+        else:
+            keep_brief(kept.brief, k, shown, desired, plant.tau, wrench)
         if k < last:  # the last sample is the final state
             plant = advance_plant(plant, plant.tau, acceleration(disturbing, c.vessel), inputs.gust_noise[k], c)
             if not is_finite(plant.motion):

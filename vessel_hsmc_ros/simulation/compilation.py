@@ -151,7 +151,7 @@ def _inner(function: Function, allocates: bool) -> Function:
     """A kernel that is called by another one; it is compiled together with that one."""
     import numba
 
-    dispatcher: Function = numba.njit(**_options(allocates))(_rebuilt(function, {}, allocates))
+    dispatcher: Function = numba.njit(**_options(allocates), forceinline=not allocates)(_rebuilt(function, {}, allocates))
     return dispatcher
 
 

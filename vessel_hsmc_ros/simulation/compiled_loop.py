@@ -17,7 +17,7 @@ from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, Kept, ad
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.law_terms import all_terms
-from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
+from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
 from vessel_hsmc_ros.simulation.preparation import prepare
 from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 from vessel_sim_node.simulator import divergence_of_ship
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def make_loop(
-    scenario: Scenario, samples: int, law: Law[Any] | None = None, interpreted: bool = False, rows: Array | None = None
+    scenario: Scenario, samples: int, law: Law[Any] | None = None, interpreted: bool = False, brief: Array | None = None
 ) -> Loop:
     """Make the loop of a scenario: compiled where its law can be, otherwise interpreted.
 
@@ -35,12 +35,12 @@ def make_loop(
         samples: Number of rows of the complete run.
         law: A control law that replaces the scenario's.
         interpreted: Run interpreted in any case.
-        rows: Array for the rows of a compiled run that is only to be evaluated, (samples, BRIEF).
+        brief: Array for what a compiled run that is only to be evaluated keeps, (BRIEF, samples).
     """
     law = law or make_law(scenario.controller)
     if not interpreted and isinstance(law, KernelLaw) and is_compilable(type(law)) and available():
         try:
-            return CompiledLoop(scenario, samples, law, rows)
+            return CompiledLoop(scenario, samples, law, brief)
         except SimulationError:  # of the reference: interpreted, the run goes on until it occurs
             pass
     return InterpretedLoop(scenario, samples, law)
@@ -60,25 +60,26 @@ class CompiledLoop(Loop):
         scenario: A scenario with a duration.
         samples: Number of rows of the complete run.
         law: The law; it is reset.
-        rows: Array for its rows; with BRIEF columns only, nothing of the controller is kept. By default it makes one.
+        brief: Array for what its metrics need, (BRIEF, samples), instead of rows and all that the controller computes.
 
     Raises:
         SimulationError: the motion of the reference is no longer finite.
     """
 
-    block = 2000
+    block = 10_000
 
-    def __init__(self, scenario: Scenario, samples: int, law: KernelLaw[Any], rows: Array | None = None) -> None:
+    def __init__(self, scenario: Scenario, samples: int, law: KernelLaw[Any], brief: Array | None = None) -> None:
         law.reset()
         self._scenario, self._law, self._grid = scenario, law, RateGrid(scenario.controller.rate_hz)
         self.samples, self.done = samples, 0
         self._state, self._constants, self._inputs = prepare(scenario, samples, law)
-        self.rows = np.empty((samples, WIDTH)) if rows is None else rows
-        periods = int(np.count_nonzero(self._inputs.due)) if self.rows.shape[1] == WIDTH else 0
+        self.rows = np.empty((samples if brief is None else 0, WIDTH))
+        periods = int(np.count_nonzero(self._inputs.due)) if brief is None else 0
         estimates = np.empty((periods if self._constants.observer.enabled else 0, 7))
         terms, weights = np.empty((periods, len(law.terms._fields))), np.empty((periods, *law.memory.W.shape))
         back = np.empty((periods if self._constants.pivot.x_p else 0, len(ERRORS)))
-        self._kept = Kept(self.rows, terms, weights, estimates, back)
+        brief = np.empty((BRIEF, 0)) if brief is None else brief
+        self._kept = Kept(self.rows, brief, terms, weights, estimates, back)
         self._advance = compiled_loop(type(law), self._constants.observer.enabled)
 
     def advance(self, stop: int) -> None:
@@ -114,6 +115,13 @@ class CompiledLoop(Loop):
         if not len(estimates):
             return Control(stamps, terms, None, None)
         return Control(stamps, terms, estimates[:, :6], np.column_stack((estimates[:, :2], estimates[:, 6], estimates[:, 3:6])))
+
+    def evaluated(self) -> Evaluated:
+        """What the metrics of the steps so far need, of a run that keeps nothing else."""
+        brief, inputs = self._kept.brief[:, : self.done].T, self._inputs
+        due = inputs.due[: self.done]
+        command = brief[:, 5:7] if due.all() else brief[due, 5:7]
+        return Evaluated(inputs.time[: self.done], brief[:, :3], brief[:, 3:5], command)
 
     def reference(self, count: int) -> Array:
         """The first published motions of the reference ship, (count, 9)."""

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
+from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Evaluated, Loop
 from vessel_sim_node.plant import Wrench, acceleration
 from vessel_sim_node.simulator import Simulator
 
@@ -106,6 +106,14 @@ class InterpretedLoop(Loop):
         if not self._estimates:
             return Control(stamps, terms, None, None)
         return Control(stamps, terms, np.array(self._estimates), np.array([as_published(each) for each in self._estimates]))
+
+    def evaluated(self) -> Evaluated:
+        """What the metrics of the steps so far need."""
+        found = self.columns()
+        # The controller commands at the start of its periods, and the command is held in between.
+        due = np.isin(self._grid.stamps(self.done), [stamp for stamp, _ in self._terms])
+        error = found["state"][:, :3] - found["reference"][:, :3]
+        return Evaluated(found["time"][:, 0], error, found["wrench"], found["command"][due])
 
     def reference(self, count: int) -> Array:
         """The first published motions of the reference ship, (count, 9)."""

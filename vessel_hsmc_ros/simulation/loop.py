@@ -18,8 +18,24 @@ of the measurement in the messages, not wrapped."""
 
 WIDTH = sum(WIDTHS.values())
 
-BRIEF = 23
-"""Columns up to the command: what metrics need."""
+BRIEF = 7
+"""Numbers of a step that metrics need; see `closed_loop.Kept`."""
+
+
+class Evaluated(NamedTuple):
+    """What the metrics of a run need.
+
+    Attributes:
+        time: Times, (n,) s.
+        error: x, y, psi of the ship minus those of the reference, as their messages give them, (n, 3).
+        wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
+        command: The commanded ones, at the steps at which a control period begins, (m, 2).
+    """
+
+    time: Array
+    error: Array
+    wrench: Array
+    command: Array
 
 
 class Control(NamedTuple):
@@ -65,6 +81,10 @@ class Loop(ABC):
     @abstractmethod
     def control(self) -> Control:
         """What the controller has computed so far."""
+
+    @abstractmethod
+    def evaluated(self) -> Evaluated:
+        """What the metrics of the steps so far need."""
 
     @abstractmethod
     def reference(self, count: int) -> Array:

@@ -117,3 +117,14 @@ def _add(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
                 out[i, j] = x[i, j] + y[i, j]
 
     return implementation
+
+
+@overload(arrays.add_outer)  # type: ignore[untyped-decorator]
+def _add_outer(x: Any, y: Any, out: Any, scratch: Any) -> Any:  # noqa: ARG001
+    def implementation(x: Any, y: Any, out: Any, scratch: Any) -> None:  # noqa: ARG001 - each product is added at once
+        for i in range(out.shape[0]):
+            factor = x[i, 0]
+            for j in range(out.shape[1]):
+                out[i, j] += factor * y[j]
+
+    return implementation
