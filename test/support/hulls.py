@@ -20,7 +20,11 @@ def hull(**symbols: float) -> Vessel:
     return ship(**symbols).coefficients()
 
 
-BOAT = hull(m11=525.0, m22=700.0, m33=700.0, d_u=50.0, d_v=200.0, d_r=300.0, d_u2=30.0, d_v2=100.0, d_r2=100.0)
+BOAT_SYMBOLS = {
+    **{"m11": 525.0, "m22": 700.0, "m33": 700.0, "d_u": 50.0, "d_v": 200.0, "d_r": 300.0},
+    **{"d_u2": 30.0, "d_v2": 100.0, "d_r2": 100.0},
+}
+BOAT = hull(**BOAT_SYMBOLS)
 """A boat of 4 m with diagonal matrices."""
 
 CYBERSHIP_2 = {
