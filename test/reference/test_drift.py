@@ -67,12 +67,12 @@ COUPLED = {
 def test_along_a_curve_a_coupled_hull_needs_no_sway_force(vessel: Vessel, speed: float, size: float) -> None:
     """m22·dv + m23·dr = -(C·nu + D·nu)_Y between the samples of the solution."""
     for curve in (Arc(2.0 / size), FigureEight(size), Square(size, 0.25 * size)):
-        s = np.random.default_rng(1).uniform(0.0, curve.period, 500)
         solution = PeriodicDrift(curve, speed, vessel)
-        motion = velocities(curve, speed, solution.at(s), at_speed(s))
-        missing = [
-            dv - unforced_sway(u, v, r, dr, vessel)
-            for u, v, r, dv, dr in zip(motion.u, motion.v, motion.r, motion.dv, motion.dr, strict=True)
-        ]
-        # The equation holds at the samples; between them |v|r and |r|v have kinks where a velocity changes its sign.
-        assert np.abs(missing).max() < 3e-3 * np.abs(motion.r * motion.u).max()
+        # Between the samples |v|r and |r|v have kinks where a velocity changes its sign.
+        for s, tolerance in ((samples(curve), 1e-4), (np.random.default_rng(1).uniform(0.0, curve.period, 500), 1e-2)):
+            motion = velocities(curve, speed, solution.at(s), at_speed(s))
+            missing = [
+                dv - unforced_sway(u, v, r, dr, vessel)
+                for u, v, r, dv, dr in zip(motion.u, motion.v, motion.r, motion.dv, motion.dr, strict=True)
+            ]
+            assert np.abs(missing).max() < tolerance * np.abs(motion.r * motion.u).max()
