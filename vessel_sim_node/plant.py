@@ -52,11 +52,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
-from vessel_sim_node.hull_parameters import ShipParameters, Vessel, VesselParameters, initial_pose, initial_velocity
+from vessel_sim_node.hull_parameters import ShipParameters, Vessel, VesselParameters, divergence, initial_pose, initial_velocity
 
 __all__ = [
     "STILL_WATER",
@@ -241,20 +239,6 @@ def rate_of_motion(
         f_v + a_v + disturbance[1],
         f_r + a_r + disturbance[2],
     )
-
-
-def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> SimulationError:
-    """The error for a motion that is no longer finite, with what its ship has in common with the paper's ship.
-
-    Args:
-        what: The ship.
-        time: Simulated time, s.
-        cause: What may have caused it, with the inputs at that time.
-        vessel: The hull data.
-    """
-    remaining = inherited(vessel)
-    message = f"the motion of the {what} is no longer finite at t = {time:g} s {cause}"
-    return SimulationError(f"{message}; {remaining}" if remaining else message)
 
 
 @kernel

@@ -12,16 +12,8 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters
 from vessel_sim_node.hull_check import check_hull, outside
-from vessel_sim_node.plant import (
-    Array,
-    ShipParameters,
-    Wrench,
-    acceleration,
-    divergence,
-    initial_pose,
-    initial_velocity,
-    unforced,
-)
+from vessel_sim_node.hull_parameters import ShipParameters, divergence, initial_pose, initial_velocity
+from vessel_sim_node.plant import Array, Wrench, acceleration, unforced
 from vessel_sim_node.sensors import Sampling, SensorParameters
 from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
 from vessel_sim_node.waves import Sea, WaveParameters, make_sea
