@@ -22,6 +22,7 @@ from vessel_hsmc_ros.cli.set import set_parameters
 from vessel_hsmc_ros.cli.simulate import simulate
 from vessel_hsmc_ros.cli.sweep import sweep
 from vessel_hsmc_ros.cli.tune import tune
+from vessel_hsmc_ros.cli.vessels import vessels
 from vessel_hsmc_ros.cli.watch import watch
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.version import __version__
@@ -46,7 +47,23 @@ def cli() -> None:
     """  # noqa: D301 - the escape keeps click from joining the lines
 
 
-for verb in (campaign, compare, demo, excite, init, parameters, recover, replay, report, reproduce, run, simulate, sweep, tune):
+for verb in (
+    campaign,
+    compare,
+    demo,
+    excite,
+    init,
+    parameters,
+    recover,
+    replay,
+    report,
+    reproduce,
+    run,
+    simulate,
+    sweep,
+    tune,
+    vessels,
+):
     cli.add_command(verb)
 for verb in (call, goto, path, set_parameters, watch):  # on running nodes
     cli.add_command(verb)

@@ -16,7 +16,7 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.schema import Entry
+from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
 from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line, read_yaml
@@ -64,13 +64,19 @@ class LibraryVessel:
     key: str
     name: str
     description: str
-    values: Mapping[str, object]
+    values: Mapping[str, Value]
     mass: float | None
     source: Mapping[str, str]
     verified: tuple[str, ...]
     unverified: tuple[str, ...]
     published: Mapping[str, float]
     path: Path = field(repr=False)
+
+    def hull(self) -> ShipParameters:
+        """The hull data as parameters of the plant."""
+        entries = schema.entries(ShipParameters, VESSEL)
+        own = {name.removeprefix(VESSEL): value for name, value in _of_hull(self, entries).items()}
+        return schema.build(ShipParameters, own, f"vessel file {self.path}: vessel")
 
 
 def vessel_names() -> list[str]:
@@ -115,10 +121,21 @@ def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], fold
     if not isinstance(name, str) or not name or all(each in values for each in hull):
         return dict(values)
     vessel = read_vessel(name, folder)
-    own = {each: vessel.values.get(each, _neutral(entries[each])) for each in hull} | values
+    own: dict[str, object] = {**_of_hull(vessel, {each: entries[each] for each in hull}), **values}
     own[VESSEL_NAME] = vessel.key if vessel.path == _in_library(vessel.key) else str(vessel.path.resolve())
-    of_inputs = {f"{ACTUATORS}{each}": own.get(f"{VESSEL}{each}", vessel.values.get(f"{VESSEL}{each}")) for each in _inputs()}
-    return {each: value for each, value in of_inputs.items() if each in entries and value is not None} | own
+    return _of_actuators(own, vessel, entries) | own
+
+
+def _of_actuators(own: Mapping[str, object], vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, object]:
+    """The plant's actuators, by dotted names: the limits that the node was given for the hull, the others of the vessel."""
+    declared = {name: entries[f"{ACTUATORS}{name}"] for name in _inputs() if f"{ACTUATORS}{name}" in entries}
+    theirs = {name: vessel.values.get(f"{VESSEL}{name}", _neutral(entry)) for name, entry in declared.items()}
+    return {f"{ACTUATORS}{name}": own.get(f"{VESSEL}{name}", value) for name, value in theirs.items()}
+
+
+def _of_hull(vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, Value]:
+    """What a node declares of the hull, by dotted names, with neutral values for what the file leaves out."""
+    return {name: vessel.values.get(name, _neutral(entry)) for name, entry in entries.items()}
 
 
 def _find(name: str | Path, folder: Path) -> Path:
@@ -144,7 +161,7 @@ def _inputs() -> list[str]:
 
 
 @cache
-def _allowed() -> dict[str, tuple[Entry, ...]]:
+def hull_data() -> dict[str, tuple[Entry, ...]]:
     """The hull data that a vessel file may give, as declared by plant, laws and actuators."""
     groups = [schema.entries(ShipParameters), schema.entries(KnownVessel)]
     groups.append({name: schema.entries(ActuatorParameters)[name] for name in _inputs()})
@@ -153,7 +170,7 @@ def _allowed() -> dict[str, tuple[Entry, ...]]:
     return {name: tuple(group[name] for group in groups if name in group) for name in names}
 
 
-def _neutral(entry: Entry) -> object:
+def _neutral(entry: Entry) -> Value:
     """The value of what a vessel file leaves out: no damping and no coupling, and the node's default for all else."""
     return 0.0 if "_damping" in entry.name else entry.default
 
@@ -188,9 +205,9 @@ def _parsed(text: str, path: Path) -> LibraryVessel:
     )
 
 
-def _checked(given: Mapping[str, Any], place: str) -> dict[str, object]:
+def _checked(given: Mapping[str, Any], place: str) -> dict[str, Value]:
     """The hull data of a vessel file in their declared types."""
-    allowed = _allowed()
+    allowed = hull_data()
     owner = f"{place}: vessel"
     for name in given:
         if name not in allowed:
@@ -199,7 +216,10 @@ def _checked(given: Mapping[str, Any], place: str) -> dict[str, object]:
         if name not in given:
             raise ParameterError(f"{owner}.{name} is missing: it takes {allowed[name][0].allowed}")
     # Several nodes declare the same datum; each has limits of its own.
-    checked = {name: [schema.check(entry, value, owner) for entry in allowed[name]][0] for name, value in given.items()}
+    checked: dict[str, Value] = {}
+    for name, value in given.items():
+        for entry in allowed[name]:
+            checked[name] = schema.check(entry, value, owner)
     return {"draught": DRAUGHT_FACTOR * float(given["beam"])} | checked
 
 

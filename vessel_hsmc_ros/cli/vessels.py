@@ -1,0 +1,45 @@
+"""`vessel-hsmc vessels`: the library of published vessels, and everything about one of them."""
+
+from collections.abc import Sequence
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_line, print_table
+from vessel_hsmc_ros.scenario import vessel_table
+from vessel_hsmc_ros.scenario.vessels import LibraryVessel, read_vessel
+
+USE = "vessel-hsmc vessels NAME shows one of them; `vessel: NAME` in a scenario or --set vessel=NAME uses it (docs/vessels.md)"
+
+
+@click.command()
+@click.argument("name", required=False)
+@click.option("--markdown", is_flag=True, help="Print the tables of all vessels in Markdown, for the docs.")
+def vessels(name: str | None, markdown: bool) -> None:
+    """List the vessels that `vessel: NAME` in a scenario takes, or show all about one: NAME, or the path of a vessel file.
+
+    Figures are computed from the hull data. `verified` counts the published figures that they agree with, `open` what could not
+    be checked.
+    """
+    if name:
+        _show(read_vessel(name))
+    elif markdown:
+        print_line(vessel_table.markdown())
+    else:
+        print_table(vessel_table.HEAD, vessel_table.overview(vessel_table.library()), text_columns=3)
+        print_line(USE)
+
+
+def _show(vessel: LibraryVessel) -> None:
+    print_line(f"{vessel.name}: {vessel.description}".rstrip(": "))
+    for key, text in vessel.source.items():
+        print_line(f"{key}: {text}")
+    print_table(["", "", ""], vessel_table.details(vessel), text_columns=3)
+    if vessel.published:
+        print_table(vessel_table.COMPARED, vessel_table.comparison([vessel]), title="beside the source", text_columns=2)
+    _list("verified", vessel.verified)
+    _list("not verified", vessel.unverified)
+
+
+def _list(title: str, lines: Sequence[str]) -> None:
+    for line in lines:
+        print_line(f"{title}: {line}")

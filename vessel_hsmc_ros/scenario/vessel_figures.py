@@ -1,0 +1,156 @@
+"""Figures of a vessel that follow from its hull data: steady speed and turn, time constants, pivot point, passivity.
+
+| symbol | meaning | unit |
+|---|---|---|
+| X, N | largest surge force and yaw moment | N, N·m |
+| m11 .. m33, d_u .. | inertia and damping of the hull | as in `vessel_sim_node.plant` |
+| x_p | point that a yaw moment does not accelerate sideways, m23/m22 ahead of the origin | m |
+"""
+
+import math
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from vessel_hsmc_ros.scenario.vessels import LibraryVessel
+from vessel_sim_node.plant import ShipParameters, Vessel, damping_force, derivative
+
+CALM = (0.0, 0.0, 0.0)
+
+UNBOUNDED_RANGE = (5.0, 2.0, 0.5)
+"""Velocities up to which passivity is sampled where a file states no range."""
+
+SAMPLES = 21
+
+AGREEMENT = 0.05
+"""Largest relative difference from a published figure that counts as agreement."""
+
+COARSE = {"towing_surge_damping": 0.3, "towing_sway_damping": 0.3}
+"""The same for figures that come from measurements of another loading condition."""
+
+TOWING = 0.2
+"""Largest speed of the towing tests, m/s."""
+
+
+def figure(unit: str, words: str) -> Any:
+    """Declare a figure with its unit and meaning, for tables."""
+    return field(metadata={"unit": unit, "words": words})
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Figures of a vessel in calm water; NaN where a limit that they need is not given."""
+
+    surge_force: float = figure("N", "largest surge force")
+    yaw_moment: float = figure("N·m", "largest yaw moment")
+    top_speed: float = figure("m/s", "steady speed at the largest surge force")
+    half_speed: float = figure("m/s", "steady speed at half of it")
+    start_acceleration: float = figure("m/s²", "acceleration at rest by the largest surge force")
+    turning_rate: float = figure("rad/s", "steady yaw rate on the spot by the largest yaw moment")
+    turn_radius: float = figure(
+        "lengths", "radius of the steady turn at the largest surge force and a quarter of the largest yaw moment"
+    )
+    turn_speed: float = figure("m/s", "speed in this turn")
+    turn_drift: float = figure("rad", "drift angle in this turn, positive with the stern outward")
+    sway_time_constant: float = figure("s", "m22/d_v")
+    yaw_time_constant: float = figure("s", "m33/d_r")
+    towing_surge_damping: float = figure("kg/s", f"linear fit of the surge damping up to {TOWING:g} m/s")
+    towing_sway_damping: float = figure("kg/s", f"linear fit of the sway damping up to {TOWING:g} m/s")
+    pivot: float = figure("m", "pivot point m23/m22 ahead of the origin")
+    mass_ratio: float = figure("", "m11/m22")
+    passive: float = figure("", "share of the range of validity in which damping takes power")
+
+
+def figures(vessel: LibraryVessel) -> Figures:
+    """Compute the figures of a vessel."""
+    hull = vessel.hull()
+    v = hull.coefficients()
+    X, N = (limit if math.isfinite(limit) else math.nan for limit in (hull.surge_force_limit, hull.yaw_moment_limit))
+    turn = steady_motion(v, X, 0.25 * N)
+    speed = math.hypot(turn[0], turn[1])
+    return Figures(
+        surge_force=X,
+        yaw_moment=N,
+        top_speed=steady_speed(v, X),
+        half_speed=steady_speed(v, 0.5 * X),
+        start_acceleration=X / v.m11,
+        turning_rate=steady_motion(v, 0.0, N)[2],
+        turn_radius=_ratio(speed, abs(turn[2])) / hull.length,
+        turn_speed=speed,
+        turn_drift=-math.atan2(turn[1], turn[0]),
+        sway_time_constant=_ratio(v.m22, v.d_v),
+        yaw_time_constant=_ratio(v.m33, v.d_r),
+        towing_surge_damping=_linear_fit(v.d_u, v.d_u2, v.d_u3),
+        towing_sway_damping=_linear_fit(v.d_v, v.d_v2, v.d_v3),
+        pivot=v.m23 / v.m22,
+        mass_ratio=v.m11 / v.m22,
+        passive=passive_share(hull),
+    )
+
+
+def steady_speed(vessel: Vessel, force: float) -> float:
+    """The speed ahead at which damping balances a surge force [N], m/s: the root of d_u·u + d_u2·u² + d_u3·u³ = X."""
+    if math.isnan(force):
+        return math.nan
+    high = 1.0
+    while damping_force(high, 0.0, 0.0, vessel)[0] < force:
+        high *= 2.0
+    return float(brentq(lambda u: damping_force(u, 0.0, 0.0, vessel)[0] - force, 0.0, high))
+
+
+def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, float, float]:
+    """The velocities u, v, r that a surge force [N] and a yaw moment [N·m] lead to from rest; NaN where none is reached."""
+    if math.isnan(force + moment):
+        return math.nan, math.nan, math.nan
+
+    def rates(_time: float, velocity: Any) -> Any:
+        return derivative(np.array([0.0, 0.0, 0.0, *velocity]), (force, 0.0, moment), CALM, vessel)[3:]
+
+    # Damping is weak in some hulls: a hundred time constants of the slowest motion, or of a turn on the spot.
+    decays = (_ratio(vessel.m11, vessel.d_u), _ratio(vessel.m22, vessel.d_v), _ratio(vessel.m33, vessel.d_r))
+    slowest = max(time for time in (*decays, math.sqrt(abs(_ratio(vessel.m33, moment))), 1.0) if math.isfinite(time))
+    solution = solve_ivp(rates, (0.0, 100.0 * slowest), CALM, method="LSODA", rtol=1e-8, atol=1e-10)
+    u, v, r = map(float, solution.y[:, -1])
+    settled = np.allclose(solution.y[:, -1], solution.y[:, len(solution.t) * 9 // 10], rtol=1e-3, atol=1e-6)
+    return (u, v, r) if settled else (math.nan, math.nan, math.nan)
+
+
+def passive_share(hull: ShipParameters) -> float:
+    """The share of the range of validity, sampled, in which damping takes power: nu'·D(nu)·nu >= 0."""
+    vessel = hull.coefficients()
+    bounded = math.isfinite(hull.surge_speed_range[1])
+    sizes = (math.inf,) * 3 if bounded else UNBOUNDED_RANGE
+    ranges = (hull.surge_speed_range, hull.sway_speed_range, hull.yaw_rate_range)
+    axes = [
+        np.linspace(max(low, -size), min(high, size), SAMPLES).tolist() for (low, high), size in zip(ranges, sizes, strict=True)
+    ]
+    power = []
+    for u, v, r in product(*axes):
+        X, Y, N = damping_force(u, v, r, vessel)
+        power.append(u * X + v * Y + r * N)
+    # Terms that cancel at rest leave a rounding error.
+    return float(np.mean(np.array(power) >= -1e-9 * max(power)))
+
+
+def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
+    """The relative differences of computed figures from the published ones, by name."""
+    return {name: getattr(computed, name) / value - 1.0 for name, value in vessel.published.items()}
+
+
+def agrees(name: str, difference: float) -> bool:
+    """Whether a relative difference of a figure counts as agreement."""
+    return abs(difference) <= COARSE.get(name, AGREEMENT)
+
+
+def _ratio(a: float, b: float) -> float:
+    return a / b if b else math.inf
+
+
+def _linear_fit(linear: float, quadratic: float, cubic: float) -> float:
+    """The coefficient k of least squares k·w = d·w + d_2·w² + d_3·w³ on 0 <= w <= TOWING, by the integrals of w^n."""
+    w = TOWING
+    return linear + quadratic * 0.75 * w + cubic * 0.6 * w * w
