@@ -11,6 +11,7 @@ from vessel_hsmc_ros.cli.excite import excite
 from vessel_hsmc_ros.cli.goto import goto
 from vessel_hsmc_ros.cli.init import init
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
+from vessel_hsmc_ros.cli.manoeuvres import manoeuvres
 from vessel_hsmc_ros.cli.parameters import parameters
 from vessel_hsmc_ros.cli.path import path
 from vessel_hsmc_ros.cli.recover import recover
@@ -53,6 +54,7 @@ for verb in (
     demo,
     excite,
     init,
+    manoeuvres,
     parameters,
     recover,
     replay,

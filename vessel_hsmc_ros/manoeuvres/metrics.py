@@ -5,11 +5,12 @@ manoeuvre has not reached is NaN; what grows without a bound is infinite.
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.laws.manoeuvre_parameters import FULL_RUDDER_DEG, ManoeuvreParameters
+from vessel_hsmc_ros.laws.manoeuvre_parameters import ManoeuvreParameters
 from vessel_hsmc_ros.manoeuvres.track import Track, crossing
 
 Array = NDArray[np.float64]
@@ -53,7 +54,7 @@ def zigzag(track: Track, settings: ManoeuvreParameters) -> Metrics:
     missing = np.inf if _is_unchecked(track, executes) else np.nan
     overshoots, checks = [missing, missing], [missing, missing]
     # Between an execute and the next the ship turns back; without a next one the overshoot may not be complete.
-    for k, (begin, end) in enumerate(zip(executes[1:3], executes[2:4], strict=False)):
+    for k, (begin, end) in enumerate(pairwise(executes[1:4])):
         turned = track.turned[begin:end] * (1.0 if k == 0 else -1.0)
         furthest = int(np.argmax(turned))
         overshoots[k] = float(np.degrees(turned[furthest] - turned[0]))
@@ -76,7 +77,7 @@ def _is_unchecked(track: Track, executes: list[int]) -> bool:
 
 
 def spiral_curve(track: Track, settings: ManoeuvreParameters) -> Array:
-    """Rudder angle [°] and yaw rate [°/s] at the end of each step of a spiral, (2·n - 1, 2), positive to the side of the first."""
+    """Rudder angle [°] and yaw rate [°/s] at the end of each step of a spiral, (2·n - 1, 2); the first is positive."""
     n, rows = settings.steps, step_ends(track, settings.hold_time, 2 * settings.steps - 1)
     share = 1.0 - 2.0 * np.array([*range(n), *range(n - 2, -1, -1)]) / (n - 1)
     return np.column_stack((settings.rudder_deg * share[: len(rows)], np.degrees(track.r[rows])))
@@ -90,7 +91,8 @@ def spiral(track: Track, settings: ManoeuvreParameters) -> Metrics:
     zero = [float(np.interp(0.0, branch[:, 1], branch[:, 0])) for branch in (out[::-1], back)]
     middle = np.abs(np.interp(0.0, out[::-1, 0], out[::-1, 1])), np.abs(np.interp(0.0, back[:, 0], back[:, 1]))
     return {
-        "loop_width": abs(zero[1] - zero[0]),
+        # A ship that turns on against the whole rudder has no such angle.
+        "loop_width": abs(zero[1] - zero[0]) if out[0, 1] * out[-1, 1] < 0.0 else np.inf,
         "residual_yaw_rate": float(max(middle)),
         "largest_yaw_rate": float(np.abs(curve[:, 1]).max()),
     }

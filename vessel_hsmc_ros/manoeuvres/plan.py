@@ -13,6 +13,12 @@ MOORED = 1e12
 SETTLING = 5.0
 """Time to settle in units of T."""
 
+STEPS_PER_LENGTH, STEPS_WHEN_STEADY = 500.0, 50.0
+"""Control steps while the ship travels its length: many, because a zig-zag reverses the rudder at a step; fewer where only steady
+states count."""
+
+RATES_HZ = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+
 SPIRAL_STEPS, SPEED_STEPS = 15, 8
 
 
@@ -76,6 +82,12 @@ def approach_time(ship: Ship, name: str) -> float:
     return 0.0 if name in ("speed_run", "bollard_pull") else SETTLING * ship.time + ship.delay
 
 
+def rate(ship: Ship, plan: Plan) -> float:
+    """Rate of plant and law, Hz: the lowest of RATES_HZ with enough steps while the ship travels its length."""
+    wanted = (STEPS_WHEN_STEADY if plan.hold else STEPS_PER_LENGTH) * ship.speed / ship.length
+    return next((each for each in RATES_HZ if each >= wanted), RATES_HZ[-1])
+
+
 def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starboard") -> Scenario:
     """The scenario of a manoeuvre.
 
@@ -86,7 +98,7 @@ def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starbo
         side: Side of the first turn.
     """
     plan = PLANS[name](ship)
-    approach = approach_time(ship, name)
+    approach, rate_hz = approach_time(ship, name), rate(ship, plan)
     settings: dict[str, object] = {
         **plan.settings,
         "side": side,
@@ -96,14 +108,14 @@ def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starbo
     if plan.hold:
         settings["hold_time"] = stretch * plan.hold
     changes: dict[str, object] = {
-        **{f"{node}.rate_hz": ship.rate_hz for node in ("vessel_sim", "reference_ship", "controller")},
-        "vessel_sim.duration": math.ceil(ship.rate_hz * (approach + stretch * plan.duration)) / ship.rate_hz,
+        **{f"{node}.rate_hz": rate_hz for node in ("vessel_sim", "reference_ship", "controller")},
+        "vessel_sim.duration": math.ceil(rate_hz * (approach + stretch * plan.duration)) / rate_hz,
         **{f"{node}.initial_pose": (0.0, 0.0, 0.0) for node in ("vessel_sim", "reference_ship")},
         "vessel_sim.initial_velocity": (ship.speed if approach else 0.0, 0.0, 0.0),
         "controller.law": "manoeuvre",
         **{f"controller.manoeuvre.{key}": value for key, value in settings.items()},
         # The law commands shares of the smallest of all limits.
-        "controller.vessel.surge_force_limit": ship.largest_force,
+        "controller.vessel.surge_force_limit": ship.top_force if name == "speed_run" else ship.largest_force,
         "controller.vessel.yaw_moment_limit": ship.largest_moment,
     }
     if plan.moored:

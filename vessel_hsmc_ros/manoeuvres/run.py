@@ -90,12 +90,11 @@ def perform(ship: Ship, name: str, side: str = "starboard") -> Manoeuvre:
         name: Of the manoeuvre, one of PLANS.
         side: Side of the first turn.
     """
-    done = None
-    for stretch in STRETCHES:
+    for stretch in STRETCHES[:-1]:
         done = _once(scenario_of(ship, name, stretch, side), name)
         if done.complete or done.failure:
-            break
-    return done
+            return done
+    return _once(scenario_of(ship, name, STRETCHES[-1], side), name)
 
 
 def _once(scenario: Scenario, name: str) -> Manoeuvre:

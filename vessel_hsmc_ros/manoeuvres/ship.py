@@ -5,12 +5,13 @@
 | L | length | m |
 | X_max, N_max | largest surge force and yaw moment | N, N·m |
 | X(u) | surge force of a steady straight run at the speed u | N |
-| U, V | top speed, X(U) = X_max; test speed, X(V)·V = 0.85·X_max·U | m/s |
+| U | top speed, X(U) = X_max, or the end of the range of the hull data | m/s |
+| V | test speed, X(V)·V = 0.85·X(U)·U | m/s |
 | r_N | yaw rate of a steady turn on the spot under N_max | rad/s |
 | T | unit of time: the largest of m11·V/X(V), m33·r_N/N_max and L/V | s |
 
-The resolution defines the test speed as at least 90 % of the speed at 85 % of the largest engine output; V is the latter, with the
-power of the surge force as the output. U, V and r_N are roots of the hull's damping, so they scale with every hull.
+The resolution defines the test speed as at least 90 % of the speed at 85 % of the largest engine output; V is the latter, with
+the power of the surge force as the output. U, V and r_N are roots of the hull's damping, so they scale with every hull.
 """
 
 from collections.abc import Callable, Mapping
@@ -34,12 +35,7 @@ OUTPUT = 0.85
 FASTEST = 1e3
 """A ship has no steady speed below this: its hull data contain no damping, m/s or rad/s."""
 
-PER_LENGTH = 500.0
-"""Steps while the ship travels its length: the zig-zag reverses the rudder at a step."""
-
 SUFFIXES = (".yaml", ".yml")
-
-RATES_HZ = (10.0, 20.0, 50.0, 100.0, 200.0)
 
 CALM: dict[str, object] = {
     "controller.law": "manoeuvre",
@@ -47,7 +43,7 @@ CALM: dict[str, object] = {
     "reference_ship.yaw_moment": 0.0,
     **{f"vessel_sim.disturbance.periodic.{name}": 0.0 for name in ("surge_force", "sway_force", "yaw_moment")},
 }
-"""What the empty scenario lacks: by default disturbance and virtual ship are the paper's. The manoeuvres follow no reference: it rests."""
+"""What the empty scenario lacks: by default, disturbance and virtual ship are the paper's. The manoeuvres follow no reference."""
 
 SHIP = {"vessel_sim": ("vessel.", "actuators."), "reference_ship": ("vessel.",), "controller": ("vessel.",)}
 """The parameters of a scenario that describe its ship, by node and prefix."""
@@ -60,11 +56,11 @@ class Ship:
     Attributes:
         name: Of the vessel or scenario.
         scenario: The ship without disturbances, sensors perfect, at rest at the origin.
-        length, largest_force, largest_moment, top_speed, speed, approach_force: L, X_max, N_max, U, V, X(V).
+        length, largest_force, largest_moment, top_speed, speed: L, X_max, N_max, U, V.
+        top_force, approach_force: X(U), X(V).
         turn_rate: r_N.
         time: T.
         delay: Time in which the actuators reach their limits: lags and rates, s.
-        rate_hz: Rate of plant and law.
     """
 
     name: str
@@ -74,11 +70,11 @@ class Ship:
     largest_moment: float
     top_speed: float
     speed: float
+    top_force: float
     approach_force: float
     turn_rate: float
     time: float
     delay: float
-    rate_hz: float
 
 
 def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) -> Ship:
@@ -132,25 +128,13 @@ def ship_of(scenario: Scenario) -> Ship:
     def resistance(u: float) -> float:
         return damping_force(u, 0.0, 0.0, coefficients)[0]
 
-    U = _root(lambda u: surge - resistance(u), "surge")
-    V = _root(lambda u: OUTPUT * surge * U - resistance(u) * u, "surge")
+    U = min(_root(lambda u: surge - resistance(u), "surge"), hull.surge_speed_range[1])
+    V = _root(lambda u: OUTPUT * resistance(U) * U - resistance(u) * u, "surge")
     r_N = _root(lambda r: yaw - damping_force(0.0, 0.0, r, coefficients)[2], "yaw")
     X = resistance(V)
     T = max(hull.surge_inertia * V / X, hull.yaw_inertia * r_N / yaw, hull.length / V)
-    return Ship(
-        hull.name or scenario.name,
-        calm,
-        hull.length,
-        surge,
-        yaw,
-        U,
-        V,
-        X,
-        r_N,
-        T,
-        _delay(calm, surge, yaw),
-        _rate(hull.length / V),
-    )
+    name, delay = hull.name or scenario.name, _delay(calm, surge, yaw)
+    return Ship(name, calm, hull.length, surge, yaw, U, V, resistance(U), X, r_N, T, delay)
 
 
 def _root(surplus: Callable[[float], float], direction: str) -> float:
@@ -160,7 +144,7 @@ def _root(surplus: Callable[[float], float], direction: str) -> float:
         high *= 1.2
         if high > FASTEST:
             raise ParameterError(
-                f"the ship has no steady speed in {direction} under its limit: its damping there is too small, or the limit too large"
+                f"the ship has no steady speed in {direction} under its limit: the damping is too small or the limit too large"
             )
     return float(brentq(surplus, 0.0, high, xtol=1e-14, rtol=1e-14))
 
@@ -169,9 +153,3 @@ def _delay(scenario: Scenario, force: float, moment: float) -> float:
     """Time for the actuators to go from one limit to the other by their rates, and five time constants of their lags, s."""
     a = scenario.vessel_sim.actuators
     return max(2.0 * force / a.surge_force_rate + 5.0 * a.surge_lag, 2.0 * moment / a.yaw_moment_rate + 5.0 * a.yaw_lag)
-
-
-def _rate(passage: float) -> float:
-    """The rate for a ship that passes its length in a time, s."""
-    wanted = PER_LENGTH / passage
-    return next((rate for rate in RATES_HZ if rate >= wanted), RATES_HZ[-1])

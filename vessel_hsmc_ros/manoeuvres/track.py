@@ -38,9 +38,9 @@ class Track(NamedTuple):
     command: Array
 
     def at(self, index: float) -> "Track":
-        """The point between two rows, by linear interpolation; NaN for an index of NaN."""
+        """The point between two rows, by linear interpolation, as arrays without dimension; NaN for an index of NaN."""
         rows = np.arange(len(self.time))
-        return Track(*(np.interp(index, rows, values) for values in self))
+        return Track(*(np.asarray(np.interp(index, rows, values)) for values in self))
 
     @property
     def travelled(self) -> Array:
