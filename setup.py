@@ -36,6 +36,7 @@ setup(
         PACKAGE: ["py.typed"],
         "vessel_sim_node": ["py.typed"],
         f"{PACKAGE}.campaign": ["assets/*"],
+        f"{PACKAGE}.manoeuvres": ["assets/*"],
         f"{PACKAGE}.report": ["assets/*"],
     },
     data_files=data_files(),

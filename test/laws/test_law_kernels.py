@@ -13,6 +13,7 @@ from vessel_hsmc_ros.laws import LAWS, Law, Terms, make_controller
 from vessel_hsmc_ros.laws.guard import guarded_step
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.laws.manoeuvre_parameters import KINDS
 from vessel_hsmc_ros.simulation.compilation import compiled
 
 PERIOD = 0.01
@@ -27,6 +28,8 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "course": [*NETWORKS, *SWITCHING],
     "pd": [{}],
     "los_pid": [{}, {"surge_force_limit": 5e3}],
+    "manoeuvre": [{"kind": kind, "approach_time": 0.1, "hold_time": 0.02, "steps": 3} for kind in KINDS],
+    "open_loop": [{"times": (0.0, 0.1, 0.2), "surge_force": (1.0, 2.0, 3.0), "yaw_moment": (4.0, 5.0, 6.0)}],
 }
 CASES = [(name, settings) for name in KERNEL_LAWS for settings in SETTINGS[name]]
 

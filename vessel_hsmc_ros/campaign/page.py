@@ -15,8 +15,8 @@ from vessel_hsmc_ros.campaign.statistics import CONFIDENCE
 from vessel_hsmc_ros.report.page import asset, library, origin
 from vessel_hsmc_ros.report.style import css_variables
 
-SCRIPTS = ("data.js", "theme.js")
-"""Scripts that this page shares with that of a run."""
+SCRIPTS = ("data.js", "theme.js", "diagram.js")
+"""Scripts that this page shares with others."""
 
 
 def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams, folder: Path) -> str:

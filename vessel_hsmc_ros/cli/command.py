@@ -7,9 +7,11 @@ from vessel_hsmc_ros.cli.campaign import campaign
 from vessel_hsmc_ros.cli.compare import compare
 from vessel_hsmc_ros.cli.console import print_error, print_status
 from vessel_hsmc_ros.cli.demo import demo
+from vessel_hsmc_ros.cli.excite import excite
 from vessel_hsmc_ros.cli.goto import goto
 from vessel_hsmc_ros.cli.init import init
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
+from vessel_hsmc_ros.cli.manoeuvres import manoeuvres
 from vessel_hsmc_ros.cli.parameters import parameters
 from vessel_hsmc_ros.cli.path import path
 from vessel_hsmc_ros.cli.recover import recover
@@ -46,7 +48,24 @@ def cli() -> None:
     """  # noqa: D301 - the escape keeps click from joining the lines
 
 
-for verb in (campaign, compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate, sweep, tune, vessels):
+for verb in (
+    campaign,
+    compare,
+    demo,
+    excite,
+    init,
+    manoeuvres,
+    parameters,
+    recover,
+    replay,
+    report,
+    reproduce,
+    run,
+    simulate,
+    sweep,
+    tune,
+    vessels,
+):
     cli.add_command(verb)
 for verb in (call, goto, path, set_parameters, watch):  # on running nodes
     cli.add_command(verb)

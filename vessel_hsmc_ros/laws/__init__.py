@@ -15,7 +15,10 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.los_pid import LosPidController
 from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
+from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
+from vessel_hsmc_ros.laws.manoeuvre_parameters import ManoeuvreParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
+from vessel_hsmc_ros.laws.open_loop import OpenLoop, OpenLoopParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.laws.registry import Registry
 from vessel_hsmc_ros.laws.terms import Terms
@@ -28,14 +31,25 @@ __all__ = [
     "KnownVessel",
     "Law",
     "LosPidParameters",
+    "ManoeuvreParameters",
     "NmpcParameters",
+    "OpenLoopParameters",
     "PdParameters",
     "Terms",
     "construct",
     "make_controller",
 ]
 
-LAWS = Registry(HierarchicalController, GuidedController, CourseController, PdController, LosPidController, NmpcController)
+LAWS = Registry(
+    HierarchicalController,
+    GuidedController,
+    CourseController,
+    PdController,
+    LosPidController,
+    NmpcController,
+    ManoeuvreController,
+    OpenLoop,
+)
 """Every law by its name."""
 
 

@@ -147,6 +147,7 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
     """
 
     name = "course"
+    tracks = False
     kernel = staticmethod(step)
     terms = StepTerms
     networks = ("yaw",)

@@ -28,6 +28,7 @@ class Law(ABC, Generic[Parameters]):
 
     Attributes:
         name: Value of `controller.law` that selects the law, and name of the group of its parameters.
+        tracks: Whether the law tracks the position of the reference; comparisons leave out those that do not.
         parameters: The present parameters, unless the law redefines `retune`.
         vessel, period: As constructed.
 
@@ -36,6 +37,7 @@ class Law(ABC, Generic[Parameters]):
     """
 
     name: ClassVar[str] = ""
+    tracks: ClassVar[bool] = True
 
     def __init__(self, parameters: Parameters, vessel: KnownVessel, period: float) -> None:
         self.vessel = vessel

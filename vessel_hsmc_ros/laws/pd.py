@@ -100,6 +100,7 @@ class PdController(KernelLaw[PdParameters]):
     """
 
     name = "pd"
+    tracks = False
     kernel = staticmethod(step)
     terms = StepTerms
     memory = Memory(NO_NETWORKS)

@@ -53,6 +53,9 @@ def _sentences(record: Record) -> Iterator[str]:
 def _tracking(record: Record, metrics: Metrics) -> str:
     """One sentence on the tracking error."""
     run = record.run
+    if record.scenario and record.scenario.controller.law == "manoeuvre":
+        kind = record.scenario.controller.manoeuvre.kind.replace("_", " ")
+        return f"A {kind}, which follows no reference: `vessel-hsmc manoeuvres` evaluates it."
     if record.scenario and record.scenario.controller.law in HEADING_LAWS:
         error = f"{quantity(metrics.heading_error_rms_deg, '°')} rms, {quantity(metrics.heading_error_final_deg, '°')} at the end"
         return f"The law controls the heading only: the heading error is {error}."

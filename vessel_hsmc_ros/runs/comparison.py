@@ -20,9 +20,6 @@ from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 Array = NDArray[np.float64]
 
-TRACKING_LAWS = ("hierarchical", "guided", "los_pid", "nmpc")
-"""The laws that track a position; the others control the heading only."""
-
 FALLBACK_RATE_HZ = 100.0
 """Rate of a law that is unstable at the requested one; the notes of the comparison mention it."""
 
@@ -89,8 +86,9 @@ class Task(NamedTuple):
 
 
 def default_laws() -> list[str]:
-    """The laws that track a position, and those not of this package; model predictive control only if CasADi is installed."""
-    return [law for law in (*TRACKING_LAWS, *LAWS.others) if law != "nmpc" or importlib.util.find_spec("casadi")]
+    """The laws that track the position of the reference; model predictive control only if CasADi is installed."""
+    tracking = [name for name, kind in LAWS.items() if kind.controller.tracks]
+    return [name for name in tracking if name != "nmpc" or importlib.util.find_spec("casadi")]
 
 
 def prepare(task: Task) -> tuple[Scenario, bool]:

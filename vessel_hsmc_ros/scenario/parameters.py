@@ -17,7 +17,9 @@ from vessel_hsmc_ros.laws import (
     HierarchicalParameters,
     KnownVessel,
     LosPidParameters,
+    ManoeuvreParameters,
     NmpcParameters,
+    OpenLoopParameters,
     PdParameters,
 )
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
@@ -99,6 +101,8 @@ class ControllerParameters(CommonParameters):
     pd: PdParameters = group(PdParameters)
     los_pid: LosPidParameters = group(LosPidParameters)
     nmpc: NmpcParameters = group(NmpcParameters)
+    manoeuvre: ManoeuvreParameters = group(ManoeuvreParameters)
+    open_loop: OpenLoopParameters = group(OpenLoopParameters)
 
 
 def controller_parameters() -> type[ControllerParameters]:

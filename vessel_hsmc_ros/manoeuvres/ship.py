@@ -1,0 +1,155 @@
+"""The ship of a scenario in still water, and the scales by which its manoeuvres are planned.
+
+| symbol | meaning | unit |
+|---|---|---|
+| L | length | m |
+| X_max, N_max | largest surge force and yaw moment | N, N·m |
+| X(u) | surge force of a steady straight run at the speed u | N |
+| U | top speed, X(U) = X_max, or the end of the range of the hull data | m/s |
+| V | test speed, X(V)·V = 0.85·X(U)·U | m/s |
+| r_N | yaw rate of a steady turn on the spot under N_max | rad/s |
+| T | unit of time: the largest of m11·V/X(V), m33·r_N/N_max and L/V | s |
+
+The resolution defines the test speed as at least 90 % of the speed at 85 % of the largest engine output; V is the latter, with
+the power of the surge force as the output. U, V and r_N are roots of the hull's damping, so they scale with every hull.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+from scipy.optimize import brentq
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.report.record import limits
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
+from vessel_hsmc_ros.scenario.vessels import vessel_names
+from vessel_sim_node.plant import damping_force
+
+OUTPUT = 0.85
+"""Share of the largest output at which the manoeuvres begin."""
+
+FASTEST = 1e3
+"""A ship has no steady speed below this: its hull data contain no damping, m/s or rad/s."""
+
+SUFFIXES = (".yaml", ".yml")
+
+CALM: dict[str, object] = {
+    "controller.law": "manoeuvre",
+    "reference_ship.surge_force": 0.0,
+    "reference_ship.yaw_moment": 0.0,
+    **{f"vessel_sim.disturbance.periodic.{name}": 0.0 for name in ("surge_force", "sway_force", "yaw_moment")},
+}
+"""What the empty scenario lacks: by default, disturbance and virtual ship are the paper's. The manoeuvres follow no reference."""
+
+SHIP = {"vessel_sim": ("vessel.", "actuators."), "reference_ship": ("vessel.",), "controller": ("vessel.",)}
+"""The parameters of a scenario that describe its ship, by node and prefix."""
+
+
+@dataclass(frozen=True)
+class Ship:
+    """A ship in still water with its scales.
+
+    Attributes:
+        name: Of the vessel or scenario.
+        scenario: The ship without disturbances, sensors perfect, at rest at the origin.
+        length, largest_force, largest_moment, top_speed, speed: L, X_max, N_max, U, V.
+        top_force, approach_force: X(U), X(V).
+        turn_rate: r_N.
+        time: T.
+        delay: Time in which the actuators reach their limits: lags and rates, s.
+    """
+
+    name: str
+    scenario: Scenario
+    length: float
+    largest_force: float
+    largest_moment: float
+    top_speed: float
+    speed: float
+    top_force: float
+    approach_force: float
+    turn_rate: float
+    time: float
+    delay: float
+
+
+def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) -> Ship:
+    """A vessel, or the ship of a scenario, of which nothing else is taken.
+
+    Args:
+        name: A vessel of the library, a scenario, or the path of a vessel file or a parameters file.
+        changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
+
+    Raises:
+        ScenarioError: there is no such vessel or scenario, or its file is unreadable.
+        ParameterError: a parameter is unknown, or the ship has no limits or no damping.
+    """
+    if is_vessel(name):
+        return ship_of(parse_scenario("{}", Path(name).stem, {"vessel": str(name), **(changes or {})}))
+    if Path(name).suffix not in SUFFIXES and name not in scenario_names():
+        known = ", ".join((*vessel_names(), *scenario_names()))
+        raise ScenarioError(f"{name} is neither a vessel nor a scenario: it takes one of {known} or the path of a YAML file")
+    return ship_of(load_scenario(name, changes))
+
+
+def is_vessel(name: str | Path) -> bool:
+    """Whether a name is that of a vessel of the library, or of a file with a section `vessel` at its top level."""
+    path = Path(name)
+    if path.suffix not in SUFFIXES or not path.is_file():
+        return str(name) in vessel_names()
+    try:
+        document = read_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        return False  # the reader of scenarios reports it
+    return isinstance(document, dict) and "vessel" in document
+
+
+def ship_of(scenario: Scenario) -> Ship:
+    """The ship of a scenario in still water.
+
+    Raises:
+        ParameterError: it has no limits or no damping.
+    """
+    given = {
+        f"{node}.{name}": value
+        for node, prefixes in SHIP.items()
+        for name, value in schema.flatten(getattr(scenario, node)).items()
+        if name.startswith(prefixes)
+    }
+    calm = parse_scenario("{}", scenario.name, CALM | given)
+    surge, yaw = (min(limit.value for limit in found) for found in limits(calm))
+    hull = calm.vessel_sim.vessel
+    coefficients = hull.coefficients()
+
+    def resistance(u: float) -> float:
+        return damping_force(u, 0.0, 0.0, coefficients)[0]
+
+    U = min(_root(lambda u: surge - resistance(u), "surge"), hull.surge_speed_range[1])
+    V = _root(lambda u: OUTPUT * resistance(U) * U - resistance(u) * u, "surge")
+    r_N = _root(lambda r: yaw - damping_force(0.0, 0.0, r, coefficients)[2], "yaw")
+    X = resistance(V)
+    T = max(hull.surge_inertia * V / X, hull.yaw_inertia * r_N / yaw, hull.length / V)
+    name, delay = hull.name or scenario.name, _delay(calm, surge, yaw)
+    return Ship(name, calm, hull.length, surge, yaw, U, V, resistance(U), X, r_N, T, delay)
+
+
+def _root(surplus: Callable[[float], float], direction: str) -> float:
+    """The lowest speed at which the surplus of force is no longer positive."""
+    high = 1e-3
+    while surplus(high) > 0.0:
+        high *= 1.2
+        if high > FASTEST:
+            raise ParameterError(
+                f"the ship has no steady speed in {direction} under its limit: the damping is too small or the limit too large"
+            )
+    return float(brentq(surplus, 0.0, high, xtol=1e-14, rtol=1e-14))
+
+
+def _delay(scenario: Scenario, force: float, moment: float) -> float:
+    """Time for the actuators to go from one limit to the other by their rates, and five time constants of their lags, s."""
+    a = scenario.vessel_sim.actuators
+    return max(2.0 * force / a.surge_force_rate + 5.0 * a.surge_lag, 2.0 * moment / a.yaw_moment_rate + 5.0 * a.yaw_lag)

@@ -1,0 +1,122 @@
+"""The metrics of the manoeuvres as tables: names in words, units, ship lengths, criteria."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.quantities import number, quantity
+from vessel_hsmc_ros.manoeuvres.criteria import criteria
+from vessel_hsmc_ros.manoeuvres.run import Manoeuvre, Results
+from vessel_hsmc_ros.scenario.vessels import read_vessel
+
+TITLES = {
+    "turning_circle": "Turning circle, rudder 35°",
+    "zigzag_10": "Zig-zag 10°/10°",
+    "zigzag_20": "Zig-zag 20°/20°",
+    "spiral": "Spiral (Dieudonné)",
+    "crash_stop": "Crash stop",
+    "speed_run": "Speed runs",
+    "bollard_pull": "Bollard pull",
+}
+
+UNITS = {
+    **dict.fromkeys(("advance", "transfer", "tactical_diameter", "steady_diameter", "initial_turning_distance"), "m"),
+    **dict.fromkeys(("track_reach", "head_reach", "side_reach"), "m"),
+    **dict.fromkeys(("time_90", "time_180", "time_360", "first_yaw_check_time", "second_yaw_check_time"), "s"),
+    **dict.fromkeys(("initial_turning_time", "period", "stopping_time", "force_rise_time"), "s"),
+    **dict.fromkeys(("steady_speed", "top_speed", "half_force_speed"), "m/s"),
+    **dict.fromkeys(("drift_angle", "first_overshoot", "second_overshoot", "loop_width"), "°"),
+    **dict.fromkeys(("steady_yaw_rate", "residual_yaw_rate", "largest_yaw_rate"), "°/s"),
+    "speed_loss": "%",
+    "bollard_pull": "N",
+}
+"""The unit of each metric."""
+
+LABELS = {
+    "time_90": "time to 90°",
+    "time_180": "time to 180°",
+    "time_360": "time to 360°",
+    "drift_angle": "drift angle in the steady turn",
+    "loop_width": "width of the loop, rudder angle",
+    "residual_yaw_rate": "yaw rate with the rudder amidships",
+    "half_force_speed": "speed at half of the force",
+    "force_rise_time": "time to 95 % of the force",
+}
+"""Names of metrics in words, where they are not the names with spaces."""
+
+
+class Row(NamedTuple):
+    """A metric as text.
+
+    Attributes:
+        manoeuvre, metric: Their names.
+        label, value, lengths: Name in words; value with unit; the same in ship lengths, empty where it is no length.
+        limit, verdict: The criterion, and `within` or `beyond`; empty where there is none.
+    """
+
+    manoeuvre: str
+    metric: str
+    label: str
+    value: str
+    lengths: str
+    limit: str
+    verdict: str
+
+
+def rows(results: Results) -> list[Row]:
+    """All metrics of a ship."""
+    ship = results.ship
+    limits = {(each.manoeuvre, each.metric): each for each in criteria(ship.length, ship.speed)}
+    found = []
+    for name, metrics in results.metrics.items():
+        for metric, value in metrics.items():
+            limit = limits.get((name, metric))
+            verdict = "" if limit is None or math.isnan(value) else "within" if value <= limit.limit else "beyond"
+            lengths = number(value / ship.length) if UNITS[metric] == "m" and math.isfinite(value) else ""
+            label = LABELS.get(metric, metric.replace("_", " "))
+            found.append(Row(name, metric, label, shown(value, UNITS[metric]), lengths, limit.text if limit else "", verdict))
+    return found
+
+
+def shown(value: float, unit: str) -> str:
+    """A metric as text."""
+    return "not checked" if math.isinf(value) else "not reached" if math.isnan(value) else quantity(value, unit)
+
+
+def notes(done: Manoeuvre) -> Iterator[str]:
+    """What the reader must know to judge a manoeuvre, a sentence each."""
+    if done.failure:
+        yield f"The simulation failed: {done.failure}."
+        return
+    if math.inf in done.metrics.values():
+        yield "The rudder does not check the yaw: the ship goes on turning against it."
+    if not done.complete:
+        yield "Not everything is steady at the end of its step: near the edge of its loop a ship takes very long to settle."
+    hull, track = done.scenario.vessel_sim.vessel, done.track
+    ranges = (("surge speed", "m/s", hull.surge_speed_range, track.u), ("sway speed", "m/s", hull.sway_speed_range, track.v))
+    for name, unit, (low, high), values in (*ranges, ("yaw rate", "rad/s", hull.yaw_rate_range, track.r)):
+        # A track is mirrored to the side of its first turn; the ranges are symmetric where that matters.
+        if values.max() > high or values.min() < low:
+            reached = quantity(float(values[np.argmax(np.maximum(values - high, low - values))]), unit)
+            yield f"The {name} reaches {reached}, outside the range of its hull data, {low:g} to {high:g} {unit}."
+
+
+def hull_data(results: Results) -> list[tuple[str, str]]:
+    """The hull data that are not zero, by name, as texts with their units."""
+    hull = results.ship.scenario.vessel_sim.vessel
+    values = schema.flatten(hull)
+    units = {name: entry.unit for name, entry in schema.entries(type(hull)).items()}
+    return [
+        (name, f"{value:.6g} {units[name]}".strip())
+        for name, value in values.items()
+        if isinstance(value, float) and value and math.isfinite(value)
+    ]
+
+
+def source(results: Results) -> str:
+    """The source of the hull data; empty where the scenario has no named vessel."""
+    name = results.ship.scenario.vessel_sim.vessel.name
+    return read_vessel(name).source.get("citation", "") if name else ""
