@@ -48,9 +48,24 @@ def cli() -> None:
     """  # noqa: D301 - the escape keeps click from joining the lines
 
 
-for verb in (campaign, compare, demo, excite, init, parameters, recover, replay, report, reproduce, run, simulate, sweep, tune):
-    cli.add_command(verb)
-for verb in (manoeuvres, vessels):  # on ships
+for verb in (
+    campaign,
+    compare,
+    demo,
+    excite,
+    init,
+    manoeuvres,
+    parameters,
+    recover,
+    replay,
+    report,
+    reproduce,
+    run,
+    simulate,
+    sweep,
+    tune,
+    vessels,
+):
     cli.add_command(verb)
 for verb in (call, goto, path, set_parameters, watch):  # on running nodes
     cli.add_command(verb)

@@ -22,8 +22,12 @@ Progress = Callable[[str, float], None]
 """Called with what is being done and how much of it is done, 0 to 1."""
 
 NEVER_HELD = (*POSITIVE, *GAINS, *OFFSETS)
-PASSES = 2
-"""Refinements: the first shows which parameters the runs do not determine and how large the noise is."""
+LENGTHS = (1 / 16, 1 / 4, 1.0)
+"""Windows of the refinements, as a share of the final one: over a short time the regression's ship stays near the measured one."""
+SPREAD = 3.0
+"""Standard deviation of the initial states of windows around the smoothed ones, in units of the smoother's error."""
+PERFECT = 1e-6
+"""Noise of a perfect sensor, relative to the range of the motion: its rounding."""
 
 
 def identify(
@@ -58,36 +62,50 @@ def identify(
 def _refined(
     runs: list[Measurements], smoothed: list[Smoothed], free: Unknowns, window: float, progress: Progress
 ) -> tuple[Shooting, Array, dict[str, str]]:
-    """Regression and refinements; parameters that the runs do not determine are held after the first one."""
+    """Regression and refinements; parameters that the runs do not determine are held after the last window length."""
     progress("regression", 0.02)
     data = list(zip(runs, smoothed, strict=True))
-    held: dict[str, str] = {}
-    states = np.concatenate([each.states for each in smoothed])
-    cut = windows(runs, window)
-    # The worst sensor of a column counts; a perfect one gets the rounding of a millionth of the motion.
-    noise = np.fmax(np.nanmax([each.noise for each in smoothed], axis=0), 1e-6 * np.maximum(np.ptp(states, axis=0), 1e-6))
-    noise = np.where(np.isfinite(noise), noise, 1.0)
-    shooting = Shooting(free, cut, states[cut.first[:, 0]], noise)
-    vector = regress(free, data)
-    for number in range(PASSES):
-        shooting.scale = natural_scale(shooting.unknowns, data)
+    vector, noise = regress(free, data), _largest(smoothed, "noise")
+    for number, length in enumerate(LENGTHS):
+        shooting = _shooting(data, free, length * window, noise)
         vector = refine(shooting, vector, _reporting(progress, number))
-        residuals = shooting.residuals(vector)
-        size = np.sqrt(np.mean(np.square(residuals), axis=0))
-        shooting.noise = shooting.noise * np.where(size > 0.0, size, 1.0)
-        if number < PASSES - 1:
-            new = _to_hold(shooting, vector)
-            held |= new
-            fixed = {name: shooting.unknowns.fixed.get(name, 0.0) for name in new}
-            keep = [name not in new for name in shooting.unknowns.names]
-            shooting.unknowns, vector = shooting.unknowns.without(fixed), vector[keep]
-    shooting.scale = natural_scale(shooting.unknowns, data)
+        noise = _noise(shooting, vector)
+    held = _to_hold(shooting, vector)
+    if held:
+        vector = vector[[name not in held for name in free.names]]
+        free = free.without({name: free.fixed.get(name, 0.0) for name in held})
+    shooting = _shooting(data, free, window, noise)
+    vector = refine(shooting, vector, _reporting(progress, len(LENGTHS)))
+    shooting.noise = _noise(shooting, vector)
     return shooting, vector, held
+
+
+def _shooting(data: list[tuple[Measurements, Smoothed]], free: Unknowns, window: float, noise: Array) -> Shooting:
+    """The residuals over windows of one length, in s."""
+    cut = windows([run for run, _ in data], window)
+    states = np.concatenate([each.states for _, each in data])
+    spread = SPREAD * _largest([each for _, each in data], "error")
+    return Shooting(free, cut, states[cut.first[:, 0]], spread, noise, natural_scale(free, data))
+
+
+def _largest(smoothed: list[Smoothed], what: str) -> Array:
+    """Noise or error by column, (6,), of the run with the largest; that of perfect sensors is the rounding of the motion."""
+    values = np.fmax.reduce([getattr(each, what) for each in smoothed])
+    size = np.ptp(np.concatenate([each.states for each in smoothed]), axis=0)
+    return np.where(np.isfinite(values), np.fmax(values, PERFECT * np.maximum(size, PERFECT)), 1.0)
+
+
+def _noise(shooting: Shooting, vector: Array) -> Array:
+    """Standard deviation of the residuals of each column, (6,), from those weighted by the noise assumed so far."""
+    samples = len(shooting.cut.measured)
+    size = np.sqrt(np.mean(np.square(shooting.residuals(vector)[:samples]), axis=0))
+    return np.asarray(shooting.noise * np.where(size > 0.0, size, 1.0))
 
 
 def _reporting(progress: Progress, number: int) -> Callable[[int], None]:
     """Progress of one refinement by its iterations, of which there are some five to ten."""
-    return lambda k: progress(f"refinement {number + 1}, iteration {k}", 0.05 + 0.45 * (number + k / (k + 5.0)))
+    share = 0.9 / (len(LENGTHS) + 1)
+    return lambda k: progress(f"refinement {number + 1}, iteration {k}", 0.05 + share * (number + k / (k + 5.0)))
 
 
 def _to_hold(shooting: Shooting, vector: Array) -> dict[str, str]:
@@ -115,10 +133,9 @@ def _result(
     correlation = uncertainty.correlations(matrix)
     hull = {name: values[name] for name in HULL}
     inputs = {name: values[name] for name in model.inputs}
-    missing = np.where(np.isfinite(shooting.cut.measured), 0.0, np.nan)
-    unweighted = residuals * shooting.noise + missing
-    ends = np.cumsum([len(run.time) for run in runs])[:-1]
     simulated = shooting.states(vector, shooting.starts)
+    unweighted = shooting.cut.measured - simulated
+    ends = np.cumsum([len(run.time) for run in runs])[:-1]
     return Identified(
         replace(model),
         hull,
@@ -128,7 +145,7 @@ def _result(
         tuple(held.items()),
         tuple(uncertainty.strong_correlations(names, correlation)),
         tuple(np.split(unweighted, ends)),
-        np.sqrt(np.nanmean(np.square(unweighted), axis=0)) if len(runs) else np.zeros(6),
+        np.where(np.isfinite(shooting.cut.measured).any(axis=0), shooting.noise, np.nan),
         tuple(predict(hull, run, window, inputs) for run in runs),
         np.column_stack([simulated[:, 3:].min(axis=0), simulated[:, 3:].max(axis=0)]),
     )

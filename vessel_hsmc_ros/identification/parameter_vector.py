@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.identification.models import GAINS, OFFSETS
+from vessel_hsmc_ros.identification.models import GAINS, OFFSETS, PAPER
 from vessel_hsmc_ros.identification.types import Array, Model
 from vessel_sim_node.plant import Vessel, VesselParameters
 
@@ -43,7 +43,8 @@ HULL = (
 """All hull parameters of the equations of motion."""
 
 POSITIVE = ("surge_inertia", "sway_inertia", "yaw_inertia")
-NOT_NEGATIVE = ("surge_damping", "sway_damping", "yaw_damping")
+NOT_NEGATIVE = PAPER[3:]
+"""The damping of each velocity by itself: with these, and without others, the ship never gains energy."""
 NEUTRAL = dict.fromkeys(GAINS, 1.0) | dict.fromkeys(OFFSETS, 0.0)
 
 
@@ -68,7 +69,7 @@ class Unknowns:
         return Unknowns(tuple(name for name in self.names if name not in held), {**self.fixed, **held})
 
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds: inertia and gains are positive, linear damping is not negative."""
+        """Lower and upper bounds: inertia and gains are positive, the damping of a velocity by itself is not negative."""
         low = [0.0 if name in (*POSITIVE, *NOT_NEGATIVE, *GAINS) else -np.inf for name in self.names]
         return np.array(low), np.full(len(self.names), np.inf)
 

@@ -1,23 +1,26 @@
 """Output-error refinement: the hull parameters with which simulated windows come closest to the measured ones.
 
-The initial state of every window is free (multiple shooting). It is eliminated (variable projection): for given parameters the
-best initial states follow from a few Gauss-Newton steps per window, and the parameters see only residuals that no initial state
-can explain.
+The initial state of every window is estimated as well, near the smoothed one (multiple shooting). It is eliminated (variable
+projection): for given parameters the best initial states follow from a few Gauss-Newton steps per window, and the parameters see
+only residuals that no initial state can explain.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
 from vessel_hsmc_ros.identification.parameter_vector import Unknowns, inputs, vessel
 from vessel_hsmc_ros.identification.types import Array
 from vessel_hsmc_ros.identification.windows import Windows, simulated
 
 DIFFERENCE = 1e-5
 """Relative step of the finite differences."""
+DIVERGED = 1e9
+"""Residuals from which on the motion is taken to diverge, in standard deviations of the noise."""
 INNER = 2
 """Gauss-Newton steps for the initial states."""
 
@@ -29,16 +32,22 @@ class Shooting:
     Attributes:
         unknowns: What is estimated.
         cut: The windows.
-        starts: Initial states, (w, 6); the best ones for the last parameters.
+        around: Initial states of the windows by the smoother, (w, 6).
+        spread: How far the initial states may be from these: their standard deviation by column, (6,).
         noise: Standard deviation of each column of the measurements, (6,).
         scale: A change of each parameter that matters, (p,), for finite differences.
     """
 
     unknowns: Unknowns
     cut: Windows
-    starts: Array
+    around: Array
+    spread: Array
     noise: Array
-    scale: Array = field(default_factory=lambda: np.empty(0))
+    scale: Array
+
+    def __post_init__(self) -> None:
+        self.starts = self.around
+        """The best initial states for the last parameters, (w, 6)."""
 
     def states(self, vector: Array, starts: Array) -> Array:
         """The simulated motion, (n, 6)."""
@@ -46,57 +55,60 @@ class Shooting:
         return simulated(self.cut, starts, vessel(values), *inputs(values))
 
     def residuals(self, vector: Array) -> Array:
-        """Weighted residuals with the best initial states, (n, 6), zero where not measured; NaN where the ship is impossible."""
+        """Weighted residuals of the measurements and of the initial states, with the best initial states.
+
+        Returns:
+            Shape (n + w, 6), zero where not measured; all NaN where the motion diverges.
+        """
+        starts = self.around
         try:
+            errors = self._errors(vector, starts)
+            tangent = self._to_starts(vector, starts, errors)
             for _ in range(INNER):
-                errors, tangent = self._errors(vector), self._to_starts(vector)
-                self.starts = self.starts + _solved(self.cut, tangent, errors)
-            return self._errors(vector)
-        except ParameterError:
-            return np.full_like(self.cut.measured, np.nan)
+                starts = starts + self._changes(tangent, errors)
+                errors = self._errors(vector, starts)
+        except (ParameterError, np.linalg.LinAlgError):  # an inertia matrix without an inverse, a motion that overflows
+            return np.full((len(self.cut.measured) + len(starts), 6), np.nan)
+        self.starts, self._tangent = starts, tangent
+        return errors if np.abs(errors).max() < DIVERGED else np.full_like(errors, np.nan)
 
     def jacobian(self, vector: Array) -> Array:
-        """Derivatives of the weighted residuals by the parameters, without what initial states explain, (n, 6, p)."""
-        base, parts = self._errors(vector), []
+        """Derivatives of the weighted residuals by the parameters, less what initial states explain, (n + w, 6, p)."""
+        base, parts = self._errors(vector, self.starts), []
         for index, scale in enumerate(self.scale):
             step = DIFFERENCE * max(abs(vector[index]), scale)
             moved = vector.copy()
             moved[index] += step
-            parts.append((self._errors(moved) - base) / step)
-        return projected(self.cut, self._to_starts(vector), np.stack(parts, axis=-1))
+            parts.append((self._errors(moved, self.starts) - base) / step)
+        result = np.stack(parts, axis=-1)
+        for rows in self._rows():
+            basis = np.linalg.qr(self._tangent[rows].reshape(-1, 6))[0]
+            part = result[rows].reshape(-1, len(vector))
+            result[rows] = (part - basis @ (basis.T @ part)).reshape(-1, 6, len(vector))
+        return result
 
-    def _errors(self, vector: Array, starts: Array | None = None) -> Array:
-        states = self.states(vector, self.starts if starts is None else starts)
-        return np.nan_to_num((self.cut.measured - states) / self.noise, nan=0.0, posinf=np.inf, neginf=-np.inf)
+    def _errors(self, vector: Array, starts: Array) -> Array:
+        measured = np.nan_to_num((self.cut.measured - self.states(vector, starts)) / self.noise, posinf=np.inf, neginf=-np.inf)
+        return np.concatenate([measured, (self.around - starts) / self.spread])
 
-    def _to_starts(self, vector: Array) -> Array:
-        """Derivatives of the weighted residuals by the initial state of their own window, (n, 6, 6)."""
-        base, parts = self._errors(vector), []
-        sizes = np.maximum(np.abs(self.starts).max(axis=0), 1e-3)
-        for column in range(6):
-            moved = self.starts.copy()
-            moved[:, column] += DIFFERENCE * sizes[column]
-            parts.append((self._errors(vector, moved) - base) / (DIFFERENCE * sizes[column]))
+    def _to_starts(self, vector: Array, starts: Array, base: Array) -> Array:
+        """Derivatives of the residuals by the initial state of their own window, (n + w, 6, 6)."""
+        parts = []
+        for column, step in enumerate(DIFFERENCE * np.maximum(np.abs(starts).max(axis=0), self.spread)):
+            moved = starts.copy()
+            moved[:, column] += step
+            parts.append((self._errors(vector, moved) - base) / step)
         return np.stack(parts, axis=-1)
 
+    def _changes(self, tangent: Array, errors: Array) -> Array:
+        """The change of each window's initial state that leaves the least residuals, (w, 6)."""
+        found = [np.linalg.lstsq(tangent[rows].reshape(-1, 6), -errors[rows].reshape(-1), rcond=None)[0] for rows in self._rows()]
+        return np.array(found)
 
-def _solved(cut: Windows, tangent: Array, errors: Array) -> Array:
-    """The change of each window's initial state that removes most of the errors, (w, 6)."""
-    changes = []
-    for begin, end in cut.first:
-        matrix, right = tangent[begin:end].reshape(-1, 6), errors[begin:end].reshape(-1)
-        changes.append(-np.linalg.lstsq(matrix, right, rcond=None)[0])
-    return np.array(changes)
-
-
-def projected(cut: Windows, tangent: Array, derivatives: Array) -> Array:
-    """Derivatives, (n, 6, p), less what lies in the span of the tangents, (n, 6, 6), of their window."""
-    result = np.empty_like(derivatives)
-    for begin, end in cut.first:
-        basis = np.linalg.qr(tangent[begin:end].reshape(-1, 6))[0]
-        rows = derivatives[begin:end].reshape(-1, derivatives.shape[2])
-        result[begin:end] = (rows - basis @ (basis.T @ rows)).reshape(derivatives[begin:end].shape)
-    return result
+    def _rows(self) -> list[NDArray[np.int64]]:
+        """The rows of each window among the residuals: its samples, then its initial state."""
+        samples = len(self.cut.measured)
+        return [np.append(np.arange(begin, end), samples + window) for window, (begin, end) in enumerate(self.cut.first)]
 
 
 def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, most: int = 30) -> Array:
@@ -121,6 +133,8 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
         progress(count)
         return shooting.jacobian(vector).reshape(-1, len(vector))
 
+    if not np.isfinite(shooting.residuals(inside)).all():
+        raise IdentificationError("the simulated motion diverges: choose a shorter window, or a model with more damping")
     found = least_squares(
         lambda vector: shooting.residuals(vector).reshape(-1),
         inside,

@@ -7,7 +7,7 @@ the third differences of neighbouring samples show. Velocities are differentiate
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.signal import savgol_coeffs, savgol_filter
 
 from vessel_hsmc_ros.identification.types import Array, Measurements
 
@@ -24,6 +24,7 @@ class Smoothed(NamedTuple):
     Attributes:
         pose, velocity, acceleration: x, y, heading; u, v, r; du, dv, dr: (n, 3) each.
         noise: Standard deviation of the measured x, y, heading, u, v, r, (6,); NaN where not measured.
+        error: The same of the smoothed ones, (6,), as far as it comes from noise.
         bandwidth: Length of the polynomials' window, s.
     """
 
@@ -31,6 +32,7 @@ class Smoothed(NamedTuple):
     velocity: Array
     acceleration: Array
     noise: Array
+    error: Array
     bandwidth: float
 
     @property
@@ -53,7 +55,10 @@ def smooth(run: Measurements) -> Smoothed:
         velocity = in_body_frame(rate, pose[:, 2])
         turning = velocity[:, [1, 0]] * velocity[:, 2:] * (1.0, -1.0)
         acceleration = in_body_frame(second, pose[:, 2]) + np.column_stack([turning, np.zeros(len(pose))])
-    return Smoothed(pose, velocity, acceleration, np.resize(np.append(noise, [np.nan] * 3), 6), width * step)
+    # A smoothed value is a weighted sum of samples, so its standard deviation is that of the noise times the norm of the weights.
+    norms = [float(np.linalg.norm(savgol_coeffs(width, ORDER, deriv, step))) for deriv in range(2)]
+    error = np.append(norms[0] * noise[:3], norms[0] * noise[3:] if measured else norms[1] * noise)
+    return Smoothed(pose, velocity, acceleration, np.append(noise, [np.nan] * 3)[:6], error, width * step)
 
 
 def in_body_frame(vectors: Array, heading: Array) -> Array:

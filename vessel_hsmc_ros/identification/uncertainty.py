@@ -24,11 +24,12 @@ def covariance(cut: Windows, residuals: Array, jacobian: Array) -> Array:
 
     Args:
         cut: The windows.
-        residuals: Weighted residuals, (n, 6), zero where not measured.
-        jacobian: Their derivatives without what initial states explain, (n, 6, p).
+        residuals: Weighted residuals, (n + w, 6), zero where not measured; those of the initial states are the last.
+        jacobian: Their derivatives without what initial states explain, (n + w, 6, p).
     """
     rows = jacobian.reshape(-1, jacobian.shape[2])
     measured = np.isfinite(cut.measured)
+    residuals, jacobian = residuals[: len(measured)], jacobian[: len(measured)]
     count = measured.sum(axis=0) - len(cut.first) - rows.shape[1] / 6.0
     variance = np.square(residuals).sum(axis=0) / np.maximum(count, 1.0)
     bread = np.linalg.pinv(rows.T @ rows, hermitian=True)
@@ -68,7 +69,7 @@ def indistinguishable(names: Sequence[str], jacobian: Array, scale: Array) -> di
 
     Args:
         names: Of the parameters.
-        jacobian: Derivatives of the residuals by them, (n, 6, p).
+        jacobian: Derivatives of the residuals by them, (n + w, 6, p).
         scale: A change of each that matters, (p,).
     """
     rows: Array = np.linalg.qr(jacobian.reshape(-1, len(names)) * scale).R

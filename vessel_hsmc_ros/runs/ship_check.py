@@ -1,6 +1,7 @@
 """Checks a new scenario by simulation: what its ship can do, and whether it follows its circle."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ class ShipCheck(NamedTuple):
 
     Attributes:
         speed: Steady speed straight ahead under the full surge force, m/s.
+        fastest: Speed up to which the hull data are valid, m/s.
         turn_rate, turn_diameter: Steady yaw rate, and diameter of the turning circle, m, under full force and moment.
         demand: Drift angle, surge force and yaw moment that the circle takes in calm water.
         surge_share, yaw_share: The last two as shares of the limits.
@@ -38,6 +40,7 @@ class ShipCheck(NamedTuple):
     """
 
     speed: float
+    fastest: float
     turn_rate: float
     turn_diameter: float
     demand: Demand
@@ -63,7 +66,10 @@ def check_ship(scenario: Scenario) -> ShipCheck:
         ParameterError: the propulsion has no limits.
         SimulationError: the motion is no longer finite.
     """
-    ship, circle = scenario.vessel_sim.vessel, scenario.reference_ship.circle
+    known, circle = scenario.controller.vessel, scenario.reference_ship.circle
+    # The limits that the law knows: the paper's ship has no others.
+    limits = {"surge_force_limit": known.surge_force_limit, "yaw_moment_limit": known.yaw_moment_limit}
+    ship = replace(scenario.vessel_sim.vessel, **limits)
     scale = scale_of(ship)
     straight = steady(scenario, scale, 0.0)
     speed, rate = _mean_speed(turn := steady(scenario, scale, scale.N)), float(np.mean(turn.state[_last(turn, 0.1), 5]))
@@ -72,6 +78,7 @@ def check_ship(scenario: Scenario) -> ShipCheck:
     error = float(np.max(position_error(run.state, run.reference)[_last(run, 0.25)]))
     return ShipCheck(
         speed=_mean_speed(straight),
+        fastest=ship.surge_speed_range[1],
         turn_rate=rate,
         turn_diameter=2.0 * speed / abs(rate) if rate else math.inf,
         demand=needed,
@@ -104,8 +111,9 @@ def steady(scenario: Scenario, scale: Scale, yaw_moment: float) -> Run:
 def verdict(check: ShipCheck) -> list[str]:
     """The check in sentences."""
     c = check
+    beyond = f", beyond the {c.fastest:g} m/s of its hull data" if c.speed > c.fastest else ""
     lines = [
-        f"full surge force: {quantity(c.speed, 'm/s')}; with the full yaw moment a turning circle of"
+        f"full surge force: {quantity(c.speed, 'm/s')}{beyond}; with the full yaw moment a turning circle of"
         f" {quantity(c.turn_diameter, 'm')} at {quantity(math.degrees(c.turn_rate), '°/s')}",
         f"the circle takes {100.0 * c.surge_share:.0f} % of the surge force, {100.0 * c.yaw_share:.0f} % of the yaw moment and a"
         f" drift angle of {math.degrees(c.demand.drift):.1f}° in calm water",
