@@ -1,0 +1,177 @@
+"""Thrust allocation: thrusts and angles that give a demanded surge force and yaw moment, inside limits and rates.
+
+In a period of length T a thrust may change by rate·T, and an angle likewise. Fixed thrusters give the wrench that is the nearest
+to the demand, moment before force (`allocated_forces`), inside what limits and rates leave. Azimuths and rudders are first given
+the forces that would be best if they could turn at once. They turn towards these forces as fast as their rate allows, an azimuth
+by the shorter way to push or to pull; an azimuth gives the part of its force that points its present way. The fixed thrusters of
+the same ship then make up for what is missing. The sway force is free: no law of this package demands one.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.control.allocated_forces import share_between_two, share_forces
+from vessel_hsmc_ros.control.thruster_sets import AllocationState, Allocator, wrench_of
+from vessel_hsmc_ros.control.thruster_steering import allocated_wrench, change_within, steer
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.limits import between
+from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, RUDDER, ThrusterLayout
+from vessel_hsmc_ros.core.timing import seconds
+
+
+class Allocated(NamedTuple):
+    """An allocation.
+
+    Attributes:
+        thrust, angle: Demands for each thruster, N and rad.
+        wrench: What they give together in steady state: surge force, sway force, yaw moment.
+        saturated: Whether that differs from the demand.
+    """
+
+    thrust: list[float]
+    angle: list[float]
+    wrench: tuple[float, float, float]
+    saturated: bool
+
+
+class Allocation:
+    """The allocation of one vessel, which keeps its latest demands for the limits of their rates.
+
+    Args:
+        layout: The thrusters, at least one.
+    """
+
+    def __init__(self, layout: ThrusterLayout) -> None:
+        self.constants = allocator(layout)
+        self._scale = layout.limits()
+        self.state = new_state(self.constants)
+
+    def reset(self) -> None:
+        """Return to no thrust and straight angles."""
+        self.state = new_state(self.constants)
+
+    def step(self, surge_force: float, yaw_moment: float, elapsed: float, surge_speed: float = 0.0) -> Allocated:
+        """Allocate a demand.
+
+        Args:
+            surge_force, yaw_moment: The demand, N and N·m, finite.
+            elapsed: Time since the last demand, s.
+            surge_speed: For the inflow of rudders, m/s.
+        """
+        allocate(surge_force, yaw_moment, elapsed, surge_speed, self.constants, self.state)
+        x, y, n = map(float, allocated_wrench(surge_speed, self.constants, self.state))
+        missing = abs(x - surge_force) > 1e-6 * self._scale[0] or abs(n - yaw_moment) > 1e-6 * self._scale[1]
+        return Allocated(self.state.thrust.tolist(), self.state.angle.tolist(), (x, y, n), missing)
+
+
+def allocator(layout: ThrusterLayout, sequence: Callable[[list[float]], Any] = tuple) -> Allocator:
+    """The constants of an allocation.
+
+    Args:
+        layout: The thrusters.
+        sequence: What to keep the values of the thrusters in: tuples, or arrays for compiled kernels.
+    """
+    each = layout.thrusters()
+    limits = [t.largest_angle if t.kind == RUDDER else t.angle_limit for t in each]
+    names = ("kind", "x", "y", "angle", "thrust_ahead", "thrust_astern", "thrust_rate")
+    rows = [[getattr(t, name) for t in each] for name in names]
+    rows += [limits, *([getattr(t, name) for t in each] for name in ("angle_rate", "lift", "lift_quadratic", "slipstream"))]
+    columns = (sequence([float(value) for value in row]) for row in rows)
+    sectors = sum(t.kind == RUDDER or (t.kind == AZIMUTH and t.angle_limit < ALL_ROUND) for t in each)
+    return Allocator(*columns, max(math.hypot(t.x, t.y) for t in each), sum(t.has_angle for t in each), sectors)
+
+
+def new_state(c: Allocator) -> AllocationState:
+    """The state before the first demand."""
+    k = len(c.x)
+    state = AllocationState(*(np.zeros(k) for _ in range(7)), *(np.zeros((2, k)) for _ in range(4)))
+    for i in range(k):
+        if c.kind[i] == FIXED:
+            state.angle[i] = c.angle[i]
+    return state
+
+
+@kernel
+def allocate(surge_force: float, yaw_moment: float, elapsed: float, u: float, c: Allocator, s: AllocationState) -> None:
+    """Write the demands for a wrench into the state.
+
+    Args:
+        surge_force, yaw_moment: N and N·m, finite.
+        elapsed: Time since the last demands, s.
+        u: Surge speed, m/s.
+        c, s: Constants and state of the allocation.
+    """
+    k = len(c.x)
+    for i in range(k):
+        s.low[i], s.high[i] = thrust_range(i, elapsed, c, s)
+    if k == 2 and c.steered == 0:
+        share_between_two(surge_force, yaw_moment, c, s)
+    else:
+        share_in_best_mode(surge_force, yaw_moment, u, c, s)
+        if c.steered > 0:
+            steer(elapsed, u, c, s)
+            if c.steered < k:
+                share_forces(surge_force, yaw_moment, u, c, s)
+    for i in range(k):
+        if c.kind[i] == FIXED:
+            s.thrust[i] = between(s.p[i], s.low[i], s.high[i])
+
+
+@kernel
+def thrust_range(i: int, elapsed: float, c: Allocator, s: AllocationState) -> tuple[float, float]:
+    """The least and the largest thrust of a thruster in this period, N."""
+    change = change_within(c.thrust_rate[i], elapsed)
+    low, high = -c.astern[i], c.ahead[i]
+    return between(s.thrust[i] - change, low, high), between(s.thrust[i] + change, low, high)
+
+
+@kernel
+def share_in_best_mode(surge_force: float, yaw_moment: float, u: float, c: Allocator, s: AllocationState) -> None:
+    """`share_forces` with each azimuth or rudder that does not turn all the way round pushing ahead or astern, as is best.
+
+    Best is the nearest moment, then the nearest surge force, then the least sum of squares; all combinations are compared.
+
+    Args:
+        surge_force, yaw_moment: The demand, N and N·m.
+        u: Surge speed, m/s.
+        c, s: Constants and state of the allocation.
+    """
+    off_n = off_x = effort = math.inf
+    for mode in range(1 << c.sectors):
+        bit = 1
+        for i in range(len(c.x)):
+            s.mode[i] = 1.0
+            if c.kind[i] != FIXED and c.angle_limit[i] < ALL_ROUND:
+                s.mode[i] = -1.0 if mode & bit else 1.0
+                bit *= 2
+        if share_forces(surge_force, yaw_moment, u, c, s):  # no other mode gives the demand with smaller forces
+            return
+        x, n, squares = totals(c, s)
+        x, n = abs(x - surge_force) / c.ahead[0], abs(n - yaw_moment) / (c.ahead[0] * c.lever)
+        # Rounding errors are no differences.
+        if n < off_n - 1e-9 or (n < off_n + 1e-9 and (x < off_x - 1e-9 or (x < off_x + 1e-9 and squares < effort - 1e-9))):
+            off_n, off_x, effort = n, x, squares
+            for i in range(len(c.x)):
+                s.best[0, i], s.best[1, i] = s.p[i], s.q[i]
+    for i in range(len(c.x)):
+        s.p[i], s.q[i] = s.best[0, i], s.best[1, i]
+
+
+@kernel
+def totals(c: Allocator, s: AllocationState) -> tuple[float, float, float]:
+    """Surge force [N] and yaw moment [N·m] of the forces, and the sum of their squares over those of the largest thrusts."""
+    x = n = squares = 0.0
+    for i in range(len(c.x)):
+        force, moment = wrench_of(i, s.p[i], s.q[i], c)
+        x, n = x + force, n + moment
+        squares += (s.p[i] * s.p[i] + s.q[i] * s.q[i]) / (c.ahead[i] * c.ahead[i])
+    return x, n, squares
+
+
+@kernel
+def elapsed_time(stamp: int, last: int) -> float:
+    """Time between the stamps of two demands, s; 0 where the clock was set back."""
+    return seconds(stamp - last) if stamp > last else 0.0
