@@ -16,10 +16,7 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_sim_node.plant import Vessel
-
-Wrench = tuple[float, float, float]
-"""Surge force [N], sway force [N], yaw moment [N·m] in the body frame."""
+from vessel_sim_node.plant import Wrench
 
 Gust = tuple[float, float]
 """g_E, g_N, N."""
@@ -158,10 +155,3 @@ def body_wrench(force: tuple[float, float], psi: float, lever: float = 0.0) -> W
 def total(first: Wrench, second: Wrench) -> Wrench:
     """The sum of two wrenches."""
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
-
-
-@kernel
-def acceleration(wrench: Wrench, vessel: Vessel) -> tuple[float, float, float]:
-    """Disturbing accelerations (tau_uw, tau_vw, tau_rw) of (6): the wrench divided by the inertia of each degree of freedom."""
-    # (6) adds the disturbance to du, dv, dr without an inertia, so the quotient is formed here.
-    return wrench[0] / vessel.m11, wrench[1] / vessel.m22, wrench[2] / vessel.m33

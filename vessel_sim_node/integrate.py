@@ -6,7 +6,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
-from vessel_sim_node.plant import STILL_WATER, Array, Vessel, rate_of_motion
+from vessel_sim_node.plant import STILL_WATER, Array, Vessel, Wrench, as_wrench, rate_of_motion
 
 
 def rk4(
@@ -21,23 +21,23 @@ def rk4(
 
     Args:
         state: x, y, psi, u, v, r, shape (6,).
-        wrench: tau_1 [N], tau_2 [N·m], constant over the step, shape (2,).
+        wrench: tau_1 [N], tau_2 [N·m], shape (2,), or X [N], Y [N], N [N·m], shape (3,); constant over the step.
         disturbance: Disturbing accelerations, constant over the step, shape (3,), m/s², m/s², rad/s².
-        vessel: Coefficients of (6).
+        vessel: Coefficients of the ship.
         step: Length of the step, s.
         current: Current towards the east and the north, m/s.
 
     Returns:
         The state at the end of the step, shape (6,).
     """
-    tau, disturbing = (float(wrench[0]), float(wrench[1])), (float(disturbance[0]), float(disturbance[1]), float(disturbance[2]))
-    return np.array(rk4_step(as_motion(state), tau, disturbing, vessel, step, current))
+    disturbing = float(disturbance[0]), float(disturbance[1]), float(disturbance[2])
+    return np.array(rk4_step(as_motion(state), as_wrench(wrench), disturbing, vessel, step, current))
 
 
 @kernel
 def rk4_step(
     motion: Motion,
-    tau: tuple[float, float],
+    wrench: Wrench,
     disturbance: tuple[float, float, float],
     vessel: Vessel,
     step: float,
@@ -47,17 +47,17 @@ def rk4_step(
 
     Args:
         motion: State.
-        tau, disturbance, vessel, current: As in `rate_of_motion`, constant over the step.
+        wrench, disturbance, vessel, current: As in `rate_of_motion`, constant over the step.
         step: Length of the step, s.
 
     Returns:
         The state at the end of the step.
     """
     half = 0.5 * step
-    k1 = rate_of_motion(motion, tau, disturbance, vessel, current)
-    k2 = rate_of_motion(moved(motion, half, k1), tau, disturbance, vessel, current)
-    k3 = rate_of_motion(moved(motion, half, k2), tau, disturbance, vessel, current)
-    k4 = rate_of_motion(moved(motion, step, k3), tau, disturbance, vessel, current)
+    k1 = rate_of_motion(motion, wrench, disturbance, vessel, current)
+    k2 = rate_of_motion(moved(motion, half, k1), wrench, disturbance, vessel, current)
+    k3 = rate_of_motion(moved(motion, half, k2), wrench, disturbance, vessel, current)
+    k4 = rate_of_motion(moved(motion, step, k3), wrench, disturbance, vessel, current)
     mean = Motion(
         k1.x + 2.0 * (k2.x + k3.x) + k4.x,
         k1.y + 2.0 * (k2.y + k3.y) + k4.y,

@@ -100,7 +100,7 @@ class VesselSimNode(VesselNode):
         """Publish the ground truth: disturbance, unforced acceleration and true state; no node waits for it."""
         stamp = conversions.time_message(self.stamp)
         self._load = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
-        conversions.write_disturbance(self._disturbance, stamp, self._load)
+        conversions.write_body_wrench(self._disturbance, stamp, self._load)
         self.send(self._disturbance_out, self._disturbance)
         conversions.write_acceleration(self._dynamics, stamp, self._plant.unforced_acceleration())
         self.send(self._dynamics_out, self._dynamics)
@@ -117,7 +117,7 @@ class VesselSimNode(VesselNode):
             self._plant.advance(wrench, self._load)
             self._step += 1
             self._publish_motion()
-        conversions.write_wrench(self._applied, stamp, wrench)
+        conversions.write_body_wrench(self._applied, stamp, wrench)
         self.send(self._applied_out, self._applied)
         if last:
             self._finish()

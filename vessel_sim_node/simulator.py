@@ -5,19 +5,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters, Wrench, acceleration
-from vessel_sim_node.plant import Array, ShipParameters, divergence, initial_pose, initial_velocity, unforced
+from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters
+from vessel_sim_node.plant import (
+    Array,
+    ShipParameters,
+    Wrench,
+    acceleration,
+    divergence,
+    initial_pose,
+    initial_velocity,
+    unforced,
+)
 from vessel_sim_node.sensors import Sampling, SensorParameters
 from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
 from vessel_sim_node.waves import Sea, WaveParameters, make_sea
 
 AT_REST = as_motion((0.0,) * 6)
 CALM = (0.0, 0.0)
+NO_WRENCH = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -42,6 +52,15 @@ class PlantParameters:
     disturbance: DisturbanceParameters = group(DisturbanceParameters)
     actuators: ActuatorParameters = group(ActuatorParameters)
     sensors: SensorParameters = group(SensorParameters)
+
+    def __post_init__(self) -> None:
+        if self.by_thrusters and not self.vessel.thrusters:
+            raise ParameterError("vessel_sim.actuators.kind = thrusters is not allowed without vessel.thrusters.names")
+
+    @property
+    def by_thrusters(self) -> bool:
+        """Whether thrusters drive the ship, not a wrench."""
+        return self.actuators.kind == "thrusters"
 
 
 class Simulator:
@@ -71,7 +90,7 @@ class Simulator:
         self._sampling = Sampling(p.sensors.rates())
         self._constants = plant_constants(p, self._period, make_sea(p.disturbance.waves, sea, p.vessel), self._phase)
         gust = self._first_gust() if wind.active() else CALM
-        self._state = PlantState(as_motion(p.initial_pose + p.initial_velocity), AT_REST, CALM, gust)
+        self._state = PlantState(as_motion(p.initial_pose + p.initial_velocity), AT_REST, NO_WRENCH, gust)
 
     @property
     def state(self) -> Motion:
@@ -146,8 +165,8 @@ class Simulator:
         """The present f_u, f_v, f_r of (7), in a current with its additional terms: m/s², m/s², rad/s²."""
         return unforced(self._state.motion, self._constants.vessel, self._constants.current)
 
-    def applied(self, command: tuple[float, float]) -> tuple[float, float]:
-        """The wrench after the actuators, N, N·m; call it once per step, because it advances the actuators.
+    def applied(self, command: tuple[float, float]) -> Wrench:
+        """The wrench after the actuators, N, N, N·m; call it once per step, because it advances the actuators.
 
         Args:
             command: Commanded surge force [N] and yaw moment [N·m].
@@ -159,11 +178,11 @@ class Simulator:
         self._state = apply(self._state, command, self._constants)
         return self._state.tau
 
-    def advance(self, wrench: tuple[float, float], disturbance: Wrench) -> None:
+    def advance(self, wrench: Wrench, disturbance: Wrench) -> None:
         """Advance the plant by one period.
 
         Args:
-            wrench: Applied surge force [N] and yaw moment [N·m].
+            wrench: Applied wrench, N, N, N·m.
             disturbance: Disturbing wrench, N, N, N·m.
 
         Raises:
@@ -206,15 +225,15 @@ def plant_constants(p: PlantParameters, period: float, sea: Sea, phase: float = 
     )
 
 
-def divergence_of_ship(time: float, wrench: tuple[float, float], vessel: ShipParameters) -> SimulationError:
+def divergence_of_ship(time: float, wrench: Wrench, vessel: ShipParameters) -> SimulationError:
     """The error for a motion of the ship that is no longer finite.
 
     Args:
         time: Start of the period that ended so, s.
-        wrench: Applied surge force [N] and yaw moment [N·m].
+        wrench: Applied wrench, N, N, N·m.
         vessel: The hull data.
     """
-    cause = f"under {wrench[0]:g} N and {wrench[1]:g} N·m: the closed loop is unstable or the step too long"
+    cause = f"under {wrench[0]:g} N and {wrench[2]:g} N·m: the closed loop is unstable or the step too long"
     return divergence("ship", time, cause, vessel)
 
 

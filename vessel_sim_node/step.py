@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_sim_node.actuators import Actuator, actuate
-from vessel_sim_node.disturbance import Gust, Periodic, Wind, Wrench, next_gust, periodic_wrench, total, wind_wrench
+from vessel_sim_node.disturbance import Gust, Periodic, Wind, next_gust, periodic_wrench, total, wind_wrench
 from vessel_sim_node.integrate import rk4_step
-from vessel_sim_node.plant import Vessel
+from vessel_sim_node.plant import Vessel, Wrench
 from vessel_sim_node.sensors import Sensors, measurement
 from vessel_sim_node.waves import Sea, drift_force, with_waves
 
@@ -17,7 +17,7 @@ class PlantConstants(NamedTuple):
     """What stays constant as long as no parameter changes.
 
     Attributes:
-        vessel: Coefficients of (6).
+        vessel: Coefficients of the ship.
         current: East and north, m/s.
         periodic, wind, sea: The disturbances.
         surge, yaw: The actuators.
@@ -45,13 +45,13 @@ class PlantState(NamedTuple):
     Attributes:
         motion: True motion, without the wave-frequency motion.
         measured: The latest sample of each sensor.
-        tau: The applied surge force [N] and yaw moment [N·m].
+        tau: The applied wrench: surge force [N], sway force [N], yaw moment [N·m].
         gust: g_E, g_N, N.
     """
 
     motion: Motion
     measured: Motion
-    tau: tuple[float, float]
+    tau: Wrench
     gust: Gust
 
 
@@ -105,19 +105,18 @@ def apply(state: PlantState, command: tuple[float, float], constants: PlantConst
         command: Commanded surge force [N] and yaw moment [N·m], finite.
         constants: Constants of the plant.
     """
-    tau = actuate(state.tau[0], command[0], constants.surge), actuate(state.tau[1], command[1], constants.yaw)
+    # No actuator pushes the sway: the ship is underactuated.
+    tau = actuate(state.tau[0], command[0], constants.surge), 0.0, actuate(state.tau[2], command[1], constants.yaw)
     return PlantState(state.motion, state.measured, tau, state.gust)
 
 
 @kernel
-def advance(
-    state: PlantState, tau: tuple[float, float], disturbing: Wrench, gust_noise: Any, constants: PlantConstants
-) -> PlantState:
+def advance(state: PlantState, tau: Wrench, disturbing: Wrench, gust_noise: Any, constants: PlantConstants) -> PlantState:
     """The state one period later; where the motion diverges, it is not finite (`is_finite`).
 
     Args:
         state: State at the start of the period.
-        tau: Applied surge force [N] and yaw moment [N·m]; with the disturbance constant over the period, also over its substeps.
+        tau: Applied wrench, N, N, N·m; with the disturbance constant over the period, also over its substeps.
         disturbing: Disturbing accelerations, m/s², m/s², rad/s².
         gust_noise: Independent standard normal numbers, shape (2,); not used where no wind blows.
         constants: Constants of the plant.

@@ -32,8 +32,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_sim_node.disturbance import Wrench
-from vessel_sim_node.plant import ShipParameters
+from vessel_sim_node.plant import ShipParameters, Wrench
 from vessel_sim_node.spectrum import frequencies
 
 Array = NDArray[np.float64]

@@ -51,7 +51,7 @@ def test_wrenches_and_accelerations_are_written_in_the_body_frame() -> None:
     stamp = conversions.time_message(STAMP)
     control, disturbance, acceleration = conversions.new_wrench(), conversions.new_wrench(), conversions.new_acceleration()
     conversions.write_wrench(control, stamp, (1e5, -2e6))
-    conversions.write_disturbance(disturbance, stamp, (1.0, 2.0, 3.0))
+    conversions.write_body_wrench(disturbance, stamp, (1.0, 2.0, 3.0))
     conversions.write_acceleration(acceleration, stamp, (0.1, 0.2, 0.3))
     assert conversions.read_wrench(control) == (1e5, -2e6)
     assert read_disturbance(control) == (1e5, 0.0, -2e6)

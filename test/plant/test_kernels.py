@@ -12,8 +12,8 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, acceleration
-from vessel_sim_node.plant import unforced
+from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters
+from vessel_sim_node.plant import acceleration, unforced
 from vessel_sim_node.sensors import SensorParameters, sampling
 from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator, divergence_of_ship
 from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
@@ -40,7 +40,7 @@ def sail(constants: PlantConstants, state: PlantState, inputs: Any, rows: Array)
             row[i], row[6 + i] = state.measured[i], state.motion[i]
         for i in range(3):
             row[12 + i], row[15 + i] = load[i], rates[i]
-        row[18], row[19] = state.tau
+        row[18], row[19], row[20] = state.tau
         state = advance(state, state.tau, acceleration(load, constants.vessel), gusts[k], constants)
         if not is_finite(state.motion):
             return k
@@ -51,7 +51,7 @@ def run_compiled(parameters: PlantParameters, commands: Array) -> tuple[int, Arr
     simulator, stamps = Simulator(parameters, GRID.period), GRID.stamps(len(commands))
     noise = simulator.sensor_noise(len(commands)), simulator.gust_noise(len(commands))
     inputs = (stamps * 1e-9, sampling(parameters.sensors.rates(), stamps), commands, *noise)
-    rows = np.zeros((len(commands), 20))
+    rows = np.zeros((len(commands), 21))
     steps = compiled(sail)(simulator.constants(), simulator.initial_state(), inputs, rows)
     return steps, rows
 
@@ -119,7 +119,7 @@ def test_the_compiled_plant_is_bit_identical_to_the_interpreted_one(seed: int) -
 def test_a_compiled_motion_that_is_not_finite_is_reported_as_by_the_simulator() -> None:
     plant, wild = PlantParameters(), np.array([(1e5, 0.0)] * 3 + [(1e300, 1e300)] * 2)
     steps, rows = run_compiled(plant, wild)
-    error = divergence_of_ship(steps * GRID.period, (rows[steps, 18], rows[steps, 19]), plant.vessel)
+    error = divergence_of_ship(steps * GRID.period, (rows[steps, 18], rows[steps, 19], rows[steps, 20]), plant.vessel)
     with pytest.raises(SimulationError) as raised:
         run_interpreted(plant, wild)
     assert str(raised.value) == str(error)

@@ -58,9 +58,9 @@ def test_a_changed_current_carries_the_ship_and_leaves_the_phases_of_the_waves_c
     plant, loads = simulator(current=CurrentParameters(east=1.0))
     plant.retune(replace(loads, current=CurrentParameters(east=-1.0)), 0.0)
     start = plant.state[0]
-    plant.advance((0.0, 0.0), (0.0, 0.0, 0.0))
+    plant.advance((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     for _ in range(500):
-        plant.advance((0.0, 0.0), (0.0, 0.0, 0.0))
+        plant.advance((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert plant.state[0] < start
 
 

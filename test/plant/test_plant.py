@@ -9,14 +9,13 @@ from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_sim_node.disturbance import (
     EarthFixedParameters,
     PeriodicParameters,
-    acceleration,
     body_wrench,
     next_gust,
     periodic_wrench,
     total,
 )
 from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
+from vessel_sim_node.plant import VesselParameters, acceleration, derivative, unforced_acceleration
 from vessel_sim_node.sensors import SensorParameters
 from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
 from vessel_sim_node.waves import WaveParameters
@@ -161,7 +160,7 @@ def test_random_sources_are_independent_of_each_other() -> None:
     for sensors in (SensorParameters(), SensorParameters(position_noise=0.1)):
         simulator = Simulator(PlantParameters(disturbance=gusts, sensors=sensors), 0.01)
         simulator.measured(0)
-        simulator.advance((0.0, 0.0), simulator.disturbance(0.0))
+        simulator.advance((0.0, 0.0, 0.0), simulator.disturbance(0.0))
         simulator.measured(10_000_000)
         wrenches.append(simulator.disturbance(0.01))
     assert wrenches[0] == wrenches[1]
@@ -178,14 +177,14 @@ def test_a_command_that_is_not_finite_is_rejected(command) -> None:
 def test_a_motion_that_is_not_finite_is_reported() -> None:
     simulator = Simulator(PlantParameters(), 0.01)
     with pytest.raises(SimulationError, match="no longer finite"):
-        simulator.advance((1e300, 1e300), CALM)
+        simulator.advance((1e300, 0.0, 1e300), CALM)
 
 
 def test_substeps_refine_the_same_motion() -> None:
     coarse, fine = (Simulator(PlantParameters(substeps=n), 0.1) for n in (1, 20))
     for simulator in (coarse, fine):
         for _ in range(50):
-            simulator.advance((1e5, 1e6), CALM)
+            simulator.advance((1e5, 0.0, 1e6), CALM)
     np.testing.assert_allclose(coarse.state, fine.state, rtol=1e-6)
     coarse.reset()
     np.testing.assert_array_equal(coarse.state, [5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])

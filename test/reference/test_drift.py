@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.hulls import BOAT
 
 from vessel_hsmc_ros.reference.curve_motion import at_speed, velocities
 from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square
@@ -11,7 +12,6 @@ from vessel_hsmc_ros.reference.drift import PeriodicDrift, samples
 from vessel_sim_node.plant import Vessel, VesselParameters, unforced_acceleration
 
 PAPER = VesselParameters().coefficients()
-BOAT = Vessel(525.0, 700.0, 700.0, 50.0, 200.0, 300.0, 30.0, 0.0, 100.0, 0.0, 100.0, 0.0)
 HULLS = {
     "the paper's ship": PAPER,
     "a 4 m boat": BOAT,

@@ -4,6 +4,7 @@ import math
 import re
 
 import pytest
+from support.hulls import BOAT
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
@@ -12,7 +13,6 @@ from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_sim_node.plant import Vessel
 
-BOAT = Vessel(525.0, 700.0, 700.0, 50.0, 200.0, 300.0, 30.0, 0.0, 100.0, 0.0, 100.0, 0.0)
 SHAPES = {
     "straight": StraightParameters().shape(),
     "circle": CircleParameters(-20.0).shape(),

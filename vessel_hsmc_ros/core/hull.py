@@ -54,7 +54,7 @@ def another_ship(vessel: object) -> bool:
 def kept(vessel: object) -> dict[str, str]:
     """The hull data that equal those of the paper's ship, by name, as texts such as `sway_damping = 147000 kg/s`."""
     entries = schema.entries(type(vessel))
-    equal = [name for name, (value, paper) in _beside_the_papers(vessel).items() if value == paper]
+    equal = [name for name, (value, paper) in _beside_the_papers(vessel).items() if value == paper != 0.0]
     return {name: f"{name} = {entries[name].default:g} {entries[name].unit}" for name in equal}
 
 

@@ -153,8 +153,8 @@ def write_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float
     message.wrench.force.x, message.wrench.torque.z = wrench
 
 
-def write_disturbance(message: WrenchStamped, stamp: Time, wrench: tuple[float, float, float]) -> None:
-    """Write a disturbance into a wrench message.
+def write_body_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float, float]) -> None:
+    """Write a wrench with a sway force, such as a disturbance, into a wrench message.
 
     Args:
         message: From `new_wrench`.

@@ -91,14 +91,14 @@ def inputs(steps: int, offset: tuple[float, float], c: ShipConstants) -> tuple[f
 @kernel
 def move(m: ShipMemory, c: ShipConstants) -> ShipMemory:
     """The virtual ship one period later, under the inputs at the beginning of the period."""
-    motion = rk4_step(m.motion, m.tau, UNDISTURBED, c.vessel, c.period, STILL_WATER)
+    motion = rk4_step(m.motion, (m.tau[0], 0.0, m.tau[1]), UNDISTURBED, c.vessel, c.period, STILL_WATER)
     return ShipMemory(motion, inputs(m.steps + 1, m.offset, c), m.steps + 1, m.offset)
 
 
 @kernel
 def read(m: ShipMemory, c: ShipConstants) -> tuple[Motion, Acceleration]:
     """State of the virtual ship, and the derivatives of its velocities by (8)."""
-    rate = rate_of_motion(m.motion, m.tau, UNDISTURBED, c.vessel, STILL_WATER)
+    rate = rate_of_motion(m.motion, (m.tau[0], 0.0, m.tau[1]), UNDISTURBED, c.vessel, STILL_WATER)
     return m.motion, Acceleration(rate.u, rate.v, rate.r)
 
 

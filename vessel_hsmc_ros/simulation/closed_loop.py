@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
-from vessel_sim_node.disturbance import acceleration
-from vessel_sim_node.plant import unforced
+from vessel_sim_node.plant import acceleration, unforced
 from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure
 from vessel_sim_node.step import advance as advance_plant
 
@@ -142,7 +141,7 @@ def keep(row: Array, wrench: tuple[float, float], disturbing: Any, plant: PlantS
         plant: State of the plant, with the wrench that its actuators apply.
         c: Constants of the plant.
     """
-    write(row, 19, plant.tau)
+    row[19], row[20] = plant.tau[0], plant.tau[2]
     write(row, 21, wrench)
     if len(row) == 23:  # a run that is only to be evaluated
         return

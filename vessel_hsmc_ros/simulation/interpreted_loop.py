@@ -13,7 +13,7 @@ from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
-from vessel_sim_node.disturbance import acceleration
+from vessel_sim_node.plant import Wrench, acceleration
 from vessel_sim_node.simulator import Simulator
 
 Array = NDArray[np.float64]
@@ -80,7 +80,7 @@ class InterpretedLoop(Loop):
             if self.done < self.samples:  # the last sample is the final state
                 self._plant.advance(wrench, disturbance)
 
-    def _step(self, stamp: int) -> tuple[tuple[float, float], tuple[float, float, float]]:
+    def _step(self, stamp: int) -> tuple[Wrench, Wrench]:
         """Compute one row, as in the nodes: the plant publishes, the controller answers. Returns the wrenches on the ship."""
         plant, loop = self._plant, self._loop
         time = seconds(stamp)
@@ -95,7 +95,7 @@ class InterpretedLoop(Loop):
                 self._estimates.append(loop.estimate)
         wrench = plant.applied(loop.wrench)
         unforced, disturbing = plant.unforced_acceleration(), acceleration(disturbance, self._vessel)
-        motion = (time, *state, *measured, *reference, *wrench, *loop.wrench)
+        motion = (time, *state, *measured, *reference, wrench[0], wrench[2], *loop.wrench)
         self.rows[self.done] = (*motion, *disturbing, *unforced, plant.state[2], sensed[2], *disturbance)
         return wrench, disturbance
 
