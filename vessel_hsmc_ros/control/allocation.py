@@ -8,17 +8,35 @@ the same ship then make up for what is missing. The sway force is free: no law o
 """
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vessel_hsmc_ros.control.allocated_forces import share_between_two, share_forces
-from vessel_hsmc_ros.control.thruster_sets import AllocationState, Allocator, wrench_of
+from vessel_hsmc_ros.control.thruster_sets import (
+    AHEAD,
+    ANGLE,
+    ANGLE_LIMIT,
+    ASTERN,
+    BEST,
+    COLUMNS,
+    HIGH,
+    KIND,
+    LOW,
+    MODE,
+    THRUST,
+    THRUST_RATE,
+    TURN,
+    Allocator,
+    Array,
+    P,
+    Q,
+    wrench_of,
+)
 from vessel_hsmc_ros.control.thruster_steering import allocated_wrench, change_within, steer
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import between
-from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, RUDDER, ThrusterLayout
+from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, FIXED, RUDDER, ThrusterLayout
 from vessel_hsmc_ros.core.timing import seconds
 
 
@@ -64,38 +82,32 @@ class Allocation:
         allocate(surge_force, yaw_moment, elapsed, surge_speed, self.constants, self.state)
         x, y, n = map(float, allocated_wrench(surge_speed, self.constants, self.state))
         missing = abs(x - surge_force) > 1e-6 * self._scale[0] or abs(n - yaw_moment) > 1e-6 * self._scale[1]
-        return Allocated(self.state.thrust.tolist(), self.state.angle.tolist(), (x, y, n), missing)
+        return Allocated(self.state[:, THRUST].tolist(), self.state[:, TURN].tolist(), (x, y, n), missing)
 
 
-def allocator(layout: ThrusterLayout, sequence: Callable[[list[float]], Any] = tuple) -> Allocator:
-    """The constants of an allocation.
-
-    Args:
-        layout: The thrusters.
-        sequence: What to keep the values of the thrusters in: tuples, or arrays for compiled kernels.
-    """
-    each = layout.thrusters()
-    limits = [t.largest_angle if t.kind == RUDDER else t.angle_limit for t in each]
-    names = ("kind", "x", "y", "angle", "thrust_ahead", "thrust_astern", "thrust_rate")
-    rows = [[getattr(t, name) for t in each] for name in names]
-    rows += [limits, *([getattr(t, name) for t in each] for name in ("angle_rate", "lift", "lift_quadratic", "slipstream"))]
-    columns = (sequence([float(value) for value in row]) for row in rows)
-    sectors = sum(t.kind == RUDDER or (t.kind == AZIMUTH and t.angle_limit < ALL_ROUND) for t in each)
-    return Allocator(*columns, max(math.hypot(t.x, t.y) for t in each), sum(t.has_angle for t in each), sectors)
+def allocator(layout: ThrusterLayout) -> Allocator:
+    """The constants of an allocation."""
+    each, rows = layout.thrusters(), []
+    for t in each:
+        limit = t.largest_angle if t.kind == RUDDER else t.angle_limit
+        shown = t.angle if t.kind == FIXED else limit
+        thrust = (t.thrust_ahead, t.thrust_astern, t.thrust_rate)
+        turn = (limit, t.angle_rate, t.lift, t.lift_quadratic, t.slipstream)
+        rows.append((t.kind, t.x, t.y, t.angle, math.cos(shown), math.sin(shown), *thrust, *turn))
+    sectors = sum(t.has_angle and t.angle_limit < ALL_ROUND for t in each)
+    return Allocator(np.array(rows, float), max(math.hypot(t.x, t.y) for t in each), sum(t.has_angle for t in each), sectors)
 
 
-def new_state(c: Allocator) -> AllocationState:
-    """The state before the first demand."""
-    k = len(c.x)
-    state = AllocationState(*(np.zeros(k) for _ in range(7)), *(np.zeros((2, k)) for _ in range(4)))
-    for i in range(k):
-        if c.kind[i] == FIXED:
-            state.angle[i] = c.angle[i]
+def new_state(c: Allocator) -> Array:
+    """The state before the first demand, (k, COLUMNS), which is written in place."""
+    state = np.zeros((len(c.rows), COLUMNS))
+    fixed = c.rows[:, KIND] == FIXED
+    state[fixed, TURN] = c.rows[fixed, ANGLE]
     return state
 
 
 @kernel
-def allocate(surge_force: float, yaw_moment: float, elapsed: float, u: float, c: Allocator, s: AllocationState) -> None:
+def allocate(surge_force: float, yaw_moment: float, elapsed: float, u: float, c: Allocator, s: Array) -> None:
     """Write the demands for a wrench into the state.
 
     Args:
@@ -104,9 +116,9 @@ def allocate(surge_force: float, yaw_moment: float, elapsed: float, u: float, c:
         u: Surge speed, m/s.
         c, s: Constants and state of the allocation.
     """
-    k = len(c.x)
+    k = len(c.rows)
     for i in range(k):
-        s.low[i], s.high[i] = thrust_range(i, elapsed, c, s)
+        s[i, LOW], s[i, HIGH] = thrust_range(i, elapsed, c, s)
     if k == 2 and c.steered == 0:
         share_between_two(surge_force, yaw_moment, c, s)
     else:
@@ -116,20 +128,20 @@ def allocate(surge_force: float, yaw_moment: float, elapsed: float, u: float, c:
             if c.steered < k:
                 share_forces(surge_force, yaw_moment, u, c, s)
     for i in range(k):
-        if c.kind[i] == FIXED:
-            s.thrust[i] = between(s.p[i], s.low[i], s.high[i])
+        if c.rows[i, KIND] == FIXED:
+            s[i, THRUST] = between(s[i, P], s[i, LOW], s[i, HIGH])
 
 
 @kernel
-def thrust_range(i: int, elapsed: float, c: Allocator, s: AllocationState) -> tuple[float, float]:
+def thrust_range(i: int, elapsed: float, c: Allocator, s: Array) -> tuple[float, float]:
     """The least and the largest thrust of a thruster in this period, N."""
-    change = change_within(c.thrust_rate[i], elapsed)
-    low, high = -c.astern[i], c.ahead[i]
-    return between(s.thrust[i] - change, low, high), between(s.thrust[i] + change, low, high)
+    change = change_within(c.rows[i, THRUST_RATE], elapsed)
+    low, high = -c.rows[i, ASTERN], c.rows[i, AHEAD]
+    return between(s[i, THRUST] - change, low, high), between(s[i, THRUST] + change, low, high)
 
 
 @kernel
-def share_in_best_mode(surge_force: float, yaw_moment: float, u: float, c: Allocator, s: AllocationState) -> None:
+def share_in_best_mode(surge_force: float, yaw_moment: float, u: float, c: Allocator, s: Array) -> None:
     """`share_forces` with each azimuth or rudder that does not turn all the way round pushing ahead or astern, as is best.
 
     Best is the nearest moment, then the nearest surge force, then the least sum of squares; all combinations are compared.
@@ -142,32 +154,32 @@ def share_in_best_mode(surge_force: float, yaw_moment: float, u: float, c: Alloc
     off_n = off_x = effort = math.inf
     for mode in range(1 << c.sectors):
         bit = 1
-        for i in range(len(c.x)):
-            s.mode[i] = 1.0
-            if c.kind[i] != FIXED and c.angle_limit[i] < ALL_ROUND:
-                s.mode[i] = -1.0 if mode & bit else 1.0
+        for i in range(len(c.rows)):
+            s[i, MODE] = 1.0
+            if c.rows[i, KIND] != FIXED and c.rows[i, ANGLE_LIMIT] < ALL_ROUND:
+                s[i, MODE] = -1.0 if mode & bit else 1.0
                 bit *= 2
         if share_forces(surge_force, yaw_moment, u, c, s):  # no other mode gives the demand with smaller forces
             return
         x, n, squares = totals(c, s)
-        x, n = abs(x - surge_force) / c.ahead[0], abs(n - yaw_moment) / (c.ahead[0] * c.lever)
+        x, n = abs(x - surge_force) / c.rows[0, AHEAD], abs(n - yaw_moment) / (c.rows[0, AHEAD] * c.lever)
         # Rounding errors are no differences.
         if n < off_n - 1e-9 or (n < off_n + 1e-9 and (x < off_x - 1e-9 or (x < off_x + 1e-9 and squares < effort - 1e-9))):
             off_n, off_x, effort = n, x, squares
-            for i in range(len(c.x)):
-                s.best[0, i], s.best[1, i] = s.p[i], s.q[i]
-    for i in range(len(c.x)):
-        s.p[i], s.q[i] = s.best[0, i], s.best[1, i]
+            for i in range(len(c.rows)):
+                s[i, BEST], s[i, BEST + 1] = s[i, P], s[i, Q]
+    for i in range(len(c.rows)):
+        s[i, P], s[i, Q] = s[i, BEST], s[i, BEST + 1]
 
 
 @kernel
-def totals(c: Allocator, s: AllocationState) -> tuple[float, float, float]:
+def totals(c: Allocator, s: Array) -> tuple[float, float, float]:
     """Surge force [N] and yaw moment [N·m] of the forces, and the sum of their squares over those of the largest thrusts."""
     x = n = squares = 0.0
-    for i in range(len(c.x)):
-        force, moment = wrench_of(i, s.p[i], s.q[i], c)
+    for i in range(len(c.rows)):
+        force, moment = wrench_of(i, s[i, P], s[i, Q], c)
         x, n = x + force, n + moment
-        squares += (s.p[i] * s.p[i] + s.q[i] * s.q[i]) / (c.ahead[i] * c.ahead[i])
+        squares += (s[i, P] * s[i, P] + s[i, Q] * s[i, Q]) / (c.rows[i, AHEAD] * c.rows[i, AHEAD])
     return x, n, squares
 
 

@@ -18,81 +18,56 @@ astern. A rudder gives q up to its largest lift, which grows with the thrust p a
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.limits import between, clip
-from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED
+from vessel_hsmc_ros.core.limits import between
+from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED
+
+KIND, X, Y, ANGLE, COSINE, SINE, AHEAD, ASTERN, THRUST_RATE, ANGLE_LIMIT, ANGLE_RATE, LIFT, LIFT_QUADRATIC, SLIPSTREAM = range(14)
+"""Columns of the constants of a thruster: its parameters, with cosine and sine of the direction of a fixed one, and of the angle
+limit of others."""
+
+THRUST, TURN, LOW, HIGH, MODE, P, Q, LEAST, MOST, SQUARES, BEST = (*range(8), 9, 11, 13)
+"""Columns of the state of a thruster: the latest demands of thrust [N] and angle; limits of the thrust in this period, N; whether
+an azimuth or a rudder pushes ahead (1), astern (-1) or keeps its force (0); its force p, q, N; and, each as p and q, the forces
+with the least and with the largest surge force, those of least squares, and the best so far."""
+
+COLUMNS = 15
+
+Array = NDArray[np.float64]
 
 
 class Allocator(NamedTuple):
-    """The constants of an allocation: those of the layout, an element for each thruster.
+    """The constants of an allocation.
 
     Attributes:
-        kind: Index in KINDS.
-        x, y: Position, m.
-        angle: Direction of a fixed thruster.
-        ahead, astern: Largest thrusts, N.
-        thrust_rate: Largest rate of change of the thrust, N/s.
-        angle_limit, angle_rate: Of an azimuth or a rudder, rad and rad/s.
-        lift, lift_quadratic, slipstream: l, l_2 and s of a rudder.
+        rows: The constants of the thrusters, (k, 14).
         lever: Largest distance of a thruster from the origin, m.
         steered: Number of azimuths and rudders.
         sectors: Number of those that do not turn all the way round.
     """
 
-    kind: Any
-    x: Any
-    y: Any
-    angle: Any
-    ahead: Any
-    astern: Any
-    thrust_rate: Any
-    angle_limit: Any
-    angle_rate: Any
-    lift: Any
-    lift_quadratic: Any
-    slipstream: Any
+    rows: Array
     lever: float
     steered: int
     sectors: int
 
 
-class AllocationState(NamedTuple):
-    """Arrays with an element for each thruster, written in place.
-
-    Attributes:
-        thrust, angle: The latest demands, N and rad.
-        low, high: Limits of the thrust of fixed thrusters in this period, N.
-        mode: Of an azimuth or a rudder: 1 pushes ahead, -1 astern, 0 keeps its force.
-        p, q: The forces, N.
-        least, most: Forces with the least and the largest surge force, (2, k); `squares`: of least squares; `best`: of all modes.
-    """
-
-    thrust: Any
-    angle: Any
-    low: Any
-    high: Any
-    mode: Any
-    p: Any
-    q: Any
-    least: Any
-    most: Any
-    squares: Any
-    best: Any
-
-
 @kernel
 def largest_lift(i: int, thrust: float, u: float, c: Allocator) -> float:
     """The largest lift of a rudder, N, at a thrust of its propeller, N, and a surge speed, m/s."""
-    d = c.angle_limit[i]
-    return (c.lift[i] - c.lift_quadratic[i] * d) * d * inflow(i, thrust, max_zero(u), c)
+    d = c.rows[i, ANGLE_LIMIT]
+    return (c.rows[i, LIFT] - c.rows[i, LIFT_QUADRATIC] * d) * d * inflow(i, thrust, max_zero(u), c)
 
 
 @kernel
 def inflow(i: int, thrust: float, u: float, c: Allocator) -> float:
     """The inflow of a rudder, |u|u + s·max(T, 0), m²/s²."""
-    return abs(u) * u + c.slipstream[i] * max_zero(thrust)
+    return abs(u) * u + c.rows[i, SLIPSTREAM] * max_zero(thrust)
 
 
 @kernel
@@ -102,7 +77,7 @@ def max_zero(value: float) -> float:
 
 
 @kernel
-def support(i: int, gx: float, gn: float, u: float, c: Allocator, s: AllocationState) -> tuple[float, float]:
+def support(i: int, gx: float, gn: float, u: float, c: Allocator, s: Array) -> tuple[float, float]:
     """The force of a thruster, inside its limits, for which gx·X + gn·N is largest.
 
     Args:
@@ -114,60 +89,66 @@ def support(i: int, gx: float, gn: float, u: float, c: Allocator, s: AllocationS
     Returns:
         p, q, N.
     """
-    hx, hy, sign = gx - gn * c.y[i], gn * c.x[i], s.mode[i]
-    if c.kind[i] == FIXED:
-        gain = hx * math.cos(c.angle[i]) + hy * math.sin(c.angle[i])
+    hx, hy, sign = gx - gn * c.rows[i, Y], gn * c.rows[i, X], s[i, MODE]
+    if c.rows[i, KIND] == FIXED:
+        gain = hx * c.rows[i, COSINE] + hy * c.rows[i, SINE]
         if gain == 0.0:
-            return between(0.0, s.low[i], s.high[i]), 0.0
-        return (s.high[i] if gain > 0.0 else s.low[i]), 0.0
+            return between(0.0, s[i, LOW], s[i, HIGH]), 0.0
+        return (s[i, HIGH] if gain > 0.0 else s[i, LOW]), 0.0
     if sign == 0.0:
-        return s.p[i], s.q[i]
-    if c.kind[i] == AZIMUTH:
-        wanted = math.atan2(sign * hy, sign * hx)
-        angle = clip(wanted, c.angle_limit[i])
-        if math.cos(wanted - angle) <= 0.0:  # every force of the sector points the other way
-            return 0.0, 0.0
-        force = sign * (c.ahead[i] if sign > 0.0 else c.astern[i])
-        return force * math.cos(angle), force * math.sin(angle)
+        return s[i, P], s[i, Q]
+    if c.rows[i, KIND] == AZIMUTH:
+        return support_of_azimuth(i, hx, hy, sign * (c.rows[i, AHEAD] if sign > 0.0 else c.rows[i, ASTERN]), c)
     if sign > 0.0:  # more thrust also gives more lift
         per_thrust = largest_lift(i, 1.0, 0.0, c)
-        thrust = c.ahead[i] if hx + abs(hy) * per_thrust > 0.0 else 0.0
+        thrust = c.rows[i, AHEAD] if hx + abs(hy) * per_thrust > 0.0 else 0.0
     else:
-        thrust = -c.astern[i] if hx < 0.0 else 0.0
+        thrust = -c.rows[i, ASTERN] if hx < 0.0 else 0.0
     return thrust, math.copysign(largest_lift(i, thrust, u, c), hy)
+
+
+@kernel
+def support_of_azimuth(i: int, hx: float, hy: float, thrust: float, c: Allocator) -> tuple[float, float]:
+    """The force of an azimuth, of at most a thrust, N, for which hx·p + hy·q is largest; negative thrusts push astern."""
+    along = hx if thrust > 0.0 else -hx
+    size = math.sqrt(hx * hx + hy * hy)
+    if c.rows[i, ANGLE_LIMIT] >= ALL_ROUND or abs(hy) * c.rows[i, COSINE] <= along * c.rows[i, SINE]:
+        return (abs(thrust) * hx / size, abs(thrust) * hy / size) if size > 0.0 else (0.0, 0.0)
+    # On the nearer edge of the sector, unless every force of it points the other way.
+    if along * c.rows[i, COSINE] + abs(hy) * c.rows[i, SINE] <= 0.0:
+        return 0.0, 0.0
+    return thrust * c.rows[i, COSINE], math.copysign(thrust * c.rows[i, SINE], hy)
 
 
 @kernel
 def wrench_of(i: int, p: float, q: float, c: Allocator) -> tuple[float, float]:
     """Surge force [N] and yaw moment [N·m] of a thruster's force."""
-    if c.kind[i] == FIXED:
-        ahead, port = math.cos(c.angle[i]), math.sin(c.angle[i])
-        return p * ahead, p * (c.x[i] * port - c.y[i] * ahead)
-    return p, c.x[i] * q - c.y[i] * p
+    if c.rows[i, KIND] == FIXED:
+        return p * c.rows[i, COSINE], p * (c.rows[i, X] * c.rows[i, SINE] - c.rows[i, Y] * c.rows[i, COSINE])
+    return p, c.rows[i, X] * q - c.rows[i, Y] * p
 
 
 @kernel
 def column(i: int, j: int, u: float, c: Allocator) -> tuple[float, float, float]:
     """Surge force and yaw moment per unit of a thruster's force p (j = 0) or q (j = 1), and the square of its largest value."""
-    if c.kind[i] == FIXED:
+    if c.rows[i, KIND] == FIXED:
         gx, gn = wrench_of(i, 1.0, 0.0, c)
-        return gx, gn, (c.ahead[i] * c.ahead[i] if j == 0 else 0.0)
-    largest = c.ahead[i] if j == 0 or c.kind[i] == AZIMUTH else largest_lift(i, c.ahead[i], u, c)
+        return gx, gn, (c.rows[i, AHEAD] * c.rows[i, AHEAD] if j == 0 else 0.0)
+    largest = c.rows[i, AHEAD] if j == 0 or c.rows[i, KIND] == AZIMUTH else largest_lift(i, c.rows[i, AHEAD], u, c)
     gx, gn = wrench_of(i, 1.0 - j, 1.0 * j, c)
     return gx, gn, largest * largest
 
 
 @kernel
-def is_inside(i: int, p: float, q: float, u: float, c: Allocator, s: AllocationState) -> bool:
+def is_inside(i: int, p: float, q: float, u: float, c: Allocator, s: Array) -> bool:
     """Whether a force is inside the limits of a thruster."""
-    if c.kind[i] == FIXED:
-        return s.low[i] <= p <= s.high[i]
-    sign = s.mode[i]
+    if c.rows[i, KIND] == FIXED:
+        return s[i, LOW] <= p <= s[i, HIGH]
+    sign = s[i, MODE]
     if sign == 0.0:
         return True
-    largest = c.ahead[i] if sign > 0.0 else c.astern[i]
-    if c.kind[i] == AZIMUTH:
-        limit = c.angle_limit[i]
-        turned = limit >= math.pi or abs(q) * math.cos(limit) <= sign * p * math.sin(limit)
+    largest = c.rows[i, AHEAD] if sign > 0.0 else c.rows[i, ASTERN]
+    if c.rows[i, KIND] == AZIMUTH:
+        turned = c.rows[i, ANGLE_LIMIT] >= ALL_ROUND or abs(q) * c.rows[i, COSINE] <= sign * p * c.rows[i, SINE]
         return turned and p * p + q * q <= largest * largest
     return 0.0 <= sign * p <= largest and abs(q) <= largest_lift(i, p, u, c)

@@ -2,7 +2,27 @@
 
 import math
 
-from vessel_hsmc_ros.control.thruster_sets import AllocationState, Allocator, inflow, wrench_of
+from vessel_hsmc_ros.control.thruster_sets import (
+    AHEAD,
+    ANGLE_LIMIT,
+    ANGLE_RATE,
+    ASTERN,
+    HIGH,
+    KIND,
+    LIFT,
+    LIFT_QUADRATIC,
+    LOW,
+    MODE,
+    SINE,
+    THRUST,
+    TURN,
+    Allocator,
+    Array,
+    P,
+    Q,
+    inflow,
+    wrench_of,
+)
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import magnitude, wrap
 from vessel_hsmc_ros.core.limits import between, clip
@@ -16,7 +36,7 @@ def change_within(rate: float, elapsed: float) -> float:
 
 
 @kernel
-def steer(elapsed: float, u: float, c: Allocator, s: AllocationState) -> None:
+def steer(elapsed: float, u: float, c: Allocator, s: Array) -> None:
     """Turn azimuths and rudders towards their forces, within rates; write their demands, and the forces that these give.
 
     Args:
@@ -24,34 +44,34 @@ def steer(elapsed: float, u: float, c: Allocator, s: AllocationState) -> None:
         u: Surge speed, m/s.
         c, s: Constants and state of the allocation.
     """
-    for i in range(len(c.x)):
-        if c.kind[i] == FIXED:
+    for i in range(len(c.rows)):
+        if c.rows[i, KIND] == FIXED:
             continue
-        p, q, change = s.p[i], s.q[i], change_within(c.angle_rate[i], elapsed)
-        angle = s.angle[i]
-        wanted = rudder_angle(i, p, q, u, c, angle) if c.kind[i] == RUDDER else azimuth_angle(i, p, q, c, angle)
+        p, q, change = s[i, P], s[i, Q], change_within(c.rows[i, ANGLE_RATE], elapsed)
+        angle = s[i, TURN]
+        wanted = rudder_angle(i, p, q, u, c, angle) if c.rows[i, KIND] == RUDDER else azimuth_angle(i, p, q, c, angle)
         turn = wanted - angle
-        if c.angle_limit[i] >= ALL_ROUND:
+        if c.rows[i, ANGLE_LIMIT] >= ALL_ROUND:
             turn = wrap(turn)
         angle = wanted if abs(turn) <= change else angle + clip(turn, change)
-        s.angle[i] = wrap(angle) if c.angle_limit[i] >= ALL_ROUND else clip(angle, c.angle_limit[i])
-        thrust = p if c.kind[i] == RUDDER else p * math.cos(angle) + q * math.sin(angle)
-        s.thrust[i] = between(thrust, s.low[i], s.high[i])
-        s.mode[i] = 0.0
-        s.p[i], s.q[i] = given_force(i, u, c, s)
+        s[i, TURN] = wrap(angle) if c.rows[i, ANGLE_LIMIT] >= ALL_ROUND else clip(angle, c.rows[i, ANGLE_LIMIT])
+        thrust = p if c.rows[i, KIND] == RUDDER else p * math.cos(angle) + q * math.sin(angle)
+        s[i, THRUST] = between(thrust, s[i, LOW], s[i, HIGH])
+        s[i, MODE] = 0.0
+        s[i, P], s[i, Q] = given_force(i, u, c, s)
 
 
 @kernel
 def azimuth_angle(i: int, p: float, q: float, c: Allocator, angle: float) -> float:
     """The angle at which an azimuth gives a force (p, q), N, by pushing or pulling, whichever is nearer to its present angle."""
     force = magnitude(p, q)
-    if force <= 1e-9 * c.ahead[i]:
+    if force <= 1e-9 * c.rows[i, AHEAD]:
         return angle
     push = math.atan2(q, p)
-    if c.angle_limit[i] < ALL_ROUND:
+    if c.rows[i, ANGLE_LIMIT] < ALL_ROUND:
         return push if p >= 0.0 else math.atan2(-q, -p)
     pull = math.atan2(-q, -p)
-    return pull if force <= c.astern[i] and abs(wrap(pull - angle)) < abs(wrap(push - angle)) else push
+    return pull if force <= c.rows[i, ASTERN] and abs(wrap(pull - angle)) < abs(wrap(push - angle)) else push
 
 
 @kernel
@@ -60,7 +80,7 @@ def rudder_angle(i: int, p: float, q: float, u: float, c: Allocator, angle: floa
     flow = inflow(i, p, u, c)
     if flow == 0.0:
         return angle
-    l1, l2, limit = c.lift[i], c.lift_quadratic[i], c.angle_limit[i]
+    l1, l2, limit = c.rows[i, LIFT], c.rows[i, LIFT_QUADRATIC], c.rows[i, ANGLE_LIMIT]
     wanted = clip(q / flow, (l1 - l2 * limit) * limit)
     root = l1 * l1 - 4.0 * l2 * abs(wanted)
     # The smaller root, in the form without cancellation.
@@ -68,23 +88,23 @@ def rudder_angle(i: int, p: float, q: float, u: float, c: Allocator, angle: floa
 
 
 @kernel
-def given_force(i: int, u: float, c: Allocator, s: AllocationState) -> tuple[float, float]:
+def given_force(i: int, u: float, c: Allocator, s: Array) -> tuple[float, float]:
     """The force p, q that a thruster gives with its demands, N."""
-    thrust, angle = s.thrust[i], s.angle[i]
-    if c.kind[i] == FIXED:
+    thrust, angle = s[i, THRUST], s[i, TURN]
+    if c.rows[i, KIND] == FIXED:
         return thrust, 0.0
-    if c.kind[i] == AZIMUTH:
+    if c.rows[i, KIND] == AZIMUTH:
         return thrust * math.cos(angle), thrust * math.sin(angle)
-    return thrust, (c.lift[i] - c.lift_quadratic[i] * abs(angle)) * angle * inflow(i, thrust, u, c)
+    return thrust, (c.rows[i, LIFT] - c.rows[i, LIFT_QUADRATIC] * abs(angle)) * angle * inflow(i, thrust, u, c)
 
 
 @kernel
-def allocated_wrench(u: float, c: Allocator, s: AllocationState) -> tuple[float, float, float]:
+def allocated_wrench(u: float, c: Allocator, s: Array) -> tuple[float, float, float]:
     """Surge force [N], sway force [N] and yaw moment [N·m] of all demands."""
     x = y = n = 0.0
-    for i in range(len(c.x)):
+    for i in range(len(c.rows)):
         p, q = given_force(i, u, c, s)
         force, moment = wrench_of(i, p, q, c)
         x, n = x + force, n + moment
-        y += p * math.sin(c.angle[i]) if c.kind[i] == FIXED else q
+        y += p * c.rows[i, SINE] if c.rows[i, KIND] == FIXED else q
     return x, y, n
