@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kernel import kernel
@@ -42,6 +43,16 @@ class ThrusterPlant(Simulator):
             check_demand(thruster.name, *demands)
         self._state = apply_thrusts(self._state, thrust, angle, self._constants, self._thrust, self._thrusters)
         return self._state.tau
+
+
+def make_plant(parameters: PlantParameters, period: float) -> Any:
+    """The plant that parameters describe: driven by thrusters or by a wrench.
+
+    Args:
+        parameters: Parameters of the plant.
+        period: Time between two odometry messages, s.
+    """
+    return (ThrusterPlant if parameters.by_thrusters else Simulator)(parameters, period)
 
 
 @kernel

@@ -65,11 +65,28 @@ class Allocation:
     def __init__(self, layout: ThrusterLayout) -> None:
         self.constants = allocator(layout)
         self._scale = layout.limits()
-        self.state = new_state(self.constants)
+        self.reset()
 
     def reset(self) -> None:
         """Return to no thrust and straight angles."""
         self.state = new_state(self.constants)
+        self._last: int | None = None
+
+    def stop(self) -> None:
+        """Note that the thrusts have been set to zero, while angles hold."""
+        self.state[:, THRUST] = 0.0
+
+    def answer(self, stamp: int, command: tuple[float, float], surge_speed: float) -> Allocated:
+        """Allocate a command of a stamp, whose limits of rates depend on the stamp before; the first has no time to change.
+
+        Args:
+            stamp: ns.
+            command: Surge force and yaw moment, N and N·m, finite.
+            surge_speed: For the inflow of rudders, m/s.
+        """
+        elapsed = elapsed_time(stamp, stamp if self._last is None else self._last)
+        self._last = stamp
+        return self.step(*command, elapsed, surge_speed)
 
     def step(self, surge_force: float, yaw_moment: float, elapsed: float, surge_speed: float = 0.0) -> Allocated:
         """Allocate a demand.

@@ -146,6 +146,11 @@ class ThrusterLayout:
         names = columns.pop("names")
         return [Thruster(*each) for each in zip(names, kinds, *columns.values(), strict=True)]
 
+    def topics(self) -> list[tuple[str, int, int]]:
+        """The topics of the demands, each with the index of its thruster, and 0 for a thrust or 1 for an angle."""
+        parts = [(i, t, part) for i, t in enumerate(self.thrusters()) for part in range(2 if t.has_angle else 1)]
+        return [(f"thrusters/{t.name}/{('thrust', 'angle')[part]}", i, part) for i, t, part in parts]
+
     def limits(self) -> tuple[float, float]:
         """The largest surge force [N], ahead, and the largest yaw moment [N·m], in the weaker direction, each alone at rest."""
         each = self.thrusters()

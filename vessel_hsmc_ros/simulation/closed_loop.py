@@ -21,11 +21,15 @@ ended with a motion that is not finite."""
 
 
 class Constants(NamedTuple):
-    """What stays constant during a run: of the law, the plant and the observer."""
+    """What stays constant during a run: of the law, the plant and the observer.
+
+    `drive` is the way from the command to the hull, with states that are written in place: nothing, or a `ThrusterDrive`.
+    """
 
     law: Any
     plant: PlantConstants
     observer: ObserverConstants
+    drive: Any
 
 
 class Inputs(NamedTuple):
@@ -74,7 +78,7 @@ class Kept(NamedTuple):
     """What the loop writes; arrays without rows are left out.
 
     Attributes:
-        rows: By the columns of `loop.WIDTHS`, (n, 34) or (n, 23).
+        rows: By the columns of `loop.WIDTHS`, (n, 35) or (n, 23).
         terms: Terms of the law, (m, t).
         weights: Weights of its networks, (m, k, l).
         estimates: x, y, psi, u, v, r of the observer, and psi as received, (m, 7).
@@ -111,6 +115,19 @@ def unobserved(
 
 
 @kernel
+def drive(
+    stamp: int,  # noqa: ARG001 - in the place of `drive_by_thrusters`
+    plant: PlantState,
+    wrench: tuple[float, float],
+    surge_speed: float,  # noqa: ARG001
+    c: PlantConstants,
+    state: Any,  # noqa: ARG001
+) -> PlantState:
+    """Apply the command by the actuators of a wrench; where thrusters drive the ship, `drive_by_thrusters` takes this place."""
+    return apply(plant, wrench, c)
+
+
+@kernel
 def write(row: Array, start: int, values: Any) -> None:
     """Write the elements of a tuple into a row."""
     for i in range(len(values)):
@@ -135,7 +152,7 @@ def keep(row: Array, wrench: tuple[float, float], disturbing: Any, plant: PlantS
     """Write the columns of a row from those of the wrench on.
 
     Args:
-        row: The row, shape (34,), or (23,) without what follows the command.
+        row: The row, shape (35,), or (23,) without what follows the command.
         wrench: Commanded surge force [N] and yaw moment [N·m].
         disturbing: Disturbing wrench, N, N, N·m.
         plant: State of the plant, with the wrench that its actuators apply.
@@ -149,6 +166,7 @@ def keep(row: Array, wrench: tuple[float, float], disturbing: Any, plant: PlantS
     write(row, 26, unforced(plant.motion, c.vessel, c.current))
     row[29], row[30] = plant.motion.psi, plant.measured.psi
     write(row, 31, disturbing)
+    row[34] = plant.tau[1]
 
 
 @kernel
@@ -173,6 +191,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
         sampled = inputs.sampled[k]
         plant = measure(plant, sampled[0], sampled[1], sampled[2], inputs.sensor_noise[k], time, c)
         shown, measured = received(plant, c)
+        surge_speed = measured.u
         i = inputs.latest[k]
         desired = desired_motion(inputs.reference, i)
         row[0] = time
@@ -191,7 +210,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
             wrench = demand
             keep_period(periods, terms, memory, measured, kept)
             periods += 1
-        plant = apply(plant, wrench, c)
+        plant = drive(inputs.stamp[k], plant, wrench, surge_speed, c, constants.drive)
         keep(row, wrench, disturbing, plant, c)
         if k < last:  # the last sample is the final state
             plant = advance_plant(plant, plant.tau, acceleration(disturbing, c.vessel), inputs.gust_noise[k], c)
