@@ -57,6 +57,9 @@ class VesselSimNode(VesselNode):
         profile = qos.data(lockstep)
         topics = self._demands.topics if self._demands else {}
         self._odometry_out = self.advertise(Odometry, "odom", profile, partner=("cmd_wrench", *topics))
+        if lockstep and self.parameters.vessel.thrusters.needs_speed and topics:  # then the allocation reads it as well
+            self.connections.add_publisher(self._odometry_out, "cmd_wrench")
+            self.connections.add_publisher(self._odometry_out, "allocated_wrench")
         self._disturbance_out = self.advertise(WrenchStamped, "disturbance", profile)
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
         self._dynamics_out = self.advertise(AccelStamped, "dynamics/truth", profile)

@@ -146,6 +146,11 @@ class ThrusterLayout:
         names = columns.pop("names")
         return [Thruster(*each) for each in zip(names, kinds, *columns.values(), strict=True)]
 
+    @property
+    def needs_speed(self) -> bool:
+        """Whether the forces depend on the surge speed, as those of rudders do."""
+        return any(self.names) and "rudder" in self.kinds
+
     def topics(self) -> list[tuple[str, int, int]]:
         """The topics of the demands, each with the index of its thruster, and 0 for a thrust or 1 for an angle."""
         parts = [(i, t, part) for i, t in enumerate(self.thrusters()) for part in range(2 if t.has_angle else 1)]

@@ -10,7 +10,6 @@ from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.control.allocation import Allocation
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
-from vessel_hsmc_ros.core.thruster_layout import RUDDER
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
@@ -38,9 +37,7 @@ class ThrusterAllocationNode(VesselNode):
         super().__init__(**options)
         self._layout = self.parameters.vessel.thrusters
         if not self._layout:
-            raise ParameterError(
-                "thruster_allocation.vessel.thrusters.names = [''] is not allowed: it takes at least one thruster"
-            )
+            raise ParameterError("thruster_allocation.vessel.thrusters.names = [''] is not allowed: name at least one thruster")
         self._allocation = Allocation(self._layout)
         self._pending: list[tuple[int, tuple[float, float]]] = []
         self._speeds: dict[int, float] = {}
@@ -66,7 +63,7 @@ class ThrusterAllocationNode(VesselNode):
         ]
         self._wrench_out = self.advertise(WrenchStamped, "allocated_wrench", profile)
         self._wrench = self.framed(conversions.new_wrench())
-        self._needs_speed = any(t.kind == RUDDER for t in thrusters)
+        self._needs_speed = self._layout.needs_speed
         self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
         if self._needs_speed:
             self.listen(Odometry, "odom", self._on_odometry, profile)
@@ -166,6 +163,8 @@ class ThrusterAllocationNode(VesselNode):
         }
         if self._problem.current:
             return *self._problem.current, values
+        if self._received_at is None and self._timeouts and not self.parameters.lockstep:
+            return WARN, "no recent command: the thrust is zero", values
         if not self._commands:
             return OK, f"waiting for a command on {self.resolve_topic_name('cmd_wrench')}", values
         return OK, "saturated: the nearest wrench is given" if self._is_saturated else "running", values
