@@ -39,7 +39,7 @@ class VesselSimNode(VesselNode):
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
         self._plant = make_plant(p, self._grid.period)
-        self._demands = ThrusterDemands(p.vessel.thrusters) if p.by_thrusters else None
+        self._demands: Any = ThrusterDemands(p.vessel.thrusters) if p.by_thrusters else None
         self._last_step = round(p.duration * p.rate_hz) if p.duration else sys.maxsize
         self._step = 0
         self._start = 0

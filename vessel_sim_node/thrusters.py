@@ -66,7 +66,7 @@ def thrusters_of(layout: ThrusterLayout, period: float, sequence: Callable[[list
         sequence: What to keep their values in: tuples, or arrays for compiled kernels.
     """
     each = layout.thrusters()
-    rows = [
+    rows: list[list[float]] = [
         [t.kind for t in each],
         [t.x for t in each],
         [t.y for t in each],

@@ -270,7 +270,7 @@ def test_the_compiled_allocation_is_bit_identical_to_the_interpreted_one(name: s
     wrench, thrust, angle = allocated(layout, demands, 0.2)
     allocation = Allocation(layout)
     for k, demand in enumerate(demands):
-        given = allocation.step(*demand.tolist(), 0.2, SURGE_SPEED)
+        given = allocation.step(float(demand[0]), float(demand[1]), 0.2, SURGE_SPEED)
         assert given.thrust == thrust[k].tolist()
         assert given.angle == angle[k].tolist()
         assert given.wrench == tuple(wrench[k].tolist())

@@ -3,7 +3,7 @@
 In a period of length T a thrust may change by rate·T, and an angle likewise. Fixed thrusters give the wrench that is the nearest
 to the demand, moment before force (`allocated_forces`), inside what limits and rates leave. Azimuths and rudders are first given
 the forces that would be best if they could turn at once. They turn towards these forces as fast as their rate allows, an azimuth
-by the shorter way to push or to pull; an azimuth gives the part of its force that points its present way. The fixed thrusters of
+by the shorter way, ahead or with its thrust reversed; an azimuth gives the part of its force that points its present way. The fixed thrusters of
 the same ship then make up for what is missing. The sway force is free: no law of this package demands one.
 """
 
@@ -159,7 +159,7 @@ def thrust_range(i: int, elapsed: float, c: Allocator, s: Array) -> tuple[float,
 
 @kernel
 def share_in_best_mode(surge_force: float, yaw_moment: float, u: float, c: Allocator, s: Array) -> None:
-    """`share_forces` with each azimuth or rudder that does not turn all the way round pushing ahead or astern, as is best.
+    """`share_forces` with each azimuth or rudder that does not turn all the way round ahead or reversed, as is best.
 
     Best is the nearest moment, then the nearest surge force, then the least sum of squares; all combinations are compared.
 

@@ -1,6 +1,6 @@
 """The forces that each thruster may give, as kernels: their sets, and the wrenches that they make.
 
-A thruster pushes the hull with a force (p, q) out of a convex set: p along its own direction for a fixed one, ahead and to port
+A thruster gives the hull a force (p, q) out of a convex set: p along its own direction for a fixed one, ahead and to port
 for an azimuth or a rudder. Surge force and yaw moment are linear in the forces,
 
     X = p·cos(angle)                          N = p·(x·sin(angle) - y·cos(angle))        of a fixed thruster
@@ -18,10 +18,7 @@ astern. A rudder gives q up to its largest lift, which grows with the thrust p a
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import between
@@ -33,12 +30,13 @@ limit of others."""
 
 THRUST, TURN, LOW, HIGH, MODE, P, Q, LEAST, MOST, SQUARES, BEST = (*range(8), 9, 11, 13)
 """Columns of the state of a thruster: the latest demands of thrust [N] and angle; limits of the thrust in this period, N; whether
-an azimuth or a rudder pushes ahead (1), astern (-1) or keeps its force (0); its force p, q, N; and, each as p and q, the forces
+an azimuth or a rudder has its thrust ahead (1), astern (-1) or keeps its force (0); its force p, q, N; and, each as p and q, the forces
 with the least and with the largest surge force, those of least squares, and the best so far."""
 
 COLUMNS = 15
 
-Array = NDArray[np.float64]
+Array = Any
+"""A NumPy array of floats; its elements are read one by one, as floats."""
 
 
 class Allocator(NamedTuple):
@@ -61,13 +59,15 @@ class Allocator(NamedTuple):
 def largest_lift(i: int, thrust: float, u: float, c: Allocator) -> float:
     """The largest lift of a rudder, N, at a thrust of its propeller, N, and a surge speed, m/s."""
     d = c.rows[i, ANGLE_LIMIT]
-    return (c.rows[i, LIFT] - c.rows[i, LIFT_QUADRATIC] * d) * d * inflow(i, thrust, max_zero(u), c)
+    lift: float = (c.rows[i, LIFT] - c.rows[i, LIFT_QUADRATIC] * d) * d * inflow(i, thrust, max_zero(u), c)
+    return lift
 
 
 @kernel
 def inflow(i: int, thrust: float, u: float, c: Allocator) -> float:
     """The inflow of a rudder, |u|u + s·max(T, 0), m²/s²."""
-    return abs(u) * u + c.rows[i, SLIPSTREAM] * max_zero(thrust)
+    q: float = abs(u) * u + c.rows[i, SLIPSTREAM] * max_zero(thrust)
+    return q
 
 
 @kernel
@@ -109,7 +109,7 @@ def support(i: int, gx: float, gn: float, u: float, c: Allocator, s: Array) -> t
 
 @kernel
 def support_of_azimuth(i: int, hx: float, hy: float, thrust: float, c: Allocator) -> tuple[float, float]:
-    """The force of an azimuth, of at most a thrust, N, for which hx·p + hy·q is largest; negative thrusts push astern."""
+    """The force of an azimuth, of at most a thrust, N, for which hx·p + hy·q is largest; negative thrusts are astern."""
     along = hx if thrust > 0.0 else -hx
     size = math.sqrt(hx * hx + hy * hy)
     if c.rows[i, ANGLE_LIMIT] >= ALL_ROUND or abs(hy) * c.rows[i, COSINE] <= along * c.rows[i, SINE]:
@@ -143,12 +143,12 @@ def column(i: int, j: int, u: float, c: Allocator) -> tuple[float, float, float]
 def is_inside(i: int, p: float, q: float, u: float, c: Allocator, s: Array) -> bool:
     """Whether a force is inside the limits of a thruster."""
     if c.rows[i, KIND] == FIXED:
-        return s[i, LOW] <= p <= s[i, HIGH]
+        return bool(s[i, LOW] <= p <= s[i, HIGH])
     sign = s[i, MODE]
     if sign == 0.0:
         return True
     largest = c.rows[i, AHEAD] if sign > 0.0 else c.rows[i, ASTERN]
     if c.rows[i, KIND] == AZIMUTH:
         turned = c.rows[i, ANGLE_LIMIT] >= ALL_ROUND or abs(q) * c.rows[i, COSINE] <= sign * p * c.rows[i, SINE]
-        return turned and p * p + q * q <= largest * largest
-    return 0.0 <= sign * p <= largest and abs(q) <= largest_lift(i, p, u, c)
+        return bool(turned and p * p + q * q <= largest * largest)
+    return bool(0.0 <= sign * p <= largest and abs(q) <= largest_lift(i, p, u, c))

@@ -63,15 +63,16 @@ def steer(elapsed: float, u: float, c: Allocator, s: Array) -> None:
 
 @kernel
 def azimuth_angle(i: int, p: float, q: float, c: Allocator, angle: float) -> float:
-    """The angle at which an azimuth gives a force (p, q), N, by pushing or pulling, whichever is nearer to its present angle."""
+    """The angle at which an azimuth gives a force (p, q), N, ahead or with its thrust reversed, whichever is nearer."""
     force = magnitude(p, q)
     if force <= 1e-9 * c.rows[i, AHEAD]:
         return angle
-    push = math.atan2(q, p)
+    ahead = math.atan2(q, p)
     if c.rows[i, ANGLE_LIMIT] < ALL_ROUND:
-        return push if p >= 0.0 else math.atan2(-q, -p)
-    pull = math.atan2(-q, -p)
-    return pull if force <= c.rows[i, ASTERN] and abs(wrap(pull - angle)) < abs(wrap(push - angle)) else push
+        return ahead if p >= 0.0 else math.atan2(-q, -p)
+    astern = math.atan2(-q, -p)
+    nearer = abs(wrap(astern - angle)) < abs(wrap(ahead - angle))
+    return astern if nearer and force <= c.rows[i, ASTERN] else ahead
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""The thrusters of a vessel as data: where each is, how it pushes, and what limits it.
+"""The thrusters of a vessel as data: where each is, which force it gives, and what limits it.
 
 Lists run in parallel, one element a thruster; a list of one element holds for all of them. Kinds:
 
@@ -11,7 +11,7 @@ Lists run in parallel, one element a thruster; a list of one element holds for a
 An azimuth with angle_limit = pi turns all the way round. The inflow of a rudder is q = |u|u + s·max(T, 0), with the surge speed u
 through the water and the slipstream s of its propeller. Momentum theory gives s = 8/(pi·rho·D²) for a propeller of diameter D.
 Source: Skjetne, Smogeli and Fossen, Modeling, Identification and Control 25(1), 2004, where the inflow is a blend of both.
-An angle turns the force counter-clockwise, as yaw: positive ones push to port.
+An angle turns the force counter-clockwise, as yaw: positive ones give a force to port.
 """
 
 import math

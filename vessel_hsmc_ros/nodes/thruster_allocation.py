@@ -26,8 +26,8 @@ class ThrusterAllocationNode(VesselNode):
     """Allocates the commanded wrench to the thrusters, and publishes a thrust and, where it turns, an angle for each.
 
     Every command is answered at once. A wrench that is out of reach is answered by the nearest one, moment before force, and the
-    diagnostics say saturated. In real time a command that is not finite is ignored, and all thrusts are zero when the latest
-    command is older than `command_timeout`.
+    diagnostics report it as saturated. In real time a command that is not finite is ignored, and all thrusts are zero when the
+    latest command is older than `command_timeout`.
     """
 
     NAME = "thruster_allocation"

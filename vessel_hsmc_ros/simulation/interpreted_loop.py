@@ -105,9 +105,11 @@ class InterpretedLoop(Loop):
     def _applied(self, stamp: int, surge_speed: float) -> Wrench:
         """The wrench on the hull for the present command, given by actuators or by thrusters."""
         if self._allocation is None:
-            return self._plant.applied(self._loop.wrench)
-        given = self._allocation.answer(stamp, self._loop.wrench, surge_speed)
-        return self._plant.applied_thrusts(given.thrust, given.angle)
+            wrench: Wrench = self._plant.applied(self._loop.wrench)
+        else:
+            given = self._allocation.answer(stamp, self._loop.wrench, surge_speed)
+            wrench = self._plant.applied_thrusts(given.thrust, given.angle)
+        return wrench
 
     def control(self) -> Control:
         """What the controller has computed so far."""
