@@ -18,7 +18,7 @@ from launch_ros.actions import Node
 from launch import LaunchContext, LaunchDescription
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
-from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
+from vessel_hsmc_ros.core.node_list import LOOP, taking_part
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs.supervisor import exclusive
 from vessel_hsmc_ros.scenario.law_file import law_file_options, load_law_file
@@ -60,7 +60,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
             output="screen",
             on_exit=end_with(name),
         )
-        for name in START_ORDER
+        for name in taking_part(scenario.vessel_sim.by_thrusters)
         if flags["record"] or name != "recorder"
     ]
 

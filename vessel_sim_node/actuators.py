@@ -24,8 +24,14 @@ def lag(what: str) -> float:
 
 @dataclass(frozen=True)
 class ActuatorParameters:
-    """Limits and lags of surge force and yaw moment; by default there are none, as in the paper."""
+    """What drives the ship, and limits and lags of surge force and yaw moment; by default there are none, as in the paper."""
 
+    kind: str = parameter(
+        "wrench",
+        "What drives the ship: wrench takes cmd_wrench as it is, within the limits and lags of this group; thrusters takes the"
+        " demands of vessel.thrusters.",
+        choices=("wrench", "thrusters"),
+    )
     surge_force_limit: float = parameter(math.inf, "Largest surge force, in either direction.", unit="N", low=0.0, high=math.inf)
     yaw_moment_limit: float = parameter(math.inf, "Largest yaw moment, in either direction.", unit="N·m", low=0.0, high=math.inf)
     surge_force_rate: float = parameter(
@@ -85,10 +91,20 @@ def actuate(last: float, command: float, a: Actuator) -> float:
         a: Constants of the actuator.
     """
     # Order: saturation of the command, then lag, then rate limit.
-    target = clip(command, a.limit)
-    change = a.share * (target - last)
-    if abs(change) > a.largest_change:
-        target = last + math.copysign(a.largest_change, change)
-    elif not a.instant:  # an actuator without lag takes its command as it is, without a rounding error
-        target = last + change
-    return clip(target, a.limit)
+    return clip(follow(last, clip(command, a.limit), a.largest_change, a.share, a.instant), a.limit)
+
+
+@kernel
+def follow(last: float, target: float, largest_change: float, share: float, instant: bool) -> float:
+    """The value after a period in which it follows a constant target, without a saturation.
+
+    Args:
+        last: The value of the last period.
+        target: Where it goes.
+        largest_change, share, instant: As of an `Actuator`.
+    """
+    change = share * (target - last)
+    if abs(change) > largest_change:
+        return last + math.copysign(largest_change, change)
+    # An actuator without lag takes its command as it is, without a rounding error.
+    return target if instant else last + change

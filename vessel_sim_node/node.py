@@ -2,11 +2,13 @@
 
 import sys
 import time
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.hull import vessel_name
@@ -17,13 +19,15 @@ from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import SimParameters
 from vessel_sim_node.hull_check import bounded
-from vessel_sim_node.simulator import Simulator, check_command
+from vessel_sim_node.simulator import check_command
+from vessel_sim_node.thruster_demands import Demand, ThrusterDemands
+from vessel_sim_node.thruster_plant import make_plant
 
 NO_WRENCH = (0.0, 0.0)
 
 
 class VesselSimNode(VesselNode):
-    """Integrates the ship's motion and publishes it.
+    """Integrates the ship's motion and publishes it; a wrench drives the ship, or the demands of its thrusters.
 
     Lockstep: publishes step k and takes the next one when the command stamped k has been received. Real time: a timer sets the
     pace and the latest command is held until its time-out; no step is skipped, overdue steps are taken at once.
@@ -36,13 +40,14 @@ class VesselSimNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
-        self._plant = Simulator(p, self._grid.period)
+        self._plant = make_plant(p, self._grid.period)
+        self._demands: Any = ThrusterDemands(p.vessel.thrusters) if p.by_thrusters else None
         self._last_step = round(p.duration * p.rate_hz) if p.duration else sys.maxsize
         self._step = 0
         self._start = 0
         self._paused = False
         self._command = NO_WRENCH
-        self._answer: tuple[float, float] | None = None
+        self._answer: tuple[float, float] | Demand | None = None
         self._command_at: int | None = None
         self._answer_at = self._wall_start = self._wall_seconds = self._first_command_at = 0.0
         self._limited_hull, self._outside = bounded(p.vessel), ""
@@ -53,21 +58,29 @@ class VesselSimNode(VesselNode):
     def _create_topics(self) -> None:
         lockstep = self.parameters.lockstep
         profile = qos.data(lockstep)
-        self._odometry_out = self.advertise(Odometry, "odom", profile, partner="cmd_wrench")
+        topics = self._demands.topics if self._demands else {}
+        self._odometry_out = self.advertise(Odometry, "odom", profile, partner=("cmd_wrench", *topics))
+        if lockstep and self.parameters.vessel.thrusters.needs_speed and topics:  # then the allocation reads it as well
+            self.connections.add_publisher(self._odometry_out, "cmd_wrench")
+            self.connections.add_publisher(self._odometry_out, "allocated_wrench")
         self._disturbance_out = self.advertise(WrenchStamped, "disturbance", profile)
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
         self._dynamics_out = self.advertise(AccelStamped, "dynamics/truth", profile)
         if not self._plant.odometry_is_true:
             self._truth_out = self.advertise(Odometry, "odom/truth", profile)
             self._truth = self.framed(conversions.new_odometry())
-        self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
+        if not self._demands:
+            self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
+        for topic in topics:
+            self.listen(Float64, topic, partial(self._on_demand, topic), profile)
         self._odometry, self._clock_message = self.framed(conversions.new_odometry()), Clock()
         self._disturbance, self._applied = self.framed(conversions.new_wrench()), self.framed(conversions.new_wrench())
         self._dynamics = self.framed(conversions.new_acceleration())
         self.connections.allow_one_publisher("odom")
         if lockstep:
             self.connections.allow_one_publisher("/clock")
-            self.connections.allow_one_publisher("cmd_wrench")
+            for topic in topics or ("cmd_wrench",):
+                self.connections.allow_one_publisher(topic)
             self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
             # A wall-clock timer: simulated time stands still while the command is awaited.
             self.create_timer(0.1, self._check_lockstep, clock=self._wall)
@@ -112,9 +125,9 @@ class VesselSimNode(VesselNode):
             conversions.write_odometry(self._truth, stamp, self._plant.state)
             self.send(self._truth_out, self._truth)
 
-    def _finish_step(self, command: tuple[float, float]) -> None:
+    def _finish_step(self, command: tuple[float, float] | Demand) -> None:
         """Apply a command to the present step and advance to the next; odometry first, because the controller waits for it."""
-        wrench = self._plant.applied(command)
+        wrench = self._plant.applied_thrusts(*command) if self._demands else self._plant.applied(command)
         stamp = conversions.time_message(self.stamp)
         last = self._step >= self._last_step
         if not last:
@@ -157,8 +170,20 @@ class VesselSimNode(VesselNode):
             self._answer_at = time.monotonic()
             self._go_on()
 
+    def _on_demand(self, topic: str, message: Float64) -> None:
+        """Take the demand of a thrust or an angle; in lockstep, the messages of all topics make up the command of a step."""
+        self._first_command_at = self._first_command_at or time.time()
+        if not self.parameters.lockstep:
+            if problem := self._demands.hold(topic, message.data, self.now()):
+                self.get_logger().error(f"{problem}; ignored", throttle_duration_sec=1.0)
+        elif not self.finished:
+            self._demands.append(topic, message.data)
+            self._go_on()
+
     def _go_on(self) -> None:
         """Lockstep: take the step whose command has been received, unless paused."""
+        if self._demands and self._answer is None and (demand := self._demands.take()):
+            self._answer, self._answer_at = demand, time.monotonic()
         if self._answer is not None and not self._paused:
             command, self._answer = self._answer, None
             self._finish_step(command)
@@ -192,11 +217,18 @@ class VesselSimNode(VesselNode):
             self._start = now - self._grid.stamp(self._step)
         due = self._grid.index(now - self._start)
         while self._step < due and not self.finished:
-            self._finish_step(self._command if self._command_is_recent(now) else NO_WRENCH)
+            recent = self._command if self._command_is_recent(now) else NO_WRENCH
+            self._finish_step(self._demands.present(self._oldest(now)) if self._demands else recent)
 
     def _command_is_recent(self, now: int) -> bool:
         """Real time: whether the latest command is younger than its time-out, by the node's clock."""
-        return self._command_at is not None and now - self._command_at <= self.parameters.command_timeout * NANOSECONDS
+        if self._demands:
+            return not self._demands.stale(self._oldest(now))
+        return self._command_at is not None and self._command_at >= self._oldest(now)
+
+    def _oldest(self, now: int) -> int:
+        """Real time: the earliest receipt of a command that still holds."""
+        return now - round(self.parameters.command_timeout * NANOSECONDS)
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 
@@ -215,13 +247,18 @@ class VesselSimNode(VesselNode):
             self._go_on()
         return "paused" if paused else "running"
 
+    def _stale_topic(self) -> str:
+        if self._demands:
+            return f"{self._demands.stale(self._oldest(self.now()))[0]}: the thrust is zero"
+        return f"{self.resolve_topic_name('cmd_wrench')}: the wrench is zero"
+
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Progress and real-time factor of the run, for the diagnostics."""
         simulated = seconds(self._grid.stamp(self._step))
         wall = self._wall_seconds if self.finished else time.monotonic() - self._wall_start
         message = "finished" if self.finished else "paused" if self._paused else "running"
         if message == "running" and not self.parameters.lockstep and not self._command_is_recent(self.now()):
-            message = f"no recent command on {self.resolve_topic_name('cmd_wrench')}: the wrench is zero"
+            message = f"no recent command on {self._stale_topic()}"
         values = {
             "simulated_time": simulated,
             "steps": self._step,

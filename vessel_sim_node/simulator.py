@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
@@ -45,6 +45,15 @@ class PlantParameters:
     disturbance: DisturbanceParameters = group(DisturbanceParameters)
     actuators: ActuatorParameters = group(ActuatorParameters)
     sensors: SensorParameters = group(SensorParameters)
+
+    def __post_init__(self) -> None:
+        if self.by_thrusters and not self.vessel.thrusters:
+            raise ParameterError("vessel_sim.actuators.kind = thrusters is not allowed without vessel.thrusters.names")
+
+    @property
+    def by_thrusters(self) -> bool:
+        """Whether thrusters drive the ship, not a wrench."""
+        return self.actuators.kind == "thrusters"
 
 
 class Simulator:

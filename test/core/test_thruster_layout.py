@@ -63,11 +63,11 @@ def test_one_element_of_a_list_holds_for_every_thruster() -> None:
 
 
 def test_twin_propellers_give_twice_their_thrust_and_no_sway_force() -> None:
-    assert layout(TWIN).limits() == (240.0, pytest.approx(0.8 * 120.0))
+    assert layout(TWIN).limits() == pytest.approx((240.0, 0.8 * 120.0))
     assert layout(TWIN).sway_force_per_yaw_moment() == 0.0
 
 
-def test_a_rudder_pushes_the_sway_by_the_inverse_of_its_lever() -> None:
+def test_a_rudder_gives_the_sway_the_inverse_of_its_lever() -> None:
     rudder = layout(RUDDER)
     assert rudder.sway_force_per_yaw_moment() == pytest.approx(-0.25)
     force, moment = rudder.limits()
@@ -79,7 +79,7 @@ def test_a_rudder_pushes_the_sway_by_the_inverse_of_its_lever() -> None:
 def test_azimuths_ahead_and_astern_turn_the_ship_without_a_sway_force() -> None:
     pair = layout({"names": ["bow", "stern"], "kinds": ["azimuth"], "x": [1.8, -1.8], "thrust_ahead": [500.0]})
     assert pair.sway_force_per_yaw_moment() == 0.0
-    assert pair.limits() == (1000.0, pytest.approx(1800.0))
+    assert pair.limits() == pytest.approx((1000.0, 1800.0))
 
 
 def test_the_largest_lift_is_where_it_stops_growing() -> None:

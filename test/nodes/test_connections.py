@@ -29,7 +29,7 @@ class Graph:
 def missing(readers: list[Any], connected: int, partner: str = "/cmd_wrench", recorded: bool = False) -> str:
     connections: Any = Connections(Graph(readers, [endpoint("controller")]), recorded)  # type: ignore[arg-type]
     publisher = SimpleNamespace(topic_name="/odom", qos_profile=qos.LOSSLESS, get_subscription_count=lambda: connected)
-    return connections.missing_reader(publisher, partner)
+    return connections.missing_reader(publisher, *([partner] if partner else []))
 
 
 def test_publishing_starts_only_when_every_discovered_reader_is_connected() -> None:

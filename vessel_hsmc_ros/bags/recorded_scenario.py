@@ -9,6 +9,7 @@ import yaml
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.node_list import ALLOCATION
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.parameters import NODES, declared
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters
@@ -77,4 +78,4 @@ def _from_parameters(parameters: Parameters, namespaces: Collection[str]) -> str
             # ROS adds parameters of its own, such as use_sim_time, which a scenario does not have.
             known = schema.entries(NODES[node])
             found[node] = {"ros__parameters": {key: value for key, value in values.items() if key in known}}
-    return yaml.safe_dump(found) if found.keys() == NODES.keys() else ""
+    return yaml.safe_dump(found) if found.keys() >= NODES.keys() - {ALLOCATION} else ""

@@ -12,3 +12,13 @@ def clip(value: float, limit: float) -> float:
     if value < -limit:
         return -limit
     return value
+
+
+@kernel
+def between(value: float, low: float, high: float) -> float:
+    """Limit a value to the interval from low to high; NaN stays NaN."""
+    if value > high:
+        return high
+    if value < low:
+        return low
+    return value

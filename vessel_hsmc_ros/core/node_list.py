@@ -14,6 +14,7 @@ LOOP = {
     "vessel_sim": NodeProgram("vessel_sim_node", "vessel_sim_node"),
     "reference_ship": NodeProgram("vessel_hsmc_ros.nodes.reference_ship", "reference_ship_node"),
     "controller": NodeProgram("vessel_hsmc_ros.nodes.controller", "controller_node"),
+    "thruster_allocation": NodeProgram("vessel_hsmc_ros.nodes.thruster_allocation", "thruster_allocation_node"),
     "recorder": NodeProgram("vessel_hsmc_ros.nodes.recorder", "recorder_node"),
 }
 """The nodes of a closed loop, whose parameters make a scenario."""
@@ -24,5 +25,13 @@ WATCHERS = {
 }
 """Nodes that only watch a run: they may fail without harm to it."""
 
+ALLOCATION = "thruster_allocation"
+"""The node of the loop that takes part only where thrusters drive the ship."""
+
 START_ORDER = tuple(reversed(LOOP))
 """The recorder starts first, so that it hears every node, and the plant, which sets the pace, starts last."""
+
+
+def taking_part(by_thrusters: bool) -> tuple[str, ...]:
+    """The nodes of a loop in the order of their start; the allocation is one of them where thrusters drive the ship."""
+    return tuple(name for name in START_ORDER if by_thrusters or name != ALLOCATION)

@@ -77,7 +77,8 @@ class Published:
         stamp: Of the plant's messages and of the commands, (n,) ns.
         odometry: Measured x, y, psi, u, v, r, (n, 6).
         truth: The true ones, (n, 6); None where the sensors are perfect.
-        command, applied: Surge force [N] and yaw moment [N·m] of controller and actuators, (n, 2).
+        command: Surge force [N] and yaw moment [N·m] of the controller, (n, 2).
+        applied: Surge force, sway force [N] and yaw moment [N·m] of the actuators, (n, 3).
         disturbance: Surge and sway force [N] and yaw moment [N·m], (n, 3).
         unforced_acceleration: f_u, f_v, f_r of (7), (n, 3), m/s², m/s², rad/s².
         reference_stamp: Of the reference, (m,) ns.

@@ -1,4 +1,4 @@
-"""The thrusters of a vessel as data: where each is, how it pushes, and what limits it.
+"""The thrusters of a vessel as data: where each is, which force it gives, and what limits it.
 
 Lists run in parallel, one element a thruster; a list of one element holds for all of them. Kinds:
 
@@ -11,7 +11,7 @@ Lists run in parallel, one element a thruster; a list of one element holds for a
 An azimuth with angle_limit = pi turns all the way round. The inflow of a rudder is q = |u|u + s·max(T, 0), with the surge speed u
 through the water and the slipstream s of its propeller. Momentum theory gives s = 8/(pi·rho·D²) for a propeller of diameter D.
 Source: Skjetne, Smogeli and Fossen, Modeling, Identification and Control 25(1), 2004, where the inflow is a blend of both.
-An angle turns the force counter-clockwise, as yaw: positive ones push to port.
+An angle turns the force counter-clockwise, as yaw: positive ones give a force to port.
 """
 
 import math
@@ -145,6 +145,16 @@ class ThrusterLayout:
         kinds = [KINDS.index(kind) for kind in columns.pop("kinds")]
         names = columns.pop("names")
         return [Thruster(*each) for each in zip(names, kinds, *columns.values(), strict=True)]
+
+    @property
+    def needs_speed(self) -> bool:
+        """Whether the forces depend on the surge speed, as those of rudders do."""
+        return any(self.names) and "rudder" in self.kinds
+
+    def topics(self) -> list[tuple[str, int, int]]:
+        """The topics of the demands, each with the index of its thruster, and 0 for a thrust or 1 for an angle."""
+        parts = [(i, t, part) for i, t in enumerate(self.thrusters()) for part in range(2 if t.has_angle else 1)]
+        return [(f"thrusters/{t.name}/{('thrust', 'angle')[part]}", i, part) for i, t, part in parts]
 
     def limits(self) -> tuple[float, float]:
         """The largest surge force [N], ahead, and the largest yaw moment [N·m], in the weaker direction, each alone at rest."""

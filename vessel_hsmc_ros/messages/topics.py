@@ -8,6 +8,7 @@ RECORDED_TOPICS = {
     "odom/truth": "nav_msgs/msg/Odometry",
     "cmd_wrench": "geometry_msgs/msg/WrenchStamped",
     "applied_wrench": "geometry_msgs/msg/WrenchStamped",
+    "allocated_wrench": "geometry_msgs/msg/WrenchStamped",
     "disturbance": "geometry_msgs/msg/WrenchStamped",
     "dynamics/truth": "geometry_msgs/msg/AccelStamped",
     "reference": "vessel_hsmc_msgs/msg/ReferenceState",
@@ -26,7 +27,7 @@ RECORDED_TOPICS = {
 FOREIGN_TOPICS = ("goal_pose", "path")
 """Recorded topics that other programs publish; their stamps need not be in the time of the run."""
 
-OPTIONAL_TOPICS = ("odom/truth", "controller/estimate", *FOREIGN_TOPICS)
+OPTIONAL_TOPICS = ("odom/truth", "allocated_wrench", "controller/estimate", *FOREIGN_TOPICS)
 """Recorded topics that are not present in every run."""
 
 TYPES_OF_EVERY_NODE = (

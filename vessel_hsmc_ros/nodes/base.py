@@ -74,7 +74,7 @@ class VesselNode(Node):
 
     # -- for subclasses -----------------------------------------------------------------------------------------------
 
-    def advertise(self, kind: Any, topic: str, profile: QoSProfile, partner: str = "") -> Publisher:
+    def advertise(self, kind: Any, topic: str, profile: QoSProfile, partner: str | tuple[str, ...] = ()) -> Publisher:
         """Create a publisher; the node starts its work only when the subscribers of the topic are connected.
 
         In lockstep, one of them must belong to a node that publishes the topic `partner`, such as the controller for the plant.
@@ -84,10 +84,12 @@ class VesselNode(Node):
             kind: Message class.
             topic: Name relative to the node's namespace.
             profile: Quality of service.
-            partner: A topic that the node of one of the subscribers must publish; empty if any subscriber is sufficient.
+            partner: A topic that the node of one of the subscribers must publish, or several of which it must publish one; empty
+                if any subscriber is sufficient.
         """
         publisher = self.create_publisher(kind, topic, profile)
-        self.connections.add_publisher(publisher, partner if self.parameters.lockstep else "")
+        partners = (partner,) if isinstance(partner, str) else partner
+        self.connections.add_publisher(publisher, *partners if self.parameters.lockstep else ())
         self._topics["publishes"].append(publisher.topic_name)
         return publisher
 

@@ -44,13 +44,13 @@ class Connections:
         self.subscriptions: list[Subscription] = []
         self._node = node
         self._recorded = recorded
-        self._publishers: list[tuple[Publisher, str]] = []
+        self._publishers: list[tuple[Publisher, tuple[str, ...]]] = []
         self._awaited: list[Awaited] = []
         self._exclusive: list[str] = []
 
-    def add_publisher(self, publisher: Publisher, partner: str = "") -> None:
-        """Wait for the subscribers of a topic; the node of one of them must publish `partner`, unless that is empty."""
-        self._publishers.append((publisher, self._node.resolve_topic_name(partner) if partner else ""))
+    def add_publisher(self, publisher: Publisher, *partners: str) -> None:
+        """Wait for the subscribers of a topic; the node of one of them must publish one of `partners`, if there are any."""
+        self._publishers.append((publisher, tuple(self._node.resolve_topic_name(partner) for partner in partners)))
 
     def add_subscription(self, awaited: Awaited) -> None:
         """Wait for the publisher of a topic, and subscribe as soon as it exists."""
@@ -74,25 +74,25 @@ class Connections:
                 self._awaited.remove(awaited)
                 self.subscriptions.append(self._node.create_subscription(*awaited))
         found = [f"a publisher of {self._node.resolve_topic_name(awaited.topic)}" for awaited in self._awaited]
-        found += [lack for publisher, partner in self._publishers if (lack := self.missing_reader(publisher, partner))]
+        found += [lack for publisher, partner in self._publishers if (lack := self.missing_reader(publisher, *partner))]
         return list(dict.fromkeys(found))
 
-    def missing_reader(self, publisher: Publisher, partner: str = "") -> str:
+    def missing_reader(self, publisher: Publisher, *partners: str) -> str:
         """Describe the subscriber that a publisher still waits for; empty when all subscribers of the graph are connected.
 
         Args:
             publisher: Of this node.
-            partner: Full name of a topic that the node of one of the subscribers must publish; empty if any is sufficient.
+            partners: Full names of topics, of which the node of one of the subscribers must publish one; none if any will do.
         """
-        if not (partner or self._recorded):
+        if not (partners or self._recorded):
             return ""
         topic = publisher.topic_name
         infos = self._node.get_subscriptions_info_by_topic(topic)
         # An incompatible subscriber is never connected: waiting for it would block the start for ever.
         readers = [info for info in infos if qos.compatible(publisher.qos_profile, info.qos_profile)]
-        writers = self._node.get_publishers_info_by_topic(partner) if partner else []
-        if partner and not set(map(_node_of, writers)) & set(map(_node_of, readers)):
-            return f"a node that reads {topic} and publishes {partner}"
+        writers = [info for partner in partners for info in self._node.get_publishers_info_by_topic(partner)]
+        if partners and not set(map(_node_of, writers)) & set(map(_node_of, readers)):
+            return f"a node that reads {topic} and publishes {' or '.join(partners)}"
         # A node on simulated time reads /clock for itself, best effort; the recorder's own subscription is reliable.
         qualities = [(info.node_name, info.qos_profile.reliability) for info in readers]
         if self._recorded and (RECORDER, ReliabilityPolicy.RELIABLE) not in qualities:

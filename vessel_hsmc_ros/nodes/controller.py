@@ -65,7 +65,7 @@ class ControllerNode(VesselNode):
 
     def _create_topics(self, lockstep: bool) -> None:
         profile = qos.data(lockstep)
-        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, partner="odom")
+        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, partner=("odom", "allocated_wrench"))
         if lockstep:
             self.connections.allow_one_publisher("cmd_wrench")
         self._state_out = self.advertise(ControlState, "~/state", profile)

@@ -38,6 +38,7 @@ def entry_point(module: str) -> Callable[[], int]:
 vessel_sim_node = entry_point(f"{LOOP['vessel_sim'].module}.node")  # its module is a package, run by `python -m`
 reference_ship_node = entry_point(LOOP["reference_ship"].module)
 controller_node = entry_point(LOOP["controller"].module)
+thruster_allocation_node = entry_point(LOOP["thruster_allocation"].module)
 recorder_node = entry_point(LOOP["recorder"].module)
 marker_node = entry_point(WATCHERS["markers"].module)
 live_node = entry_point(WATCHERS["live"].module)

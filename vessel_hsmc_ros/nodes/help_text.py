@@ -13,7 +13,7 @@ from vessel_hsmc_ros.scenario import parameters
 
 INTERFACES = {
     "vessel_sim": """\
-subscribes to  cmd_wrench
+subscribes to  cmd_wrench, or thrusters/<name>/thrust and .../angle with actuators.kind = thrusters
 publishes      odom, applied_wrench, disturbance, dynamics/truth; odom/truth with sensor noise; events; /clock in lockstep
 services       ~/pause, ~/reset""",
     "reference_ship": """\
@@ -24,6 +24,11 @@ services       ~/pause, ~/reset""",
 subscribes to  odom, reference
 publishes      cmd_wrench, ~/state; ~/estimate with an observer; events
 services       ~/enable, ~/reset""",
+    "thruster_allocation": """\
+subscribes to  cmd_wrench; odom, with rudders
+publishes      thrusters/<name>/thrust; thrusters/<name>/angle of azimuths and rudders; allocated_wrench, events;
+               thrusters/<name>/shaft_speed where its thrust coefficients are given
+services       ~/reset""",
     "recorder": """\
 subscribes to  the topics of the parameters topics, all_topics and regex, and writes them into a bag""",
     "markers": """\

@@ -12,7 +12,7 @@ from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.core.node_list import LOOP
+from vessel_hsmc_ros.core.node_list import ALLOCATION, LOOP
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
@@ -27,7 +27,7 @@ INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchSta
 SHORTEST_LOOK, FIRST_LOOK = 1.2, 5.0
 """Shortest and longest wait for the diagnostics of all nodes, s, which publish them once a second."""
 
-NECESSARY = set(LOOP) - {"recorder"}
+NECESSARY = set(LOOP) - {"recorder", ALLOCATION}
 """The nodes without which there is no closed loop."""
 
 EVENTS_SHOWN = 5

@@ -110,7 +110,7 @@ class ClosedLoop:
             _with_heading(columns["measured"], columns["headings"][:, 1]),
             _with_heading(columns["state"], columns["headings"][:, 0]) if self._has_truth else None,
             columns["command"],
-            columns["wrench"],
+            np.insert(columns["wrench"], [1], columns["sway_force"], axis=1),
             columns["disturbing_wrench"],
             columns["unforced_acceleration"],
             np.array([grid.stamp(index) for index in range(len(reference))]),

@@ -15,7 +15,7 @@ from pathlib import Path
 from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
-from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER
+from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER, taking_part
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 MODULES = {name: LOOP[name].module for name in START_ORDER}
@@ -70,7 +70,9 @@ class NodeGroup:
         RunError: a node cannot be started, for instance because the disk is full.
     """
 
-    def __init__(self, parameters: Path, logs: Path, namespace: str = "", names: Sequence[str] = tuple(MODULES)) -> None:
+    def __init__(
+        self, parameters: Path, logs: Path, namespace: str = "", names: Sequence[str] = taking_part(by_thrusters=False)
+    ) -> None:
         logs.mkdir(parents=True, exist_ok=True)
         arguments = ["--ros-args", "--params-file", str(parameters)]
         if namespace:

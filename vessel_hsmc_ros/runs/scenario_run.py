@@ -86,7 +86,7 @@ def run_nodes(
     supervisor = _supervisor()
     origin = _origin(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    status = supervisor.supervise(folder, namespace, progress, live_port)
+    status = supervisor.supervise(folder, namespace, progress, live_port, scenario.vessel_sim.by_thrusters)
     result = Result(folder, status.code, status.failure)
     try:
         _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted

@@ -16,6 +16,7 @@ import yaml
 
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
+from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import MODULES, WATCHERS, NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
@@ -64,7 +65,9 @@ class Interrupts:
         self.received = self.received or number
 
 
-def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None) -> ExitStatus:
+def supervise(
+    folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None, by_thrusters: bool = False
+) -> ExitStatus:
     """Start the nodes, wait until the plant ends the run, stop them.
 
     Args:
@@ -72,6 +75,7 @@ def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: 
         namespace: Namespace of the nodes, without leading and trailing slashes.
         progress: Called with the simulated time in the diagnostics of the plant.
         live_port: Port of the live view; None for no live view.
+        by_thrusters: Whether thrusters drive the ship, so that their allocation takes part.
 
     Returns:
         How the run ended; a failure is not raised.
@@ -80,7 +84,7 @@ def supervise(folder: RunFolder, namespace: str, progress: Progress, live_port: 
     with (
         Interrupts() as interrupts,
         live_view(folder, namespace, live_port, interrupts),
-        NodeGroup(folder.parameters, folder.logs, namespace) as nodes,
+        NodeGroup(folder.parameters, folder.logs, namespace, taking_part(by_thrusters)) as nodes,
         StatusListener(namespace) as listener,
     ):
         status = _monitor(nodes, listener, interrupts, progress)

@@ -10,6 +10,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.laws import (
     LAWS,
     CourseLawParameters,
@@ -126,6 +127,28 @@ def _restored(values: dict[str, schema.Value]) -> ControllerParameters:
 
 
 @dataclass(frozen=True)
+class FittedThrusters:
+    """The part of the hull data that the allocation takes."""
+
+    thrusters: ThrusterLayout = group(ThrusterLayout)
+
+
+@dataclass(frozen=True)
+class AllocationParameters(CommonParameters):
+    """Parameters of thruster_allocation, which takes part where thrusters drive the ship."""
+
+    command_timeout: float = parameter(
+        0.5,
+        "In real time, the age of a command after which all thrusts are set to zero.",
+        unit="s",
+        low=0.01,
+        high=60.0,
+        tunable=True,
+    )
+    vessel: FittedThrusters = group(FittedThrusters)
+
+
+@dataclass(frozen=True)
 class RecorderParameters(CommonParameters):
     """Parameters of recorder; in lockstep messages are stamped with simulated time, else with their time of receipt."""
 
@@ -180,6 +203,7 @@ NODES = Declarations(
         "vessel_sim": SimParameters,
         "reference_ship": ReferenceParameters,
         "controller": ControllerParameters,
+        "thruster_allocation": AllocationParameters,
         "recorder": RecorderParameters,
     }
 )

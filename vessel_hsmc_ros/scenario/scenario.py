@@ -10,13 +10,14 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.changes import by_node, full_names
+from vessel_hsmc_ros.scenario.consistency import check_rates, check_thrusters
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
+    AllocationParameters,
     ControllerParameters,
     RecorderParameters,
     ReferenceParameters,
@@ -34,7 +35,7 @@ class Scenario:
 
     Attributes:
         name: Name of the scenario, for run folders and reports.
-        vessel_sim, reference_ship, controller, recorder: Parameters of the nodes.
+        vessel_sim, reference_ship, controller, recorder, thruster_allocation: Parameters of the nodes.
         given: The parameters that its file and its changes set, by `node.parameter`; the others have their defaults.
     """
 
@@ -43,6 +44,7 @@ class Scenario:
     reference_ship: ReferenceParameters
     controller: ControllerParameters
     recorder: RecorderParameters
+    thruster_allocation: AllocationParameters = field(default_factory=AllocationParameters)
     given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
 
     def changed(self, changes: Mapping[str, object]) -> "Scenario":
@@ -62,8 +64,14 @@ class Scenario:
     def with_bag(self, directory: Path, parameters: Path) -> "Scenario":
         """The same scenario, recorded into a directory, with a parameters file to store inside the bag."""
         source = law_source(self.controller.law)
+        demands = tuple(topic for topic, *_ in self.vessel_sim.vessel.thrusters.topics() if self.vessel_sim.by_thrusters)
         recorder = replace(
-            self.recorder, directory=str(directory), scenario_file=str(parameters), scenario=self.name, law_source=source
+            self.recorder,
+            directory=str(directory),
+            topics=tuple(dict.fromkeys((*self.recorder.topics, *demands))),
+            scenario_file=str(parameters),
+            scenario=self.name,
+            law_source=source,
         )
         return replace(self, recorder=recorder)
 
@@ -164,7 +172,8 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
         ScenarioError: its rates do not fit each other.
         ParameterError: parameters do not fit each other.
     """
-    _check_rates(scenario)
+    check_rates(scenario)
+    check_thrusters(scenario)
     # Law and reference are constructed only for their validation.
     if "controller" in changed:
         try:
@@ -234,22 +243,3 @@ def _defaults_named_in(message: str, given: Collection[str]) -> str:
     names = ["controller.law", *re.findall(r"controller[.\w]*\w", message)]
     defaults = [name for name in names if name not in given]
     return f"; {' and '.join(defaults)} {'is a default' if len(defaults) == 1 else 'are defaults'}" if defaults else ""
-
-
-def _check_rates(scenario: Scenario) -> None:
-    """Check that in lockstep every control period coincides with an odometry and a reference message.
-
-    Raises:
-        ScenarioError: a message rate is not an integer multiple of the control rate.
-    """
-    if not scenario.controller.lockstep:
-        return
-    # In lockstep a control period may only begin at an instant for which both messages exist.
-    law = RateGrid(scenario.controller.rate_hz)
-    for node in ("vessel_sim", "reference_ship"):
-        rate_hz = getattr(scenario, node).rate_hz
-        if not law.divides(RateGrid(rate_hz)):
-            raise ScenarioError(
-                f"controller.rate_hz = {law.rate_hz:g} Hz does not fit {node}.rate_hz = {rate_hz:g} Hz:"
-                " in lockstep the second must be an integer multiple of the first"
-            )

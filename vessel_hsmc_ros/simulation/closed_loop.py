@@ -22,12 +22,16 @@ ended with a motion that is not finite."""
 
 
 class Constants(NamedTuple):
-    """What stays constant during a run: of the law, the plant, the observer and the point that the law controls."""
+    """What stays constant during a run: of the law, the plant, the observer and the point that the law controls.
+
+    `drive` is the way from the command to the hull, with states that are written in place: nothing, or a `ThrusterDrive`.
+    """
 
     law: Any
     plant: PlantConstants
     observer: ObserverConstants
     pivot: Pivot
+    drive: Any
 
 
 class Inputs(NamedTuple):
@@ -78,7 +82,7 @@ class Kept(NamedTuple):
     """What the loop writes; arrays without elements are left out.
 
     Attributes:
-        rows: By the columns of `loop.WIDTHS`, (n, 34).
+        rows: By the columns of `loop.WIDTHS`, (n, 35).
         brief: What metrics need instead of rows: x, y, psi minus those of the reference, applied wrench, command, (7, n).
         terms: Terms of the law, (m, t).
         weights: Weights of its networks, (m, k, l).
@@ -119,6 +123,19 @@ def unobserved(
 
 
 @kernel
+def drive(
+    stamp: int,  # noqa: ARG001 - in the place of `drive_by_thrusters`
+    plant: PlantState,
+    wrench: tuple[float, float],
+    surge_speed: float,  # noqa: ARG001
+    c: PlantConstants,
+    state: Any,  # noqa: ARG001
+) -> PlantState:
+    """Apply the command by the actuators of a wrench; where thrusters drive the ship, `drive_by_thrusters` takes this place."""
+    return apply(plant, wrench, c)
+
+
+@kernel
 def write(row: Array, start: int, values: Any) -> None:
     """Write the elements of a tuple into a row."""
     for i in range(len(values)):
@@ -139,11 +156,11 @@ def received(plant: PlantState, constants: PlantConstants) -> tuple[Motion, Moti
 
 
 @kernel
-def keep(row: Array, time: float, received: tuple[Motion, Motion, Motion], wrench: Any, disturbing: Any, state: Any, c: Any) -> None:
+def keep(row: Array, time: float, received: Any, wrench: Any, disturbing: Any, state: PlantState, c: PlantConstants) -> None:
     """Write a row.
 
     Args:
-        row: The row, shape (34,).
+        row: The row, shape (35,).
         time: Time, s.
         received: State, measurement and reference as their messages give them.
         wrench: Commanded surge force [N] and yaw moment [N·m].
@@ -160,6 +177,7 @@ def keep(row: Array, time: float, received: tuple[Motion, Motion, Motion], wrenc
     write(row, 26, unforced(state.motion, c.vessel, c.current))
     row[29], row[30] = state.motion.psi, state.measured.psi
     write(row, 31, disturbing)
+    row[34] = state.tau[1]
 
 
 @kernel
@@ -218,7 +236,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
             if periods < len(kept.back):
                 write(kept.back[periods], 0, at.back)
             periods += 1
-        plant = apply(plant, wrench, c)
+        plant = drive(inputs.stamp[k], plant, wrench, sensed.u, c, constants.drive)
         if len(kept.rows):
             keep(kept.rows[k], time, (shown, sensed, desired), wrench, disturbing, plant, c)
         else:

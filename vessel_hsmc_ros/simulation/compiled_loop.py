@@ -19,6 +19,7 @@ from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.law_terms import all_terms
 from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
 from vessel_hsmc_ros.simulation.preparation import prepare
+from vessel_hsmc_ros.simulation.thruster_drive import drive_by_thrusters
 from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 from vessel_sim_node.simulator import divergence_of_ship
 
@@ -46,11 +47,13 @@ def make_loop(
     return InterpretedLoop(scenario, samples, law)
 
 
-def compiled_loop(law: type[KernelLaw[Any]], observed: bool) -> Compiled:
-    """The loop with a law, and with the observer or without."""
+def compiled_loop(law: type[KernelLaw[Any]], observed: bool, by_thrusters: bool = False) -> Compiled:
+    """The loop with a law, with the observer or without, driven by a wrench or by thrusters."""
+    kernels: dict[str, Any] = {"drive": drive_by_thrusters} if by_thrusters else {}
+    title = f"the law {law.name}{' with thrusters' * by_thrusters}"
     if observed:
-        return compiled(advance, f"the law {law.name} with the observer", law_step=law.kernel)
-    return compiled(advance, f"the law {law.name}", allocates=False, law_step=law.kernel, observe=unobserved)
+        return compiled(advance, f"{title} with the observer", law_step=law.kernel, **kernels)
+    return compiled(advance, title, allocates=False, law_step=law.kernel, observe=unobserved, **kernels)
 
 
 class CompiledLoop(Loop):
@@ -80,7 +83,7 @@ class CompiledLoop(Loop):
         back = np.empty((periods if self._constants.pivot.x_p else 0, len(ERRORS)))
         brief = np.empty((BRIEF, 0)) if brief is None else brief
         self._kept = Kept(self.rows, brief, terms, weights, estimates, back)
-        self._advance = compiled_loop(type(law), self._constants.observer.enabled)
+        self._advance = compiled_loop(type(law), self._constants.observer.enabled, scenario.vessel_sim.by_thrusters)
 
     def advance(self, stop: int) -> None:
         """Go on until `stop` rows are done."""

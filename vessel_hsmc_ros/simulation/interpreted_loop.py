@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.allocation import Allocation
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
@@ -14,7 +15,7 @@ from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Evaluated, Loop
 from vessel_sim_node.plant import Wrench, acceleration
-from vessel_sim_node.simulator import Simulator
+from vessel_sim_node.thruster_plant import make_plant
 
 Array = NDArray[np.float64]
 
@@ -64,7 +65,9 @@ class InterpretedLoop(Loop):
         self.samples, self.done = samples, 0
         self.rows = np.empty((samples, WIDTH))
         self._grid = RateGrid(sim.rate_hz)
-        self._plant = Simulator(sim, self._grid.period)
+        self._plant = make_plant(sim, self._grid.period)
+        layout = scenario.thruster_allocation.vessel.thrusters
+        self._allocation = Allocation(layout) if sim.by_thrusters else None
         self._vessel = sim.vessel.coefficients()
         grid = RateGrid(scenario.reference_ship.rate_hz)
         self._desired = Desired(make_reference(scenario.reference_ship, grid.period), grid)
@@ -93,11 +96,20 @@ class InterpretedLoop(Loop):
             self._terms.append((stamp, loop.step(stamp, measured, reference, reference_acceleration)))
             if loop.estimate is not None:
                 self._estimates.append(loop.estimate)
-        wrench = plant.applied(loop.wrench)
+        wrench = self._applied(stamp, measured.u)
         unforced, disturbing = plant.unforced_acceleration(), acceleration(disturbance, self._vessel)
         motion = (time, *state, *measured, *reference, wrench[0], wrench[2], *loop.wrench)
-        self.rows[self.done] = (*motion, *disturbing, *unforced, plant.state[2], sensed[2], *disturbance)
+        self.rows[self.done] = (*motion, *disturbing, *unforced, plant.state[2], sensed[2], *disturbance, wrench[1])
         return wrench, disturbance
+
+    def _applied(self, stamp: int, surge_speed: float) -> Wrench:
+        """The wrench on the hull for the present command, given by actuators or by thrusters."""
+        if self._allocation is None:
+            wrench: Wrench = self._plant.applied(self._loop.wrench)
+        else:
+            given = self._allocation.answer(stamp, self._loop.wrench, surge_speed)
+            wrench = self._plant.applied_thrusts(given.thrust, given.angle)
+        return wrench
 
     def control(self) -> Control:
         """What the controller has computed so far."""

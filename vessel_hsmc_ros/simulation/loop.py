@@ -11,10 +11,10 @@ Stamps = NDArray[np.int64]
 
 WIDTHS = {
     **{"time": 1, "state": 6, "measured": 6, "reference": 6, "wrench": 2, "command": 2},
-    **{"disturbance": 3, "unforced_acceleration": 3, "headings": 2, "disturbing_wrench": 3},
+    **{"disturbance": 3, "unforced_acceleration": 3, "headings": 2, "disturbing_wrench": 3, "sway_force": 1},
 }
-"""Columns of a row, with states as their messages give them; `wrench` is the applied one, `headings` are those of the state and
-of the measurement in the messages, not wrapped."""
+"""Columns of a row, with states as their messages give them; `wrench` is the applied one, without its `sway_force`, `headings`
+are those of the state and of the measurement in the messages, not wrapped."""
 
 WIDTH = sum(WIDTHS.values())
 

@@ -18,6 +18,7 @@ from vessel_hsmc_ros.scenario.control import make_pivot
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.closed_loop import Constants, Inputs, State
 from vessel_hsmc_ros.simulation.compilation import compiled
+from vessel_hsmc_ros.simulation.thruster_drive import thruster_drive
 from vessel_sim_node.sensors import sampling
 from vessel_sim_node.simulator import Simulator
 
@@ -57,9 +58,12 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     sim, controller, ship = scenario.vessel_sim, scenario.controller, scenario.reference_ship
     instants = schedule(samples, sim.rate_hz, controller.rate_hz, ship.rate_hz, sim.sensors.rates())
     reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
-    plant = Simulator(sim, RateGrid(sim.rate_hz).period)
+    period = RateGrid(sim.rate_hz).period
+    plant = Simulator(sim, period)
     observer = Observer(controller.observer, controller.vessel)
-    constants = Constants(law.constants, plant.constants(), observer.constants, make_pivot(controller))
+    constants = Constants(
+        law.constants, plant.constants(), observer.constants, make_pivot(controller), thruster_drive(scenario, period)
+    )
     noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)
     state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state(), 0.0)

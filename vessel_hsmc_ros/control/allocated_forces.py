@@ -1,0 +1,209 @@
+"""The forces of the thrusters whose wrench is the nearest to a demand: kernels of the thrust allocation.
+
+The attainable wrenches are the sum of the convex sets of `thruster_sets` in the plane of surge force X and yaw moment N. Of them
+the nearest to the demand is taken, moment before force: first the attainable moment that is nearest to the demanded one, then,
+with that moment, the nearest surge force. The sway force is free. The least and the largest surge force at a moment are where
+-X cos(t) + N sin(t) and X cos(t) + N sin(t) are largest for some t: the moment grows with t, which is found by bisection.
+
+Of the forces with this wrench those of least squares are taken, weighted with the largest forces; where these exceed a limit,
+the nearest to them on the straight way from a mixture of the forces with the least and with the largest surge force.
+"""
+
+import math
+
+from vessel_hsmc_ros.control.thruster_sets import (
+    HIGH,
+    KIND,
+    LEAST,
+    LOW,
+    MODE,
+    MOST,
+    SQUARES,
+    Allocator,
+    Array,
+    P,
+    Q,
+    column,
+    is_inside,
+    support,
+    wrench_of,
+)
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.limits import between
+from vessel_hsmc_ros.core.thruster_layout import FIXED
+
+BISECTIONS = 36
+"""Halvings of an interval, to 5e-11 of an angle: closer ones differ by less than rounding errors."""
+
+
+@kernel
+def wrench_at(side: float, t: float, u: float, c: Allocator, s: Array, forces: int) -> tuple[float, float]:
+    """Surge force and yaw moment where side·X cos(t) + N sin(t)/lever is largest, whose forces are written.
+
+    Args:
+        side: 1 or -1.
+        t: Between -pi/2 and pi/2.
+        u: Surge speed, m/s.
+        c, s: Constants and state of the allocation.
+        forces: Column of their p, before that of q.
+    """
+    x = n = 0.0
+    gx, gn = side * math.cos(t), math.sin(t) / c.lever
+    for i in range(len(c.rows)):
+        p, q = support(i, gx, gn, u, c, s)
+        s[i, forces], s[i, forces + 1] = p, q
+        force, moment = wrench_of(i, p, q, c)
+        x, n = x + force, n + moment
+    return x, n
+
+
+@kernel
+def extreme(side: float, moment: float, u: float, c: Allocator, s: Array, forces: int) -> float:
+    """The largest side·X with an attainable yaw moment; its forces are written.
+
+    Args:
+        side: 1 or -1.
+        moment: N·m.
+        u: Surge speed, m/s.
+        c, s: Constants and state of the allocation.
+        forces: Column of their p, before that of q.
+
+    Returns:
+        The surge force, N.
+    """
+    low, high = -0.5 * math.pi, 0.5 * math.pi
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if wrench_at(side, middle, u, c, s, forces)[1] <= moment:
+            low = middle
+        else:
+            high = middle
+    x_low, n_low = wrench_at(side, low, u, c, s, SQUARES)
+    x_high, n_high = wrench_at(side, high, u, c, s, forces)
+    # Where the largest value changes from one force to another the moment jumps; between both, the forces are on a straight line.
+    share = between((moment - n_low) / (n_high - n_low), 0.0, 1.0) if n_high > n_low else 0.0
+    for i in range(len(c.rows)):
+        for j in range(2):
+            s[i, forces + j] = s[i, SQUARES + j] + share * (s[i, forces + j] - s[i, SQUARES + j])
+    return x_low + share * (x_high - x_low)
+
+
+@kernel
+def share_between_two(surge_force: float, yaw_moment: float, c: Allocator, s: Array) -> None:
+    """`share_forces` of two fixed thrusters in closed form: their thrusts are on the line of one moment.
+
+    With X = c_1·p_1 + c_2·p_2 and N = n_1·p_1 + n_2·p_2, they move along it by t·(n_2, -n_1), which changes X alone.
+    """
+    c1, n1 = wrench_of(0, 1.0, 0.0, c)
+    c2, n2 = wrench_of(1, 1.0, 0.0, c)
+    l1, l2, h1, h2 = s[0, LOW], s[1, LOW], s[0, HIGH], s[1, HIGH]
+    lowest = (n1 * l1 if n1 > 0.0 else n1 * h1) + (n2 * l2 if n2 > 0.0 else n2 * h2)
+    highest = (n1 * h1 if n1 > 0.0 else n1 * l1) + (n2 * h2 if n2 > 0.0 else n2 * l2)
+    n = between(yaw_moment, lowest, highest)
+    determinant = c1 * n2 - c2 * n1
+    p1, p2 = (n2 * surge_force - c2 * n) / determinant, (c1 * n - n1 * surge_force) / determinant
+    low, high = way_inside(p1, n2, l1, h1, -math.inf, math.inf)
+    low, high = way_inside(p2, -n1, l2, h2, low, high)
+    t = between(0.0, low, high)
+    s[0, P], s[1, P] = between(p1 + t * n2, l1, h1), between(p2 - t * n1, l2, h2)
+
+
+@kernel
+def way_inside(start: float, slope: float, low: float, high: float, first: float, last: float) -> tuple[float, float]:
+    """The part of the interval from first to last on which start + t·slope is between low and high."""
+    if slope == 0.0:
+        return first, last
+    one, other = (low - start) / slope, (high - start) / slope
+    if slope < 0.0:
+        one, other = other, one
+    return (one if one > first else first), (other if other < last else last)
+
+
+@kernel
+def share_forces(surge_force: float, yaw_moment: float, u: float, c: Allocator, s: Array) -> bool:
+    """Write the forces p, q whose wrench is the nearest to a demand, moment before force.
+
+    Args:
+        surge_force, yaw_moment: The demand, N and N·m.
+        u: Surge speed, m/s.
+        c, s: Constants and state of the allocation.
+
+    Returns:
+        Whether they are those of least squares that give the demand.
+    """
+    if least_squares(surge_force, yaw_moment, u, c, s) and are_inside(u, c, s):
+        for i in range(len(c.rows)):
+            s[i, P], s[i, Q] = s[i, SQUARES], s[i, SQUARES + 1]
+        return True
+    right_angle = 0.5 * math.pi
+    lowest, highest = wrench_at(1.0, -right_angle, u, c, s, MOST)[1], wrench_at(1.0, right_angle, u, c, s, MOST)[1]
+    n = between(yaw_moment, lowest, highest)
+    x_least, x_most = extreme(-1.0, n, u, c, s, LEAST), extreme(1.0, n, u, c, s, MOST)
+    x = between(surge_force, x_least, x_most)
+    share = (x - x_least) / (x_most - x_least) if x_most > x_least else 0.0
+    for i in range(len(c.rows)):
+        for j in range(2):
+            s[i, P + j] = s[i, LEAST + j] + share * (s[i, MOST + j] - s[i, LEAST + j])
+    if least_squares(x, n, u, c, s):
+        part = 1.0
+        for i in range(len(c.rows)):
+            part = share_inside(i, part, u, c, s)
+        for i in range(len(c.rows)):
+            s[i, P], s[i, Q] = s[i, P] + part * (s[i, SQUARES] - s[i, P]), s[i, Q] + part * (s[i, SQUARES + 1] - s[i, Q])
+    return False
+
+
+@kernel
+def are_inside(u: float, c: Allocator, s: Array) -> bool:
+    """Whether the forces of least squares are inside the limits; the surge speed in m/s."""
+    inside = True
+    for i in range(len(c.rows)):
+        inside = inside and is_inside(i, s[i, SQUARES], s[i, SQUARES + 1], u, c, s)
+    return inside
+
+
+@kernel
+def least_squares(x: float, n: float, u: float, c: Allocator, s: Array) -> bool:
+    """Write the forces of least squares, weighted with the largest forces, that give a wrench; False where none do.
+
+    Args:
+        x, n: Surge force, N, and yaw moment, N·m.
+        u: Surge speed, m/s.
+        c, s: Constants and state of the allocation.
+    """
+    xx = xn = nn = 0.0
+    for i in range(len(c.rows)):
+        if c.rows[i, KIND] != FIXED and s[i, MODE] == 0.0:
+            force, moment = wrench_of(i, s[i, P], s[i, Q], c)
+            x, n = x - force, n - moment
+            continue
+        for j in range(1 if c.rows[i, KIND] == FIXED else 2):
+            gx, gn, w = column(i, j, u, c)
+            xx, xn, nn = xx + w * gx * gx, xn + w * gx * gn, nn + w * gn * gn
+    determinant = xx * nn - xn * xn
+    if determinant <= 1e-12 * xx * nn:
+        return False
+    a, b = (nn * x - xn * n) / determinant, (xx * n - xn * x) / determinant
+    for i in range(len(c.rows)):
+        s[i, SQUARES], s[i, SQUARES + 1] = s[i, P], s[i, Q]
+        if c.rows[i, KIND] == FIXED or s[i, MODE] != 0.0:
+            for j in range(2):
+                gx, gn, w = column(i, j, u, c)
+                s[i, SQUARES + j] = w * (gx * a + gn * b)
+    return True
+
+
+@kernel
+def share_inside(i: int, part: float, u: float, c: Allocator, s: Array) -> float:
+    """How far the force of a thruster may go from p, q, inside its limits, towards that of least squares, at most `part`."""
+    dp, dq = s[i, SQUARES] - s[i, P], s[i, SQUARES + 1] - s[i, Q]
+    if is_inside(i, s[i, P] + part * dp, s[i, Q] + part * dq, u, c, s):
+        return part
+    low, high = 0.0, part
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if is_inside(i, s[i, P] + middle * dp, s[i, Q] + middle * dq, u, c, s):
+            low = middle
+        else:
+            high = middle
+    return low
