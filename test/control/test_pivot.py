@@ -24,7 +24,9 @@ def test_at_the_origin_nothing_is_changed() -> None:
 
 def test_a_vessel_without_coupling_is_controlled_at_the_origin() -> None:
     assert pivot_of(KnownVessel(), 0.01).x_p == 0.0
-    assert pivot_of(KnownVessel(sway_yaw_inertia=6e5, at_pivot=False), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=6e5, controlled_point="origin"), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=-6e5), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=-6e5, controlled_point="pivot"), 0.01).x_p < -3.0
     assert pivot_of(KnownVessel(sway_yaw_inertia=6e5), 0.01).x_p == pytest.approx(6e5 / 177.9e3)
 
 
@@ -77,6 +79,21 @@ def test_errors_of_the_point_are_carried_back_to_the_origin() -> None:
     back = at_origin(Terms(**dict(zip(ERRORS, errors(at.motion, at.desired), strict=True))), at.back)
     assert [getattr(back, name) for name in ERRORS] == pytest.approx(errors(SHIP, DESIRED), abs=1e-14)
     assert math.isnan(at_origin(Terms(), at.back).sway_error)
+
+
+def test_on_the_way_from_station_keeping_the_carried_velocity_is_the_derivative_of_the_carried_position() -> None:
+    slow, rate = DESIRED._replace(u=0.08, v=0.02), Acceleration(0.03, -0.02, 0.01)
+    (a, _), (b, _), (c, _) = carried_over(3, slow, rate)
+    c_psi, s_psi = math.cos(b.psi), math.sin(b.psi)
+    over_ground = np.subtract(c[:2], a[:2]) / (2.0 * POINT.T)
+    assert [c_psi * b.u - s_psi * b.v, s_psi * b.u + c_psi * b.v] == pytest.approx(over_ground, abs=1e-5)
+
+
+def test_in_station_keeping_the_origin_is_controlled() -> None:
+    at = carry(SHIP, DESIRED._replace(u=0.0, v=0.0), Acceleration(0.0, 0.0, 0.0), 0.7, POINT)
+    assert at.motion == SHIP
+    assert at.desired == DESIRED._replace(u=0.0, v=0.0)
+    assert at.acceleration == (0.0, 0.0, 0.0)
 
 
 def test_the_filter_is_stable_at_any_speed_and_keeps_its_angle_in_a_turn() -> None:
