@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,13 +71,13 @@ def test_a_constant_difference_of_the_headings_leaves_no_error_of_the_origin() -
 
 
 def test_errors_of_the_point_are_carried_back_to_the_origin() -> None:
-    def errors(motion: Motion, desired: Motion) -> list[float]:
+    def errors(motion: Motion, desired: Motion) -> list[Any]:
         z, z_d = transform(motion), transform(desired)
         e, dz, dz_d = tracking_error(z, z_d), transform_rate(z, motion), transform_rate(z_d, desired)
         return [e.z1, e.z2, dz.z1 - dz_d.z1, dz.z2 - dz_d.z2]
 
     at = carry(SHIP, DESIRED, RATE, -0.7, POINT)
-    back = at_origin(Terms(**dict(zip(ERRORS, errors(at.motion, at.desired), strict=True))), at.back)
+    back = at_origin(Terms()._replace(**dict(zip(ERRORS, errors(at.motion, at.desired), strict=True))), at.back)
     assert [getattr(back, name) for name in ERRORS] == pytest.approx(errors(SHIP, DESIRED), abs=1e-14)
     assert math.isnan(at_origin(Terms(), at.back).sway_error)
 
@@ -102,3 +103,11 @@ def test_the_filter_is_stable_at_any_speed_and_keeps_its_angle_in_a_turn() -> No
         delta = carry(SHIP, DESIRED._replace(u=speed), RATE, delta, POINT._replace(T=1.0)).delta
         assert -math.pi < delta <= math.pi
     assert delta == pytest.approx(2.9 + 3.0 - 2.0 * math.pi)
+
+
+@pytest.mark.parametrize(
+    ("vessel", "lengths"), [({}, 1.0 / 3.0), ({"surge_inertia": 150e3}, 0.672), ({"surge_inertia": 177.9e3}, 1.0)]
+)
+def test_the_filter_is_slower_where_the_heading_is_less_stable(vessel: dict[str, Any], lengths: float) -> None:
+    point = pivot_of(KnownVessel(sway_yaw_inertia=6e5, **vessel), 0.01)
+    assert 1.0 / point.per_distance == pytest.approx(32.0 * lengths, rel=1e-3)
