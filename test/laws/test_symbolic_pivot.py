@@ -1,6 +1,7 @@
 """The pivot point: derived for the whole class of ships, and met by the plant and by what the laws know."""
 
 import math
+from typing import Any
 
 import pytest
 import sympy as sp
@@ -107,7 +108,7 @@ def test_a_filter_slower_than_the_heading_keeps_the_loop_stable() -> None:
 @pytest.mark.parametrize(
     "coupling", [{"sway_yaw_inertia": 6e5}, {"sway_yaw_inertia": -4e5, "yaw_sway_inertia": -7e5}, {"e": -0.07}]
 )
-def test_on_the_plant_the_yaw_moment_does_not_move_the_pivot_sideways(coupling: dict[str, float]) -> None:
+def test_on_the_plant_the_yaw_moment_does_not_move_the_pivot_sideways(coupling: dict[str, Any]) -> None:
     inertia = {name: value for name, value in coupling.items() if name != "e"}
     side = coupling.get("e", 0.0)
     known = KnownVessel(**inertia, sway_force_per_yaw_moment=side)
@@ -118,7 +119,7 @@ def test_on_the_plant_the_yaw_moment_does_not_move_the_pivot_sideways(coupling: 
 
 
 def test_at_the_pivot_the_plant_without_damping_is_one_without_coupling() -> None:
-    undamped = dict.fromkeys(("surge_damping", "sway_damping", "yaw_damping"), 0.0)
+    undamped: dict[str, Any] = dict.fromkeys(("surge_damping", "sway_damping", "yaw_damping"), 0.0)
     undamped |= {f"{name}_{power}": 0.0 for name in undamped for power in ("quadratic", "cubic")}
     coupled = VesselParameters(**undamped, sway_yaw_inertia=6e5).coefficients()
     known = KnownVessel(sway_yaw_inertia=6e5)

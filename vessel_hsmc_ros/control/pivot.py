@@ -6,8 +6,8 @@
 | dx | rate of x | m/s |
 | delta | heading of the ship minus that of the reference | rad |
 | delta_f, d1, d2 | the same filtered, with its first and second derivative | rad, rad/s, rad/s² |
-| omega | bandwidth of the filter, (|nu_d| + U_0)/l | rad/s |
-| l | distance within which the filter follows, x_p/(1 - m11/m22) between L/3 and L | m |
+| omega | bandwidth of the filter, max(|nu_d|, U_0)/l | rad/s |
+| l | distance within which the filter follows: MARGIN·x_p/(1 - m11/m22), from L/3 to L | m |
 | q1, q2 | the point of the reference in its own axes, x·(cos delta_f, sin delta_f) | m |
 | U_0 | speed of the reference below which x goes to 0, FROUDE·sqrt(g·L) | m/s |
 | L, T | length of the hull, control period | m, s |
@@ -30,6 +30,9 @@ from vessel_hsmc_ros.laws.terms import Terms
 
 FROUDE, GRAVITY = 0.06, 9.81
 """The speed U_0 as a Froude number; gravity, m/s²."""
+
+MARGIN = 1.2
+"""Factor on the shortest distance l with which the heading is stable without damping; below U_0 it takes 9/8."""
 
 ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
 """The terms of a law that are carried back to the origin."""
@@ -71,7 +74,7 @@ def pivot_of(vessel: KnownVessel, period: float) -> Pivot:
     x_p, length = vessel.controlled, vessel.length
     # A faster filter would make the heading unstable: its loop is damped by 1 - m11/m22, and more on a hull that damps sway.
     share = 1.0 - vessel.surge_inertia / vessel.sway_inertia
-    distance = min(length, max(length / 3.0, x_p / share)) if share > 0.0 else length
+    distance = min(length, max(length / 3.0, MARGIN * x_p / share)) if share > 0.0 else length
     return Pivot(x_p, 1.0 / distance, FROUDE * math.sqrt(GRAVITY * length), period)
 
 
@@ -117,7 +120,8 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, delta: fl
     x_o, y_o, psi, u, v, r = motion
     x_d, y_d, psi_d, u_d, v_d, r_d = desired
     x, dx = position(desired, acceleration, p)
-    omega = (magnitude(u_d, v_d) + p.U_0) * p.per_distance
+    speed = magnitude(u_d, v_d)
+    omega = (speed if speed > p.U_0 else p.U_0) * p.per_distance
     omega = omega if omega * p.T < 1.0 else 1.0 / p.T
     d1 = omega * wrap(psi - psi_d - delta)
     d2 = omega * (r - r_d - d1)
