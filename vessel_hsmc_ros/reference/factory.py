@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.reference.course import CourseReference, CourseReferenceParameters
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace
@@ -44,6 +45,18 @@ class Reference(Protocol):
         ...
 
 
+def _virtual_ship(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    vessel = parameters.vessel
+    for name, unit in (("surge_force", "N"), ("yaw_moment", "N·m")):
+        value, limit = getattr(parameters, name), getattr(vessel, f"{name}_limit")
+        if abs(value) > limit:
+            remedy = f"; vessel-hsmc init NAME --vessel {vessel.name} writes a scenario that fits" if vessel.name else ""
+            raise ParameterError(
+                f"reference_ship.{name} = {value:g} {unit} is not allowed: vessel.{name}_limit = {limit:g} {unit}{remedy}"
+            )
+    return ReferenceShip(parameters, period)
+
+
 def _course(parameters: "ReferenceShipParameters", period: float) -> Reference:
     # The heading of a course reference is given by its program, so the initial heading is not used.
     x, y = parameters.initial_pose[:2]
@@ -74,7 +87,7 @@ def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
 
 
 REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {
-    "virtual_ship": ReferenceShip,
+    "virtual_ship": _virtual_ship,
     "course": _course,
     "goal": _goal,
     "path": _path,
@@ -114,6 +127,6 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
 
     Raises:
         ParameterError: times and values of an input, goal or waypoint list differ in number, times do not increase, or the
-            ship cannot travel the curve within its limits.
+            ship cannot travel the curve within its limits, or its inputs exceed them.
     """
     return REFERENCES[parameters.mode](parameters, period)

@@ -1,4 +1,4 @@
-"""Figures of a vessel that follow from its hull data: steady speed and turn, time constants, pivot point, passivity.
+"""Figures of a vessel that follow from its hull data: steady speed and turn, time constants, pivot point, energy.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -9,7 +9,6 @@
 
 import math
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,14 +16,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from vessel_hsmc_ros.scenario.vessels import LibraryVessel
-from vessel_sim_node.plant import ShipParameters, Vessel, damping_force, derivative
+from vessel_sim_node.hull_check import largest_gain
+from vessel_sim_node.plant import Vessel, damping_force, derivative
 
 CALM = (0.0, 0.0, 0.0)
-
-UNBOUNDED_RANGE = (5.0, 2.0, 0.5)
-"""Velocities up to which passivity is sampled where a file states no range."""
-
-SAMPLES = 21
 
 AGREEMENT = 0.05
 """Largest relative difference from a published figure that counts as agreement."""
@@ -62,7 +57,7 @@ class Figures:
     towing_sway_damping: float = figure("kg/s", f"linear fit of the sway damping up to {TOWING:g} m/s")
     pivot: float = figure("m", "pivot point m23/m22 ahead of the origin")
     mass_ratio: float = figure("", "m11/m22")
-    passive: float = figure("", "share of the range of validity in which damping takes power")
+    energy_gain: float = figure("1/s", "largest rate at which damping adds energy in the range of validity; 0: it takes energy")
 
 
 def figures(vessel: LibraryVessel) -> Figures:
@@ -79,16 +74,16 @@ def figures(vessel: LibraryVessel) -> Figures:
         half_speed=steady_speed(v, 0.5 * X),
         start_acceleration=X / v.m11,
         turning_rate=steady_motion(v, 0.0, N)[2],
-        turn_radius=speed / abs(turn[2]) / hull.length,
+        turn_radius=_ratio(speed, abs(turn[2])) / hull.length,
         turn_speed=speed,
         turn_drift=-math.atan2(turn[1], turn[0]),
-        sway_time_constant=v.m22 / v.d_v,
-        yaw_time_constant=v.m33 / v.d_r,
+        sway_time_constant=_ratio(v.m22, v.d_v),
+        yaw_time_constant=_ratio(v.m33, v.d_r),
         towing_surge_damping=_linear_fit(v.d_u, v.d_u2, v.d_u3),
         towing_sway_damping=_linear_fit(v.d_v, v.d_v2, v.d_v3),
         pivot=v.m23 / v.m22,
         mass_ratio=v.m11 / v.m22,
-        passive=passive_share(hull),
+        energy_gain=gain.rate if (gain := largest_gain(hull)) else 0.0,
     )
 
 
@@ -111,24 +106,12 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
         return derivative(np.array([0.0, 0.0, 0.0, *velocity]), (force, 0.0, moment), CALM, vessel)[3:]
 
     # Damping is weak in some hulls: a hundred time constants of the slowest motion, or of a turn on the spot.
-    slowest = max(vessel.m11 / vessel.d_u, vessel.m22 / vessel.d_v, vessel.m33 / vessel.d_r, math.sqrt(vessel.m33 / moment))
+    decays = (_ratio(vessel.m11, vessel.d_u), _ratio(vessel.m22, vessel.d_v), _ratio(vessel.m33, vessel.d_r))
+    slowest = max(time for time in (*decays, math.sqrt(abs(_ratio(vessel.m33, moment))), 1.0) if math.isfinite(time))
     solution = solve_ivp(rates, (0.0, 100.0 * slowest), CALM, method="LSODA", rtol=1e-8, atol=1e-10)
     u, v, r = map(float, solution.y[:, -1])
     settled = np.allclose(solution.y[:, -1], solution.y[:, len(solution.t) * 9 // 10], rtol=1e-3, atol=1e-6)
     return (u, v, r) if settled else (math.nan, math.nan, math.nan)
-
-
-def passive_share(hull: ShipParameters) -> float:
-    """The share of the range of validity, sampled, in which damping takes power: nu'·D(nu)·nu >= 0."""
-    vessel = hull.coefficients()
-    ranges = (hull.surge_speed_range, hull.sway_speed_range, hull.yaw_rate_range)
-    axes = [
-        np.linspace(*(bound if math.isfinite(bound) else math.copysign(size, bound) for bound in bounds), SAMPLES).tolist()
-        for bounds, size in zip(ranges, UNBOUNDED_RANGE, strict=True)
-    ]
-    power = [sum(a * b for a, b in zip(nu, damping_force(*nu, vessel), strict=True)) for nu in product(*axes)]
-    # Terms that cancel at rest leave a rounding error.
-    return float(np.mean(np.array(power) >= -1e-9 * max(power)))
 
 
 def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
@@ -139,6 +122,10 @@ def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
 def agrees(name: str, difference: float) -> bool:
     """Whether a relative difference of a figure counts as agreement."""
     return abs(difference) <= COARSE.get(name, AGREEMENT)
+
+
+def _ratio(a: float, b: float) -> float:
+    return a / b if b else math.inf
 
 
 def _linear_fit(linear: float, quadratic: float, cubic: float) -> float:

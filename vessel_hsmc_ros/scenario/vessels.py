@@ -121,10 +121,16 @@ def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], fold
     if not isinstance(name, str) or not name or all(each in values for each in hull):
         return dict(values)
     vessel = read_vessel(name, folder)
-    own = _of_hull(vessel, {each: entries[each] for each in hull}) | values
+    own: dict[str, object] = {**_of_hull(vessel, {each: entries[each] for each in hull}), **values}
     own[VESSEL_NAME] = vessel.key if vessel.path == _in_library(vessel.key) else str(vessel.path.resolve())
-    of_inputs = {f"{ACTUATORS}{each}": own.get(f"{VESSEL}{each}", vessel.values.get(f"{VESSEL}{each}")) for each in _inputs()}
-    return {each: value for each, value in of_inputs.items() if each in entries and value is not None} | own
+    return _of_actuators(own, vessel, entries) | own
+
+
+def _of_actuators(own: Mapping[str, object], vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, object]:
+    """The plant's actuators, by dotted names: the limits that the node was given for the hull, the others of the vessel."""
+    declared = {name: entries[f"{ACTUATORS}{name}"] for name in _inputs() if f"{ACTUATORS}{name}" in entries}
+    theirs = {name: vessel.values.get(f"{VESSEL}{name}", _neutral(entry)) for name, entry in declared.items()}
+    return {f"{ACTUATORS}{name}": own.get(f"{VESSEL}{name}", value) for name, value in theirs.items()}
 
 
 def _of_hull(vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, Value]:
