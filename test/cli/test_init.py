@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 DATA = ["--length", "4", "--mass", "500", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--wind", "5"]
@@ -20,8 +21,42 @@ def test_init_writes_a_scenario_that_loads_and_names_the_next_command(tmp_path: 
     (tmp_path / "boats").mkdir()
     output = call("init", str(tmp_path / "boats" / "my_boat"), *DATA)
     path = tmp_path / "boats" / "my_boat.yaml"
-    assert output.strip() == f"scenario: {path}; next: vessel-hsmc simulate {path}"
+    *checked, last = output.strip().splitlines()
+    assert last == f"scenario: {path}; next: vessel-hsmc simulate {path}"
+    assert checked[0].startswith("full surge force: 2.51 m/s; with the full yaw moment a turning circle of ")
+    assert checked[1].startswith("the circle takes 34 % of the surge force, ")
+    assert checked[2].startswith("follows its circle: position error ")
     assert load_scenario(path).controller.vessel.surge_force_limit == 300.0
+
+
+def test_init_takes_a_vessel_of_the_library_and_changes_of_single_data(tmp_path: Path) -> None:
+    output = call("init", str(tmp_path / "mine"), "--vessel", "otter", "--surge-force-limit", "150")
+    assert "follows its circle" in output
+    known = load_scenario(tmp_path / "mine.yaml").controller.vessel
+    assert (known.name, known.surge_force_limit, known.yaw_inertia) == ("otter", 150.0, 39.325)
+
+
+def test_init_refers_to_a_vessel_file_from_the_folder_of_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "ships").mkdir()
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "ships" / "tug.yaml").write_text((share_directory() / "config" / "vessels" / "otter.yaml").read_text())
+    monkeypatch.chdir(tmp_path)
+    call("init", "runs/mine", "--vessel", "ships/tug.yaml", "--no-check")
+    assert 'vessel: "../ships/tug.yaml"' in (tmp_path / "runs" / "mine.yaml").read_text()
+    monkeypatch.chdir("/")
+    assert load_scenario(tmp_path / "runs" / "mine.yaml").vessel_sim.vessel.surge_inertia == 60.28
+
+
+def test_main_data_that_are_no_hull_data_cannot_be_given_with_a_vessel(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="--mass cannot be given with --vessel: its hull data are those of otter"):
+        call("init", str(tmp_path / "mine"), "--vessel", "otter", "--mass", "60")
+    with pytest.raises(ScenarioError, match="vessel yacht is unknown"):
+        call("init", str(tmp_path / "mine"), "--vessel", "yacht")
+
+
+def test_a_ship_that_leaves_its_circle_is_named(tmp_path: Path) -> None:
+    result = CliRunner().invoke(cli, ["init", str(tmp_path / "mine"), "--wind", "40"], standalone_mode=False)
+    assert "warning: does NOT follow its circle: position error" in result.stderr
 
 
 def test_init_overwrites_no_file(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "pd": [{}],
     "los_pid": [{}, {"surge_force_limit": 5e3}],
     "manoeuvre": [{"kind": kind, "approach_time": 0.1, "hold_time": 0.02, "steps": 3} for kind in KINDS],
+    "open_loop": [{"times": (0.0, 0.1, 0.2), "surge_force": (1.0, 2.0, 3.0), "yaw_moment": (4.0, 5.0, 6.0)}],
 }
 CASES = [(name, settings) for name in KERNEL_LAWS for settings in SETTINGS[name]]
 

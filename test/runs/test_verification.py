@@ -13,12 +13,11 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import PARAMETERS, SCENARIO, BagWriter
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.runs.verification import parameter_changes, verify, version_note
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, make_law, make_observer
+from vessel_hsmc_ros.scenario.control import make_control_loop
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 
 STEPS = 300
 NAMES = ("odom", "reference", "cmd_wrench", "applied_wrench", "disturbance")
@@ -38,7 +37,7 @@ def record(
     """
     scenario = load_scenario("case2_tracking", changes)
     rng = np.random.default_rng(0)
-    loop = ControlLoop(make_law(scenario.controller), RateGrid(scenario.controller.rate_hz), make_observer(scenario.controller))
+    loop = make_control_loop(scenario.controller)
     writer = BagWriter(directory, notes={"scenario": "made", **(notes or {})})
     writer.attach(SCENARIO, dump_scenario(scenario))
     topics = {name: topic("/" + name, TYPES[name]) for name in NAMES}

@@ -76,6 +76,11 @@ def test_with_the_observer_a_law_runs_compiled_to_the_same_bits(law: str) -> Non
     assert_same_run(scenario_of("realistic", law))
 
 
+@pytest.mark.parametrize("law", ["guided", "hierarchical"])
+def test_at_the_pivot_a_law_runs_compiled_to_the_same_bits(law: str) -> None:
+    assert_same_run(scenario_of("case2_tracking", law, **{"controller.vessel.sway_yaw_inertia": 6e5}))
+
+
 def test_every_law_but_model_predictive_control_is_compiled() -> None:
     assert {*LAWS} - {*compilable_laws()} <= {"nmpc", *LAWS.others}
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.runs.offline import simulate
-from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law, make_observer
+from vessel_hsmc_ros.scenario.control import make_control_loop
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation import recorded_loop
 from vessel_hsmc_ros.simulation.recorded_loop import Recorded, serve
 
@@ -25,7 +25,7 @@ def recorded_of(scenario: Scenario) -> Recorded:
 
 def answers(scenario: Scenario, recorded: Recorded, spans: list[range], interpreted: bool) -> np.ndarray:
     controller = scenario.controller
-    loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
+    loop = make_control_loop(controller)
     recorded.wrench[:] = np.nan
     for span in spans:
         serve(loop, Observer(controller.observer, controller.vessel), recorded, span, interpreted)

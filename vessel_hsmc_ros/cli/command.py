@@ -7,6 +7,7 @@ from vessel_hsmc_ros.cli.campaign import campaign
 from vessel_hsmc_ros.cli.compare import compare
 from vessel_hsmc_ros.cli.console import print_error, print_status
 from vessel_hsmc_ros.cli.demo import demo
+from vessel_hsmc_ros.cli.excite import excite
 from vessel_hsmc_ros.cli.goto import goto
 from vessel_hsmc_ros.cli.init import init
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
@@ -47,9 +48,24 @@ def cli() -> None:
     """  # noqa: D301 - the escape keeps click from joining the lines
 
 
-for verb in (campaign, compare, demo, init, parameters, recover, replay, report, reproduce, run, simulate, sweep, tune):
-    cli.add_command(verb)
-for verb in (manoeuvres, vessels):  # on ships
+for verb in (
+    campaign,
+    compare,
+    demo,
+    excite,
+    init,
+    manoeuvres,
+    parameters,
+    recover,
+    replay,
+    report,
+    reproduce,
+    run,
+    simulate,
+    sweep,
+    tune,
+    vessels,
+):
     cli.add_command(verb)
 for verb in (call, goto, path, set_parameters, watch):  # on running nodes
     cli.add_command(verb)

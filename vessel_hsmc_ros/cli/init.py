@@ -1,16 +1,18 @@
-"""`vessel-hsmc init`: a commented scenario for a ship of one's own."""
+"""`vessel-hsmc init`: a commented scenario for a ship of one's own, or for a vessel of the library, checked at once."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line
+from vessel_hsmc_ros.cli.console import print_line, print_warning
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
-from vessel_hsmc_ros.scenario.scenario import parse_scenario
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 
 def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -23,16 +25,23 @@ def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command()
 @click.argument("name")
+@click.option(
+    "--vessel",
+    metavar="NAME|FILE",
+    help="A vessel of the library, such as otter, or a vessel file; the options below then change single values of it.",
+)
 @main_data_options
-def init(name: str, **data: Any) -> None:
-    """Write NAME.yaml, a complete commented scenario for a ship of your own.
+@click.option("--no-check", is_flag=True, help="Do not simulate the new scenario.")
+def init(name: str, vessel: str | None, no_check: bool, **data: Any) -> None:
+    """Write NAME.yaml, a complete commented scenario for a ship of your own, and check it by a simulation.
 
-    Give what you know of the ship; the rest is estimated by rules of thumb, which the file states.
+    Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states.
     """
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}
-    text = scenario_text(path.stem, schema.build(MainData, given, "init"))
-    parse_scenario(text, path.stem, source="the new scenario")  # before it is written: a ship may be too extreme for the ranges
+    text = _of_vessel(vessel, path, given) if vessel else scenario_text(path.stem, schema.build(MainData, given, "init"))
+    # Before it is written: a ship may be too extreme for the ranges.
+    scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
@@ -40,4 +49,41 @@ def init(name: str, **data: Any) -> None:
         raise ScenarioError(f"{path} exists and is not overwritten: choose another name, or delete it") from None
     except OSError as error:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
+    if not no_check:
+        _check(scenario)
     print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}")
+
+
+def _of_vessel(vessel: str, path: Path, given: dict[str, float]) -> str:
+    """The scenario of a vessel of the library or of a file.
+
+    Args:
+        vessel: Its name or path.
+        path: The scenario to be written, from which a relative path to the vessel starts.
+        given: Main data from the command line.
+
+    Raises:
+        ParameterError: a datum cannot be changed beside a vessel, or is out of range.
+        ScenarioError: the vessel is unknown or unreadable.
+    """
+    data = vars(schema.build(MainData, given, "init"))
+    for key in given:
+        if key not in (*OVERRIDES, "wind"):
+            raise ParameterError(f"--{key.replace('_', '-')} cannot be given with --vessel: its hull data are those of {vessel}")
+    own = {key: data[key] for key in OVERRIDES if key in given}
+    found = read_vessel(vessel)
+    is_file = Path(vessel).suffix in (".yaml", ".yml")
+    # Relative to the scenario, so that both files can be moved together.
+    reference = os.path.relpath(found.path.resolve(), path.parent.resolve()) if is_file else vessel
+    return scenario_for(found.values, reference, path.stem, own, data["wind"])
+
+
+def _check(scenario: Scenario) -> None:
+    """Simulate the scenario and print what its ship can do."""
+    from vessel_hsmc_ros.runs.ship_check import check_ship, verdict
+
+    check = check_ship(scenario)
+    *lines, last = verdict(check)
+    for line in lines:
+        print_line(line)
+    (print_line if check.tracked else print_warning)(last)

@@ -3,6 +3,7 @@
 from typing import Any
 
 from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.pivot import ORIGIN, Pivot, at_origin, carry
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -20,18 +21,21 @@ class ControlLoop:
         law: The law to run.
         grid: The instants at which the control periods begin.
         observer: State estimator between measurement and law; None where the law takes the measured state.
+        pivot: The point that the law controls.
 
     Attributes:
         wrench: The present command, surge force [N] and yaw moment [N·m].
         estimate: The last state estimate that the law has received; None without an observer.
+        delta: Filtered difference between the headings of ship and reference, along which references are carried to the pivot.
         missed_periods: Control periods for which neither `step` nor `skip` was called.
         enabled: Whether the wrench is commanded; while disabled it is zero.
     """
 
-    def __init__(self, law: Law[Any], grid: RateGrid, observer: Observer | None = None) -> None:
+    def __init__(self, law: Law[Any], grid: RateGrid, observer: Observer | None = None, pivot: Pivot = ORIGIN) -> None:
         self.law = law
         self.grid = grid
         self.observer = observer
+        self.pivot = pivot
         self.enabled = True
         self.reset()
 
@@ -47,6 +51,7 @@ class ControlLoop:
         """Reset law and observer; wrench, time and count continue."""
         with guarded(self.law):
             self.law.reset()
+        self.delta = 0.0
         self.estimate: Motion | None = None
         if self.observer:
             self.observer.reset()
@@ -80,7 +85,7 @@ class ControlLoop:
                 differences, which in real time are not those of the steps.
 
         Returns:
-            The terms of the law, with weight norms and Lyapunov function added.
+            The terms of the law, with the tracking errors of the origin, weight norms and Lyapunov function.
 
         Raises:
             ControlError: the law is undefined for this input, its wrench is not finite, or its code fails.
@@ -90,11 +95,15 @@ class ControlLoop:
             # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
             measured_at = stamp if measured_at is None else measured_at
             measured = self.estimate = self.observer.update(measured_at, measured, self.wrench)
-        self.wrench, terms = guarded_step(self.law, measured, desired, acceleration)
+        at = carry(measured, desired, acceleration, self.delta, self.pivot)
+        self.wrench, terms = guarded_step(self.law, at.motion, at.desired, at.acceleration)
+        self.delta = at.delta
         if not self.enabled:
             self.wrench = NO_WRENCH
             with guarded(self.law):
                 self.law.reset()
+        if self.pivot.x_p:
+            terms = at_origin(terms, at.back)
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
         self._lyapunov = terms.lyapunov
         return terms

@@ -49,6 +49,10 @@ class CampaignError(VesselHsmcError):
     """The dataset of a campaign is in use, damaged or that of another one, or its runs cannot be computed."""
 
 
+class IdentificationError(VesselHsmcError):
+    """Measurements cannot be read, or do not determine the ship."""
+
+
 class ReportError(VesselHsmcError):
     """A report or an export cannot be made or written."""
 

@@ -18,6 +18,7 @@ from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
 from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
 from vessel_hsmc_ros.laws.manoeuvre_parameters import ManoeuvreParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
+from vessel_hsmc_ros.laws.open_loop import OpenLoop, OpenLoopParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.laws.registry import Registry
 from vessel_hsmc_ros.laws.terms import Terms
@@ -32,6 +33,7 @@ __all__ = [
     "LosPidParameters",
     "ManoeuvreParameters",
     "NmpcParameters",
+    "OpenLoopParameters",
     "PdParameters",
     "Terms",
     "construct",
@@ -46,6 +48,7 @@ LAWS = Registry(
     LosPidController,
     NmpcController,
     ManoeuvreController,
+    OpenLoop,
 )
 """Every law by its name."""
 

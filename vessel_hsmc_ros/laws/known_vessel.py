@@ -102,7 +102,7 @@ class KnownVessel(NamedVessel):
         return (m23 - m33 * e) / (m22 - m32 * e) if self.at_pivot else 0.0
 
     def at_controlled_point(self) -> "KnownVessel":
-        """The same vessel as a law at the controlled point takes it: its yaw inertia is m_p.
+        """The same vessel as a law at the controlled point takes it: its yaw inertia is m_p, and there is no coupling.
 
         Raises:
             ParameterError: as `pivot`.
@@ -111,4 +111,10 @@ class KnownVessel(NamedVessel):
         if not x_p:
             return self
         m32 = self.yaw_sway_inertia or self.sway_yaw_inertia
-        return dataclasses.replace(self, yaw_inertia=self.yaw_inertia - x_p * m32)
+        return dataclasses.replace(
+            self,
+            yaw_inertia=self.yaw_inertia - x_p * m32,
+            sway_yaw_inertia=0.0,
+            yaw_sway_inertia=0.0,
+            sway_force_per_yaw_moment=0.0,
+        )

@@ -8,19 +8,18 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
-from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
-from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer
@@ -50,7 +49,7 @@ class ControllerNode(VesselNode):
         self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
         super().__init__(**options)
         p = self.parameters
-        self._loop = ControlLoop(make_law(p), RateGrid(p.rate_hz), make_observer(p))
+        self._loop = make_control_loop(p)
         self.stamp = -1  # an event before step 0 takes effect at step 0
         self._start = 0
         self._phase: Timer | None = None

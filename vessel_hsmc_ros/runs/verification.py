@@ -20,9 +20,10 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
-from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
+from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.recorded_loop import Recorded, serve
 
 Array = NDArray[np.float64]
@@ -130,7 +131,7 @@ def _recorded(
 def _computed(scenario: Scenario, events: Sequence[Event], recorded: Recorded, interpreted: bool) -> Array:
     """The wrench for each odometry message, as the node would compute it, (n, 2)."""
     controller = scenario.controller
-    loop = ControlLoop(make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
+    loop = make_control_loop(controller)
     idle = Observer(controller.observer, controller.vessel)
     time, start = (recorded.stamp - recorded.stamp[:1]) * 1e-9, 0
     # An event has the stamp of the node's latest command, so it takes effect from the next odometry message on.

@@ -1,28 +1,50 @@
-"""A scenario for a ship of which only the main data are known; everything else is estimated by rules of thumb.
+"""A scenario for any ship: one of which only the main data are known, the rest by rules of thumb, or one with known hull data.
 
-| symbol | meaning | unit |
-|---|---|---|
-| L, B, D | length, beam, draught | m |
-| m, U | mass, top speed | kg, m/s |
-| F, N | largest surge force, largest yaw moment | N, N·m |
-| m11, m22, m33 | inertia with added mass, as in (6) | kg, kg, kg·m² |
-| r_N | yaw rate of a turn on the spot under N | rad/s |
-| T | unit of time of the ship's turns, sqrt(m33/N) | s |
-
-The template in `config/templates` states the rule beside each number.
+The scenario is the same for a ship whose hull data are known: references and gains follow from these by `ship_rules`. The
+templates in `config/templates` state the rule beside each number.
 """
 
+import json
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from string import Template
+from types import MappingProxyType
 
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.hull import another_ship
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.scenario.parameters import VESSEL
+from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, SLOW, circle_for, gains, loads, references, scale_of, sway_of
+from vessel_sim_node.plant import ShipParameters
 
-GRAVITY, WATER_DENSITY, AIR_DENSITY = 9.81, 1025.0, 1.2
+WATER_DENSITY = 1025.0
 
 COMMENT_COLUMN = 40
+
+HULL_NAMES = (
+    "length",
+    "beam",
+    "draught",
+    "surge_force_limit",
+    "yaw_moment_limit",
+    "surge_inertia",
+    "sway_inertia",
+    "yaw_inertia",
+    *(f"{axis}_damping{power}" for axis in ("surge", "sway", "yaw") for power in ("", "_quadratic", "_cubic")),
+)
+"""The hull data of the template."""
+
+LIMITS = ("surge_force_limit", "yaw_moment_limit")
+
+OVERRIDES = ("length", "beam", *LIMITS)
+"""The main data that are hull data too, so that they can differ from those of a vessel."""
+
+OF_A_VESSEL = """Hull, propulsion and thrusters are those of vessel {vessel}; single values can be changed here, as in
+vessel: {{name: {vessel}, length: 2.1}}. References and gains are scaled to it by the rules beside the numbers."""
 
 
 def datum(what: str, unit: str, high: float, rule: str) -> float:
@@ -57,31 +79,130 @@ class MainData:
         )
 
 
+FAST_RULES = {
+    "position_rule": "0.6/T: larger in calm water, smaller where the ship oscillates",
+    "slope_rule": "1.9/T",
+    "sway_rule": "share of the sway acceleration that is fed forward",
+}
+SLOW_RULES = {
+    "position_rule": f"{SLOW:g} of the decay rate a, at most 0.6/T",
+    "slope_rule": f"{SLOW:g} of the decay rate a, at most 1.9/T",
+    "sway_rule": "nothing is fed forward of the sway acceleration",
+}
+SLOW_NOTE = """
+                                        # A turn carries this hull sideways {rho:.2g} times as much as it turns its course: the
+                                        # law waits for the decay of the drift, at the rate a = {a:.2g} 1/s on the circle"""
+
+
 def scenario_text(name: str, data: MainData) -> str:
-    """Write the scenario of a ship: hull, calm water or wind, a circle as reference, and the guided law.
+    """Write the scenario of a ship of which the main data are known.
 
     Args:
         name: Name of the ship, for the headline.
         data: What is known of the ship.
 
     Returns:
-        A commented ROS parameters file.
+        A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
+
+    Raises:
+        ParameterError: the ship is too extreme for the ranges of hull data.
     """
     d = data.completed()
-    given = {key: _number(value) for key, value in vars(d).items()}
-    hull = _hull(d)
-    numbers = {**hull, **_loads(d), **_reference(d, hull), **_gains(d, hull)}
-    estimated = {key: _number(_rounded(value)) for key, value in numbers.items()}
-    template = Template((share_directory() / "config" / "templates" / "ship.yaml").read_text(encoding="utf-8"))
-    return "\n".join(map(_aligned, template.substitute(name=name, **given, **estimated).splitlines())) + "\n"
+    given, hull = {key: _number(value) for key, value in vars(d).items()}, hull_of(d)
+    written = given | {key: _number(value) for key, value in hull.items()}
+    values = {f"vessel.{key}": float(written[key]) for key in HULL_NAMES}
+    about = f"a ship of {given['length']} m and {given['mass']} kg"
+    return _filled(name, about, _template("data").substitute(given), _template("hull").substitute(written), values, d.wind)
 
 
-def _hull(d: MainData) -> dict[str, float]:
-    """Draught, inertia and damping."""
+def scenario_for(
+    values: Mapping[str, object],
+    vessel: str,
+    name: str = "any_ship",
+    changes: Mapping[str, float] = MappingProxyType({}),
+    wind: float = 0.0,
+) -> str:
+    """Write the scenario of a ship whose hull data are known, such as one of the library or an identified one.
+
+    Args:
+        values: Its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used.
+        vessel: The name of the vessel in the library, or the path of its file, to which the scenario refers.
+        name: Name of the ship, for the headline.
+        changes: Single hull data of the scenario that differ from the vessel's, by their names.
+        wind: Speed of a wind from the west, m/s.
+
+    Returns:
+        A commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided law.
+
+    Raises:
+        ParameterError: a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
+    """
+    data = "\n".join(f"# {line}" for line in OF_A_VESSEL.format(vessel=vessel).splitlines())
+    changed = "".join(f", {key}: {_number(value)}" for key, value in changes.items())
+    section = f"    vessel: {{name: {json.dumps(vessel)}{changed}}}" if changes else f"    vessel: {json.dumps(vessel)}"
+    own = {f"{VESSEL}{key}": value for key, value in changes.items()}
+    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, wind)
+
+
+def ship_of(values: Mapping[str, object]) -> ShipParameters:
+    """The ship of hull data by their dotted names in a scenario, such as `vessel.length`; other names are not used.
+
+    Raises:
+        ParameterError: a value is out of range.
+    """
+    own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
+    known = schema.entries(ShipParameters)
+    # Damping that is left out is zero, not that of the paper's ship.
+    hull = {name: 0.0 for name in known if "_damping" in name} | {name: own[name] for name in own if name in known}
+    ship = schema.build(ShipParameters, hull, "vessel")
+    # The paper states no limits; laws assume some for its ship.
+    assumed = {} if another_ship(ship) else {name: getattr(KnownVessel(), name) for name in LIMITS if name not in own}
+    return replace(ship, **assumed)
+
+
+def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, object], wind: float) -> str:
+    """The scenario from its template, with references and gains scaled to a ship.
+
+    Args:
+        name, about: Name of the ship, and what it is, for the headline.
+        data: What the head of the file says about its data, as comments.
+        vessel: The section `vessel`.
+        values: Hull data by their dotted names.
+        wind: Speed of the wind, m/s.
+    """
+    ship = ship_of(values)
+    scale = scale_of(ship)
+    circle = circle_for(ship, scale)
+    sway = sway_of(ship, circle)
+    tuned = gains(scale, sway)
+    estimates = {**loads(scale.L, wind), **references(circle, scale, tuned["position_gain"]), **tuned}
+    numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
+    radius, speed = f"{_rounded(circle.radius / scale.L):g} lengths", f"{_rounded(circle.speed / scale.U):g} of the top speed"
+    text = _template("ship").substitute(
+        numbers,
+        name=name,
+        about=about,
+        data=data.rstrip(),
+        vessel=vessel.rstrip(),
+        wind=_number(wind),
+        top_speed=_number(_rounded(scale.U)),
+        radius_rule=radius,
+        cruise_rule=speed,
+        **(SLOW_RULES if sway.is_slow else FAST_RULES),
+        note=SLOW_NOTE.format(a=sway.a, rho=sway.rho) if sway.is_slow else "",
+    )
+    return "\n".join(map(_aligned, text.splitlines())) + "\n"
+
+
+def _template(name: str) -> Template:
+    return Template((share_directory() / "config" / "templates" / f"{name}.yaml").read_text(encoding="utf-8"))
+
+
+def hull_of(d: MainData) -> dict[str, float]:
+    """Draught, inertia and damping by rules of thumb, with three digits."""
     draught = d.mass / (WATER_DENSITY * 0.5 * d.length * d.beam)
     m22, m33, decay = 1.5 * d.mass, 1.5 * d.mass * (0.25 * d.length) ** 2, d.speed / d.length
-    d_r, d_r2 = m33 * decay, WATER_DENSITY * draught * d.length**4 / 64.0
-    return {
+    hull = {
         "draught": draught,
         "surge_inertia": 1.05 * d.mass,
         "sway_inertia": m22,
@@ -90,71 +211,13 @@ def _hull(d: MainData) -> dict[str, float]:
         "surge_damping_quadratic": 0.8 * d.surge_force_limit / d.speed**2,
         "sway_damping": m22 * decay,
         "sway_damping_quadratic": 0.5 * WATER_DENSITY * d.length * draught,
-        "yaw_damping": d_r,
-        "yaw_damping_quadratic": d_r2,
-        # The positive root of d_r2·r² + d_r·r = N.
-        "turn_rate": 2.0 * d.yaw_moment_limit / (d_r + math.sqrt(d_r**2 + 4.0 * d_r2 * d.yaw_moment_limit)),
+        "yaw_damping": m33 * decay,
+        "yaw_damping_quadratic": WATER_DENSITY * draught * d.length**4 / 64.0,
+        "surge_damping_cubic": 0.0,
+        "sway_damping_cubic": 0.0,
+        "yaw_damping_cubic": 0.0,
     }
-
-
-def _loads(d: MainData) -> dict[str, float]:
-    """The wind: rho/2·c·A·V² on an area of 0.15·L² with c = 1."""
-    factor = 0.5 * AIR_DENSITY * 0.15 * d.length**2
-    force = factor * d.wind**2
-    return {"wind_factor": factor, "wind_force": force, "gust_deviation": 0.1 * force}
-
-
-def _reference(d: MainData, hull: dict[str, float]) -> dict[str, float]:
-    """Circle and other references, and the limits of motions to goals."""
-    radius, cruise = 5.0 * d.length, d.speed / 3.0
-    return {
-        "radius": radius,
-        "cruise": cruise,
-        "rise_time": max(cruise * hull["surge_inertia"] / (0.25 * d.surge_force_limit), 10.0),
-        "duration": 4.0 * math.pi * radius / cruise,
-        "eight": 15.0 * d.length,
-        "side": 10.0 * d.length,
-        "motion_acceleration": 0.25 * d.surge_force_limit / hull["surge_inertia"],
-        "motion_yaw_rate": hull["turn_rate"] / 3.0,
-        "motion_yaw_acceleration": 0.25 * d.yaw_moment_limit / hull["yaw_inertia"],
-        "astern_distance": 0.3 * d.length,
-        "path_radius": max(0.3 * d.length, 0.1),
-    }
-
-
-def _gains(d: MainData, hull: dict[str, float]) -> dict[str, float]:
-    """Gains of the guided law: those of the paper's ship in units of T, length and speed; and decay rates of the observer.
-
-    The position gain is smaller: most hulls damp sway less than the paper's ship, and station keeping in wind would oscillate.
-    """
-    T = math.sqrt(hull["yaw_inertia"] / d.yaw_moment_limit)
-    return {
-        "unit_time": T,
-        "position_gain": 0.6 / T,
-        "approach_speed": 0.36 * d.speed,
-        "drift_gain": 0.09 / T**2,
-        "drift_limit": 0.03 * d.speed,
-        "heading_surface_slope": 1.9 / T,
-        "turn_rate_limit": 0.8 * hull["turn_rate"],
-        "command_bandwidth": 9.2 / T,
-        "yaw_reaching_gain": 8.3 / T,
-        "surge_reaching_gain": 6.4 / T,
-        "surge_learning_rate": 9.2 / T,
-        "sway_learning_rate": 14.0 / T,
-        "yaw_learning_rate": 8.3 / T,
-        "position_filter": 6.9 / T,
-        "heading_filter": 14.0 / T,
-        "slew_time": 0.2 * T,
-        "resting_lever": max(0.0056 * d.length, 1e-3),
-        "resting_lever_time": 0.65 * T,
-        "resting_heading_gain": 0.14 / T,
-        "resting_speed": max(0.006 * d.speed, 1e-3),
-        "resting_push": max(0.003 * d.surge_force_limit / hull["surge_inertia"], 1e-3),
-        "backing_distance": 1.6 * d.length,
-        "surge_decay": hull["surge_damping"] / hull["surge_inertia"],
-        "sway_decay": hull["sway_damping"] / hull["sway_inertia"],
-        "yaw_decay": hull["yaw_damping"] / hull["yaw_inertia"],
-    }
+    return {key: _rounded(value) for key, value in hull.items()}
 
 
 def _rounded(value: float) -> float:

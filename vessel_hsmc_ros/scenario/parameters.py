@@ -19,6 +19,7 @@ from vessel_hsmc_ros.laws import (
     LosPidParameters,
     ManoeuvreParameters,
     NmpcParameters,
+    OpenLoopParameters,
     PdParameters,
 )
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
@@ -101,6 +102,7 @@ class ControllerParameters(CommonParameters):
     los_pid: LosPidParameters = group(LosPidParameters)
     nmpc: NmpcParameters = group(NmpcParameters)
     manoeuvre: ManoeuvreParameters = group(ManoeuvreParameters)
+    open_loop: OpenLoopParameters = group(OpenLoopParameters)
 
 
 def controller_parameters() -> type[ControllerParameters]:

@@ -203,7 +203,8 @@ def make_law(parameters: ControllerParameters) -> Law[Any]:
     Raises:
         ParameterError: a gain is unstable at the controller's rate, or the code of the law fails.
     """
-    return construct(parameters.law, getattr(parameters, parameters.law), parameters.vessel, 1.0 / parameters.rate_hz)
+    vessel = parameters.vessel.at_controlled_point()
+    return construct(parameters.law, getattr(parameters, parameters.law), vessel, 1.0 / parameters.rate_hz)
 
 
 def make_observer(parameters: ControllerParameters) -> Observer | None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
+from vessel_hsmc_ros.control.pivot import Pivot, carry
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
 from vessel_sim_node.plant import acceleration, unforced
@@ -21,11 +22,12 @@ ended with a motion that is not finite."""
 
 
 class Constants(NamedTuple):
-    """What stays constant during a run: of the law, the plant and the observer."""
+    """What stays constant during a run: of the law, the plant, the observer and the point that the law controls."""
 
     law: Any
     plant: PlantConstants
     observer: ObserverConstants
+    pivot: Pivot
 
 
 class Inputs(NamedTuple):
@@ -61,6 +63,7 @@ class State(NamedTuple):
         memory: Internal state of the law.
         observer: State of the observer.
         plant: State of the plant.
+        delta: Filtered difference of headings of `control.pivot`.
     """
 
     periods: int
@@ -68,6 +71,7 @@ class State(NamedTuple):
     memory: Any
     observer: ObserverState
     plant: PlantState
+    delta: float
 
 
 class Kept(NamedTuple):
@@ -78,12 +82,14 @@ class Kept(NamedTuple):
         terms: Terms of the law, (m, t).
         weights: Weights of its networks, (m, k, l).
         estimates: x, y, psi, u, v, r of the observer, and psi as received, (m, 7).
+        back: What the tracking errors at the origin exceed those at the pivot by, (m, 4).
     """
 
     rows: Array
     terms: Array
     weights: Array
     estimates: Array
+    back: Array
 
 
 @kernel
@@ -165,7 +171,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
     Returns:
         Why the loop has stopped, the number of rows that are done, and the state that they have left.
     """
-    periods, wrench, memory, observed, plant = state
+    periods, wrench, memory, observed, plant, delta = state
     c, last = constants.plant, len(inputs.time) - 1
     for k in range(start, stop):
         time, row = inputs.time[k], kept.rows[k]
@@ -185,19 +191,22 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
                 observed = observe(inputs.stamp[k], pose, wrench, observed, constants.observer)
                 measured = estimate(observed)
             rate = Acceleration(inputs.reference[i, 6], inputs.reference[i, 7], inputs.reference[i, 8])
-            demand, terms, memory = law_step(measured, desired, rate, memory, constants.law)
+            at = carry(measured, desired, rate, delta, constants.pivot)
+            demand, terms, memory = law_step(at.motion, at.desired, at.acceleration, memory, constants.law)
             if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
-                return UNDEFINED, k, State(periods, wrench, memory, observed, plant)
-            wrench = demand
+                return UNDEFINED, k, State(periods, wrench, memory, observed, plant, delta)
+            wrench, delta = demand, at.delta
             keep_period(periods, terms, memory, measured, kept)
+            if periods < len(kept.back):
+                write(kept.back[periods], 0, at.back)
             periods += 1
         plant = apply(plant, wrench, c)
         keep(row, wrench, disturbing, plant, c)
         if k < last:  # the last sample is the final state
             plant = advance_plant(plant, plant.tau, acceleration(disturbing, c.vessel), inputs.gust_noise[k], c)
             if not is_finite(plant.motion):
-                return DIVERGED, k + 1, State(periods, wrench, memory, observed, plant)
-    return DONE, stop, State(periods, wrench, memory, observed, plant)
+                return DIVERGED, k + 1, State(periods, wrench, memory, observed, plant, delta)
+    return DONE, stop, State(periods, wrench, memory, observed, plant, delta)
 
 
 @kernel

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_filter import estimate
+from vessel_hsmc_ros.control.pivot import ERRORS, carry
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
 from vessel_hsmc_ros.core.kinematics import Acceleration
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -76,7 +77,8 @@ class CompiledLoop(Loop):
         periods = int(np.count_nonzero(self._inputs.due)) if self.rows.shape[1] == WIDTH else 0
         estimates = np.empty((periods if self._constants.observer.enabled else 0, 7))
         terms, weights = np.empty((periods, len(law.terms._fields))), np.empty((periods, *law.memory.W.shape))
-        self._kept = Kept(self.rows, terms, weights, estimates)
+        back = np.empty((periods if self._constants.pivot.x_p else 0, len(ERRORS)))
+        self._kept = Kept(self.rows, terms, weights, estimates, back)
         self._advance = compiled_loop(type(law), self._constants.observer.enabled)
 
     def advance(self, stop: int) -> None:
@@ -97,13 +99,17 @@ class CompiledLoop(Loop):
         if self._constants.observer.enabled:
             motion = estimate(self._state.observer)
         reference, i = self._inputs.reference, int(self._inputs.latest[self.done])
-        return cause(self._law, motion, desired_motion(reference, i), Acceleration(*reference[i, 6:9].tolist()))
+        rate = Acceleration(*reference[i, 6:9].tolist())
+        at = carry(motion, desired_motion(reference, i), rate, self._state.delta, self._constants.pivot)
+        return cause(self._law, at.motion, at.desired, at.acceleration)
 
     def control(self) -> Control:
         """What the controller has computed so far."""
         m = self._state.periods
         stamps = self._inputs.stamp[: self.done][self._inputs.due[: self.done]][:m]
         terms = all_terms(self._law, stamps, self._grid, self._kept.terms[:m], self._kept.weights[:m])
+        if len(self._kept.back):
+            terms |= {name: terms[name] + self._kept.back[:m, i] for i, name in enumerate(ERRORS)}
         estimates = self._kept.estimates[:m]
         if not len(estimates):
             return Control(stamps, terms, None, None)

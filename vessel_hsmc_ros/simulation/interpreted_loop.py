@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
-from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
+from vessel_hsmc_ros.scenario.control import make_control_loop
+from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Loop
 from vessel_sim_node.plant import Wrench, acceleration
 from vessel_sim_node.simulator import Simulator
@@ -68,7 +68,7 @@ class InterpretedLoop(Loop):
         self._vessel = sim.vessel.coefficients()
         grid = RateGrid(scenario.reference_ship.rate_hz)
         self._desired = Desired(make_reference(scenario.reference_ship, grid.period), grid)
-        self._loop = ControlLoop(law or make_law(controller), RateGrid(controller.rate_hz), make_observer(controller))
+        self._loop = make_control_loop(controller, law)
         self._terms: list[tuple[int, Terms]] = []
         self._estimates: list[Motion] = []
 

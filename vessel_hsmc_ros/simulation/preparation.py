@@ -14,6 +14,7 @@ from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.reference.trajectory import trajectory
+from vessel_hsmc_ros.scenario.control import make_pivot
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.closed_loop import Constants, Inputs, State
 from vessel_hsmc_ros.simulation.compilation import compiled
@@ -58,10 +59,10 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
     plant = Simulator(sim, RateGrid(sim.rate_hz).period)
     observer = Observer(controller.observer, controller.vessel)
-    constants = Constants(law.constants, plant.constants(), observer.constants)
+    constants = Constants(law.constants, plant.constants(), observer.constants, make_pivot(controller))
     noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)
-    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state())
+    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state(), 0.0)
     return Prepared(state, constants, Inputs(*instants, reference, noise, gusts))
 
 

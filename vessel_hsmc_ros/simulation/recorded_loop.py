@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
+from vessel_hsmc_ros.control.pivot import Pivot, carry
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
@@ -48,6 +49,7 @@ class Answered(NamedTuple):
     wrench: tuple[float, float]
     memory: Any
     observer: ObserverState
+    delta: float
 
 
 @kernel
@@ -57,19 +59,20 @@ def motion_of(rows: Array, k: int) -> Motion:
 
 
 @kernel
-def answer(last: Answered, stop: int, law: Any, observer: ObserverConstants, recorded: Recorded) -> Answered:
+def answer(last: Answered, stop: int, law: Any, observer: ObserverConstants, pivot: Pivot, recorded: Recorded) -> Answered:
     """Answer the messages from the row that the last call has come to up to row stop - 1.
 
     Args:
         last: What the step before has left; its arrays are written in place.
         stop: Row to stop at.
         law, observer: Constants of the law and of the observer.
+        pivot: The point that the law controls.
         recorded: Inputs and answers.
 
     Returns:
         What the last step has left; its row is below `stop` where the law has no finite wrench.
     """
-    start, wrench, memory, observed = last
+    start, wrench, memory, observed, delta = last
     for k in range(start, stop):
         if recorded.due[k]:
             motion = motion_of(recorded.motion, k)
@@ -77,12 +80,13 @@ def answer(last: Answered, stop: int, law: Any, observer: ObserverConstants, rec
                 observed = observe(recorded.stamp[k], (motion.x, motion.y, motion.psi), wrench, observed, observer)
                 motion = estimate(observed)
             rate = Acceleration(recorded.acceleration[k, 0], recorded.acceleration[k, 1], recorded.acceleration[k, 2])
-            demand, _, memory = law_step(motion, motion_of(recorded.desired, k), rate, memory, law)
+            at = carry(motion, motion_of(recorded.desired, k), rate, delta, pivot)
+            demand, _, memory = law_step(at.motion, at.desired, at.acceleration, memory, law)
             if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
-                return Answered(k, wrench, memory, observed)
-            wrench = demand
+                return Answered(k, wrench, memory, observed, delta)
+            wrench, delta = demand, at.delta
         recorded.wrench[k, 0], recorded.wrench[k, 1] = wrench
-    return Answered(stop, wrench, memory, observed)
+    return Answered(stop, wrench, memory, observed, delta)
 
 
 def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
@@ -112,12 +116,14 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
     observer = loop.observer or idle
     kernels = {"law_step": type(law).kernel} | ({} if loop.observer else {"observe": unobserved})
     run = compiled(answer, f"the law {law.name} for recorded inputs", allocates=loop.observer is not None, **kernels)
-    before = Answered(span.start, loop.wrench, law.memory, observer.state)
-    after = run(before, span.stop, law.constants, observer.constants, recorded)
-    law.memory, observer.state, loop.wrench = after.memory, after.observer, after.wrench
+    before = Answered(span.start, loop.wrench, law.memory, observer.state, loop.delta)
+    after = run(before, span.stop, law.constants, observer.constants, loop.pivot, recorded)
+    law.memory, observer.state, loop.wrench, loop.delta = after.memory, after.observer, after.wrench, after.delta
     if (k := after.row) < span.stop:
         motion = loop.observer.estimate if loop.observer else as_motion(recorded.motion[k])
-        raise cause(law, motion, as_motion(recorded.desired[k]), as_acceleration(recorded.acceleration[k]))
+        rate = as_acceleration(recorded.acceleration[k])
+        at = carry(motion, as_motion(recorded.desired[k]), rate, loop.delta, loop.pivot)
+        raise cause(law, at.motion, at.desired, at.acceleration)
 
 
 def _serve_interpreted(loop: ControlLoop, recorded: Recorded, span: range) -> None:

@@ -1,0 +1,40 @@
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.scenario.scenario import load_scenario
+
+
+def call(*arguments: object) -> str:
+    return CliRunner().invoke(cli, [*map(str, arguments)], standalone_mode=False, catch_exceptions=False).output
+
+
+@pytest.fixture(autouse=True)
+def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_excite_writes_manoeuvres_for_a_vessel_and_names_time_and_space() -> None:
+    output = call("excite", "otter")
+    assert "turns on the spot" in output
+    assert "they take " in output
+    assert load_scenario("otter_excite.yaml").controller.law == "open_loop"
+    with pytest.raises(ScenarioError, match=r"otter_excite\.yaml exists and is not overwritten"):
+        call("excite", "otter")
+
+
+def test_excite_takes_the_scenario_of_a_ship_of_ones_own() -> None:
+    call("init", "mine", "--length", "3", "--no-check")
+    call("excite", "mine.yaml", "--output", "sail.yaml")
+    mine, sail = (load_scenario(name).vessel_sim.vessel for name in ("mine.yaml", "sail.yaml"))
+    assert sail == mine
+
+
+def test_excite_names_a_ship_that_does_not_exist_in_one_line() -> None:
+    with pytest.raises(ScenarioError, match=r"yacht is neither a vessel nor a scenario: it takes .*otter.*, or a file"):
+        call("excite", "yacht")
+    with pytest.raises(ScenarioError, match=r"file nowhere\.yaml cannot be read"):
+        call("excite", "nowhere.yaml")

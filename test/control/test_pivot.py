@@ -1,0 +1,87 @@
+import math
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.control.pivot import ORIGIN, Pivot, at_origin, carry, pivot_of
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, tracking_error, transform, transform_rate
+from vessel_hsmc_ros.laws import KnownVessel, Terms
+
+POINT = Pivot(1.5, 0.1, 0.2, 1e-5)
+SHIP, DESIRED = Motion(3.0, -2.0, 2.9, 1.4, 0.3, 0.05), Motion(2.5, -1.0, -3.0, 1.6, -0.2, -0.04)
+RATE = Acceleration(0.03, -0.02, 0.01)
+ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
+
+
+def test_at_the_origin_nothing_is_changed() -> None:
+    desired = DESIRED._replace(v=-0.0)
+    at = carry(SHIP, desired, RATE, 0.3, ORIGIN)
+    assert at.motion is SHIP
+    assert at.desired is desired
+    assert at.acceleration is RATE
+    assert at.delta == 0.3
+
+
+def test_a_vessel_without_coupling_is_controlled_at_the_origin() -> None:
+    assert pivot_of(KnownVessel(), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=6e5, at_pivot=False), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=6e5), 0.01).x_p == pytest.approx(6e5 / 177.9e3)
+
+
+def carried_over(periods: int, desired: Motion, rate: Acceleration) -> list[tuple[Motion, Acceleration]]:
+    """The carried reference while ship and reference move with constant accelerations of the body velocities."""
+    ship, delta, found = SHIP, 0.2, []
+    for _ in range(periods):
+        at = carry(ship, desired, rate, delta, POINT)
+        found.append((at.desired, at.acceleration))
+        delta = at.delta
+        ship = extrapolate(ship, Acceleration(0.0, 0.0, 0.0), POINT.T)
+        desired = extrapolate(desired, rate, POINT.T)
+    return found
+
+
+def test_the_carried_velocity_and_acceleration_are_derivatives_of_the_carried_position() -> None:
+    # The bandwidth of the filter is taken as constant, so the speed of the reference is.
+    (a, rate), (b, _), (c, _) = carried_over(3, DESIRED, Acceleration(0.0, 0.0, 0.01))
+    c_psi, s_psi = math.cos(b.psi), math.sin(b.psi)
+    over_ground = np.subtract(c[:2], a[:2]) / (2.0 * POINT.T)
+    assert [c_psi * b.u - s_psi * b.v, s_psi * b.u + c_psi * b.v] == pytest.approx(over_ground, abs=1e-5)
+    assert [rate.du, rate.dv, rate.dr] == pytest.approx(np.subtract(c[3:], a[3:]) / (2.0 * POINT.T), abs=1e-4)
+
+
+def test_the_point_of_the_ship_moves_with_the_velocity_of_its_pivot() -> None:
+    at = carry(SHIP, DESIRED, RATE, 0.0, POINT).motion
+    assert at == (SHIP.x + 1.5 * math.cos(2.9), SHIP.y + 1.5 * math.sin(2.9), 2.9, 1.4, 0.3 + 1.5 * 0.05, 0.05)
+
+
+def test_a_constant_difference_of_the_headings_leaves_no_error_of_the_origin() -> None:
+    delta, ship, desired = 0.0, DESIRED._replace(psi=0.4), DESIRED._replace(psi=0.0)
+    ship, desired = ship._replace(r=0.0), desired._replace(r=0.0)
+    point = POINT._replace(T=0.1)
+    for _ in range(2000):
+        delta = carry(ship, desired, RATE, delta, point).delta
+    at = carry(ship, desired, RATE, delta, point)
+    assert at.motion[:2] == pytest.approx(at.desired[:2], abs=1e-7)
+    assert at.acceleration == pytest.approx(
+        Acceleration(RATE.du - RATE.dr * 1.5 * math.sin(0.4), RATE.dv + 1.5 * math.cos(0.4) * RATE.dr, RATE.dr)
+    )
+
+
+def test_errors_of_the_point_are_carried_back_to_the_origin() -> None:
+    def errors(motion: Motion, desired: Motion) -> list[float]:
+        z, z_d = transform(motion), transform(desired)
+        e, dz, dz_d = tracking_error(z, z_d), transform_rate(z, motion), transform_rate(z_d, desired)
+        return [e.z1, e.z2, dz.z1 - dz_d.z1, dz.z2 - dz_d.z2]
+
+    at = carry(SHIP, DESIRED, RATE, -0.7, POINT)
+    back = at_origin(Terms(**dict(zip(ERRORS, errors(at.motion, at.desired), strict=True))), at.back)
+    assert [getattr(back, name) for name in ERRORS] == pytest.approx(errors(SHIP, DESIRED), abs=1e-14)
+    assert math.isnan(at_origin(Terms(), at.back).sway_error)
+
+
+def test_the_filter_is_stable_at_any_speed_and_keeps_its_angle_in_a_turn() -> None:
+    delta = 0.0
+    for speed in (0.0, 1.0, 1e12, 1e300):
+        delta = carry(SHIP, DESIRED._replace(u=speed), RATE, delta, POINT._replace(T=1.0)).delta
+        assert -math.pi < delta <= math.pi
+    assert delta == pytest.approx(2.9 + 3.0 - 2.0 * math.pi)

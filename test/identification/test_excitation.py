@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.identification.excitation import excitation, manoeuvres, scenario_text, starts
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.own_ship import ship_of
+from vessel_hsmc_ros.scenario.scenario import parse_scenario
+from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
+from vessel_hsmc_ros.scenario.vessels import read_vessel
+
+
+@pytest.fixture
+def otter() -> Scale:
+    return scale_of(ship_of(read_vessel("otter").values))
+
+
+def test_manoeuvres_use_the_whole_propulsion_to_both_sides_and_end_with_a_stop(otter: Scale) -> None:
+    steps = excitation(otter)
+    assert {1.0, -1.0} <= {step.yaw for step in steps}
+    assert {1.0, -0.5} <= {step.surge for step in steps}
+    assert all(abs(step.surge) <= 1.0 and abs(step.yaw) <= 1.0 and step.duration > 0.0 for step in steps)
+    assert steps[-1][:3] == ("stop", 0.0, 0.0)
+    assert sum(step.yaw * step.duration for step in steps) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_manoeuvres_last_longer_for_a_larger_ship_of_the_same_shape(otter: Scale) -> None:
+    larger = otter._replace(L=16.0 * otter.L, U=4.0 * otter.U, m11=otter.m11 * 16**3, F=otter.F * 16**3, T=4.0 * otter.T)
+    assert starts(excitation(larger))[-1] == pytest.approx(4.0 * starts(excitation(otter))[-1], rel=0.1)
+
+
+def test_the_scenario_commands_the_manoeuvres_and_its_reference_is_the_same_ship(otter: Scale) -> None:
+    steps = excitation(otter)
+    text = scenario_text("mine", "otter", '    vessel: "otter"', otter, steps)
+    perfect: dict[str, object] = {
+        f"vessel_sim.sensors.{name}_noise": 0.0 for name in ("position", "heading", "velocity", "yaw_rate")
+    }
+    run = simulate(parse_scenario(text, "mine", perfect))
+    times = starts(steps)
+    assert run.time[-1] == times[-1]
+    middle = [int(20.0 * 0.5 * sum(times[i : i + 2])) for i in range(len(steps))]
+    assert run.wrench[middle, 0] == pytest.approx([step.surge * otter.F for step in steps], rel=1e-3)
+    np.testing.assert_allclose(run.state, run.reference, atol=1e-6)
+
+
+def test_steps_of_a_manoeuvre_are_listed_as_one(otter: Scale) -> None:
+    steps = excitation(otter)
+    assert [steps[first].manoeuvre for first, _ in manoeuvres(steps)][:3] == ["speed steps", "coasting", "astern"]

@@ -1,0 +1,138 @@
+"""`vessel-hsmc excite`: the manoeuvres worth sailing for an identification, as a scenario."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+import yaml
+
+from vessel_hsmc_ros.cli.console import print_line, print_table
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.scenario.own_ship import ship_of
+from vessel_hsmc_ros.scenario.parameters_file import tree
+from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
+from vessel_hsmc_ros.scenario.ship_rules import scale_of
+from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from vessel_hsmc_ros.core.run_data import Run
+    from vessel_hsmc_ros.identification.excitation import Step
+    from vessel_sim_node.plant import ShipParameters
+
+
+@click.command()
+@click.argument("ship", metavar="VESSEL|SCENARIO")
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="The scenario to write [default: NAME_excite.yaml].",
+)
+def excite(ship: str, output: Path | None) -> None:
+    """Write the manoeuvres worth sailing for an identification of a ship, as a scenario.
+
+    VESSEL is one of the library or a vessel file, SCENARIO a scenario or its file, such as `vessel-hsmc init` has written; the
+    data need not be exact, they scale forces and times. The scenario commands surge force and yaw moment without feedback.
+    Simulate it, or run it with the boat's own nodes and record a bag, for `vessel-hsmc identify`. Prints the manoeuvres, and the
+    space that they take.
+    """
+    from vessel_hsmc_ros.identification.excitation import excitation, scenario_text
+    from vessel_hsmc_ros.runs.offline import simulate
+
+    data, section = _ship(ship)
+    scale = scale_of(data)
+    steps = excitation(scale)
+    path = output or Path(f"{Path(ship).stem}_excite.yaml")
+    text = scenario_text(path.stem, f"ship {Path(ship).stem}", section, scale, steps)
+    run = simulate(parse_scenario(text, path.stem, source="the new scenario"))
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise ScenarioError(f"{path} exists and is not overwritten: choose another name with --output, or delete it") from None
+    except OSError as error:
+        raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
+    print_table(HEAD, _rows(steps, run))
+    print_line(_space(run))
+    print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}, or sail it; then vessel-hsmc identify on the bag")
+
+
+HEAD = ["manoeuvre", "time", "surge force", "yaw moment", "speed", "yaw rate"]
+
+
+def _ship(name: str) -> "tuple[ShipParameters, str]":
+    """The ship of a vessel or of a scenario, and the section `vessel` that describes it in a new scenario.
+
+    Raises:
+        ScenarioError: there is neither a vessel nor a scenario of this name.
+        ParameterError: its data are out of range.
+    """
+    is_file = Path(name).suffix in (".yaml", ".yml")
+    if name in vessel_names() or (is_file and _is_vessel_file(Path(name))):
+        values = dict(read_vessel(name).values)
+        section = {"vessel": name} if not is_file else tree(values)
+    elif is_file or name in scenario_names():
+        values = _hull_data(load_scenario(name).vessel_sim.vessel)
+        section = tree(values)
+    else:
+        raise ScenarioError(f"{name} is neither a vessel nor a scenario: it takes {', '.join(vessel_names())}, or a file")
+    text = yaml.safe_dump(section, sort_keys=False, default_flow_style=None)
+    return ship_of(values), "\n".join(f"    {line}" for line in text.splitlines())
+
+
+def _hull_data(ship: "ShipParameters") -> dict[str, object]:
+    """The data of a ship by their dotted names, without those that have no meaning for it."""
+    entries = schema.entries(type(ship))
+    return {
+        f"vessel.{key}": value
+        for key, value in schema.flatten(ship).items()
+        # A coefficient of zero is written: left out, it would be that of the paper's ship.
+        if key != "name" and (value != entries[key].default or (isinstance(value, float) and math.isfinite(value)))
+    }
+
+
+def _is_vessel_file(path: Path) -> bool:
+    """Whether a YAML file describes a vessel, not a scenario.
+
+    Raises:
+        ScenarioError: it cannot be read.
+    """
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ScenarioError(f"file {path} cannot be read: {' '.join(str(error).split())}") from None
+    return isinstance(document, dict) and "vessel" in document
+
+
+def _rows(steps: "Sequence[Step]", run: "Run") -> list[list[str]]:
+    """A row for each manoeuvre: its inputs, and what the present data predict."""
+    from vessel_hsmc_ros.identification.excitation import manoeuvres, starts
+
+    times, rows = starts(steps), []
+    for first, last in manoeuvres(steps):
+        inside = (run.time >= times[first]) & (run.time < times[last])
+        u, v, r = run.state[inside, 3:].T
+        surge, yaw = ([step[i] for step in steps[first:last]] for i in (1, 2))
+        motion = f"{np.hypot(u, v).max():.2f} m/s", f"{np.degrees(abs(r).max()):.1f}°/s"
+        rows.append([steps[first].manoeuvre, f"{times[first]:g} to {times[last]:g} s", _range(surge), _range(yaw), *motion])
+    return rows
+
+
+def _range(shares: "Sequence[float]") -> str:
+    low, high = (100.0 * end for end in (min(shares), max(shares)))
+    return f"{low:.0f} %" if low == high else f"±{high:.0f} %" if low == -high else f"{low:.0f} to {high:.0f} %"
+
+
+def _space(run: "Run") -> str:
+    """How long the manoeuvres take, and how much water."""
+    x, y = np.ptp(run.state[:, :2], axis=0)
+    minutes = run.time[-1] / 60.0
+    return (
+        f"they take {minutes:.1f} min and, with the present data, {quantity(float(x), 'm')} by {quantity(float(y), 'm')} of water"
+    )

@@ -1,0 +1,138 @@
+"""Measurements from runs, bags and CSV files."""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from vessel_hsmc_ros.bags.reader import Bag, open_bag
+from vessel_hsmc_ros.bags.run_from_bag import matched, seconds_of, states, wrenches
+from vessel_hsmc_ros.core.exceptions import IdentificationError
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.identification.checks import checked
+from vessel_hsmc_ros.identification.types import Array, Measurements
+
+NEEDED = ("time", "x", "y")
+HEADINGS = ("heading", "heading_deg")
+VELOCITIES = ("u", "v", "r")
+WRENCH = ("surge_force", "sway_force", "yaw_moment")
+WRENCH_TOPICS = ("applied_wrench", "cmd_wrench")
+HELD = 0.2
+"""Share of unchanged positions from which on a sensor is taken to repeat its samples."""
+
+
+def from_run(run: Run, name: str = "run") -> Measurements:
+    """The measured motion and the applied wrench of a run.
+
+    Raises:
+        IdentificationError: the samples do not serve.
+    """
+    wrench = run.wrench if run.wrench.shape[1] == len(WRENCH) else np.insert(run.wrench, 1, 0.0, axis=1)
+    return _measurements(run.time, run.measured, wrench, name)
+
+
+def from_bag(path: Path | str, namespace: str | None = None) -> Measurements:
+    """Odometry with the applied wrench, or the commanded one where the bag has no other, at the odometry's stamps.
+
+    Args:
+        path: A bag or a run folder.
+        namespace: Of the vessel, where the bag has several.
+
+    Raises:
+        BagError: the bag cannot be read, or has no such vessel.
+        IdentificationError: there is no wrench, or the samples do not serve.
+    """
+    bag = open_bag(path)
+    prefix = bag.namespace(namespace)
+    odometry = bag[prefix + "odom"]
+    order = np.argsort(odometry.stamp, kind="stable")
+    stamps = odometry.stamp[order]
+    series = bag[_wrench_topic(bag, prefix)]
+    index, found = matched(stamps, series)
+    if not found.any():
+        # Stamped by another clock rate: the latest wrench holds until the next.
+        by_time = np.argsort(series.stamp, kind="stable")
+        latest = np.searchsorted(series.stamp[by_time], stamps, side="right") - 1
+        index, found = by_time[np.maximum(latest, 0)], latest >= 0
+    if not found.any():
+        raise IdentificationError(f"bag {path}: no wrench on {series.name} is as old as an odometry message")
+    time = seconds_of(stamps - stamps[np.argmax(found)])
+    rows = np.flatnonzero(found)
+    return _measurements(time[rows], states(odometry)[order][rows], wrenches(series)[index[rows]], str(path))
+
+
+def _wrench_topic(bag: Bag, prefix: str) -> str:
+    for name in WRENCH_TOPICS:
+        if bag.topics.get(prefix + name):
+            return prefix + name
+    raise IdentificationError(f"bag {bag.path} has no wrench: {' or '.join(prefix + name for name in WRENCH_TOPICS)} is needed")
+
+
+def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Measurements:
+    """A CSV file with columns for time, pose and wrench, and optionally for the velocities.
+
+    The columns are time, x, y, heading or heading_deg; u, v, r where measured; surge_force, sway_force, yaw_moment, else zero.
+
+    Args:
+        path: The file; its first row has the names.
+        columns: The file's name of each of these columns, where it differs.
+
+    Raises:
+        IdentificationError: a column is missing, or the samples do not serve.
+    """
+    table, named = _table(Path(path)), dict(columns or {})
+    known = (*NEEDED, *HEADINGS, *VELOCITIES, *WRENCH)
+    for name, column in named.items():
+        if name not in known:
+            raise IdentificationError(f"{path}: {name} is not a column of an identification: those are {', '.join(known)}")
+        if column not in table:
+            raise IdentificationError(f"{path} has no column {column}: it has {', '.join(table)}")
+    chosen = {name: table[column] for name in known if (column := named.get(name, name)) in table}
+    if "heading_deg" in chosen:
+        chosen.setdefault("heading", np.radians(chosen["heading_deg"]))
+    for name in (*NEEDED, "heading"):
+        if name not in chosen:
+            raise IdentificationError(
+                f"{path} has no column {name}: it has {', '.join(table)}; give its name, as in {name}=COLUMN"
+            )
+    nothing, zero = np.full(len(chosen["time"]), np.nan), np.zeros(len(chosen["time"]))
+    state = np.column_stack([chosen["x"], chosen["y"], chosen["heading"], *(chosen.get(name, nothing) for name in VELOCITIES)])
+    wrench = np.column_stack([chosen.get(name, zero) for name in WRENCH])
+    return _measurements(chosen["time"], state, wrench, str(path))
+
+
+def _table(path: Path) -> dict[str, Array]:
+    """The columns of a CSV file by name; an empty field is NaN."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            header, *rows = [row for row in csv.reader(file) if row]
+        values = np.array([[float(field) if field.strip() else np.nan for field in row] for row in rows])
+    except (OSError, ValueError) as error:
+        raise IdentificationError(f"cannot read {path} as a table of numbers with a row of names: {error}") from error
+    if values.ndim != 2 or values.shape[1] != len(header):
+        raise IdentificationError(f"cannot read {path}: {len(header)} names, but {values.shape[-1]} numbers in a row")
+    return dict(zip((name.strip() for name in header), values.T, strict=True))
+
+
+def _measurements(time: Array, state: Array, wrench: Array, name: str) -> Measurements:
+    """Measurements from a series of states; the heading is made continuous."""
+    state = state.copy()
+    if np.isfinite(state[:, 2]).all():
+        state[:, 2] = np.unwrap(state[:, 2])
+    # Velocities count only where all of them are measured.
+    state[~np.isfinite(state[:, 3:]).all(axis=1), 3:] = np.nan
+    run = Measurements(time, state[:, :3], state[:, 3:], wrench, name)
+    return _fresh(checked(run))
+
+
+def _fresh(run: Measurements) -> Measurements:
+    """The samples at which the position has changed, where a slow sensor repeats its last one; the wrench is averaged between."""
+    changed = np.append(True, (np.diff(run.pose[:, :2], axis=0) != 0.0).any(axis=1))
+    moving = changed.sum() > 1
+    if not moving or 1.0 - changed.mean() < HELD:
+        return run
+    rows = np.flatnonzero(changed)
+    impulse = np.add.reduceat(run.wrench, rows, axis=0)
+    counts = np.diff(np.append(rows, len(run.time)))[:, None]
+    return run._replace(time=run.time[rows], pose=run.pose[rows], velocity=run.velocity[rows], wrench=impulse / counts)

@@ -1,0 +1,115 @@
+"""What identification takes and gives: measurements, the parameters to estimate, and the result."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Measurements(NamedTuple):
+    """One recorded run, sampled at increasing times; `measurements` reads it from runs, bags and CSV files.
+
+    Attributes:
+        time: (n,), s.
+        pose: x, y and heading, continuous over full turns, (n, 3).
+        velocity: u, v, r in the body frame, over ground, (n, 3); NaN where they are not measured.
+        wrench: Surge force X [N], sway force Y [N] and yaw moment N [N·m] on the hull, each from its sample to the next, (n, 3).
+        name: What to call the run in messages and on pages.
+    """
+
+    time: Array
+    pose: Array
+    velocity: Array
+    wrench: Array
+    name: str = "run"
+
+
+@dataclass(frozen=True)
+class Model:
+    """Which numbers are estimated; all others keep their start values.
+
+    Attributes:
+        name: `paper`, `coupled`, `linear` or `own`.
+        parameters: Names of hull parameters, as in a vessel's file.
+        inputs: What is estimated beside the hull: `surge_force_gain`, `sway_force_gain`, `yaw_moment_gain` (factors on the
+            recorded wrench), `force_x`, `force_y` (a steady force in the earth frame, N) and `yaw_moment_offset` (N·m).
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    inputs: tuple[str, ...] = ()
+
+
+class Prediction(NamedTuple):
+    """Errors of predictions over windows, each started at the smoothed state of its first sample.
+
+    Attributes:
+        window: Length of a window, s.
+        starts: Time at which each window starts, (w,), s.
+        position: Root mean square position error of each window, (w,), m.
+        heading: The same of the heading, (w,).
+        velocity: The same of u, v and r, (w, 3), m/s, m/s, rad/s.
+        simulated: The predicted x, y, psi, u, v, r of each sample, (n, 6); NaN outside the windows.
+        measured: The same from the measurements, (n, 6); smoothed velocities where they are not measured.
+        time: (n,), s.
+    """
+
+    window: float
+    starts: Array
+    position: Array
+    heading: Array
+    velocity: Array
+    simulated: Array
+    measured: Array
+    time: Array
+
+    def rms(self) -> dict[str, float]:
+        """Root mean square errors over all windows: `position`, `heading`, `surge`, `sway` and `yaw_rate`."""
+        means = [np.sqrt(np.mean(np.square(errors))) for errors in (self.position, self.heading, *self.velocity.T)]
+        return dict(zip(("position", "heading", "surge", "sway", "yaw_rate"), map(float, means), strict=True))
+
+
+@dataclass(frozen=True)
+class Identified:
+    """The result of an identification.
+
+    Attributes:
+        model: What was to be estimated.
+        values: Every hull parameter by its name: estimated, or held.
+        inputs: The estimated input gains and offsets by their names.
+        standard_errors: Of the estimated parameters and inputs, in the order of `correlation`.
+        correlation: Of their errors, (p, p).
+        unidentifiable: Names of parameters that the runs do not determine, each with the reason; they are held.
+        warnings: Sentences about the rest: strong correlations, bounds that were reached.
+        residuals: For each run, measured minus simulated x, y, psi, u, v, r, (n, 6); NaN where not measured.
+        noise: Standard deviation of the residuals by column, (6,).
+        predictions: Errors on the data used, one a run.
+        ranges: Smallest and largest u, v, r in the data, (3, 2): where the result is valid.
+    """
+
+    model: Model
+    values: Mapping[str, float]
+    inputs: Mapping[str, float]
+    standard_errors: Mapping[str, float]
+    correlation: Array
+    unidentifiable: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+    residuals: tuple[Array, ...]
+    noise: Array
+    predictions: tuple[Prediction, ...]
+    ranges: Array = field(default_factory=lambda: np.zeros((3, 2)))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The estimated parameters and inputs, without those that are held."""
+        return {name: {**self.values, **self.inputs}[name] for name in self.standard_errors}
+
+    def vessel_values(self) -> dict[str, float | list[float]]:
+        """The hull data for a vessel's file, with the speed ranges of the data; parameters that are zero are left out."""
+        hull: dict[str, float | list[float]] = {name: value for name, value in self.values.items() if value != 0.0}
+        ranges = zip(("surge_speed_range", "sway_speed_range", "yaw_rate_range"), self.ranges.tolist(), strict=True)
+        return hull | dict(ranges)

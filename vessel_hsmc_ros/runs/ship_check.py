@@ -1,0 +1,135 @@
+"""Checks a new scenario by simulation: what its ship can do, and whether it follows its circle."""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.core.metrics import position_error
+from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
+from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
+
+TRACKED = 0.02
+"""Largest position error on the circle, in lengths of the ship, with which it counts as tracked."""
+
+CALM: dict[str, object] = {
+    "vessel_sim.disturbance.earth_fixed.east_force": 0.0,
+    "vessel_sim.disturbance.earth_fixed.north_force": 0.0,
+    "vessel_sim.disturbance.earth_fixed.gust_deviation": 0.0,
+}
+
+
+class ShipCheck(NamedTuple):
+    """What a ship can do, and how it follows the circle of its scenario.
+
+    Attributes:
+        speed: Steady speed straight ahead under the full surge force, m/s.
+        fastest: Speed up to which the hull data are valid, m/s.
+        turn_rate, turn_diameter: Steady yaw rate, and diameter of the turning circle, m, under full force and moment.
+        demand: Drift angle, surge force and yaw moment that the circle takes in calm water.
+        surge_share, yaw_share: The last two as shares of the limits.
+        error: Largest position error in the last quarter of the run, m.
+        error_lengths: The same in lengths of the ship.
+        duration: Duration of that run, s.
+    """
+
+    speed: float
+    fastest: float
+    turn_rate: float
+    turn_diameter: float
+    demand: Demand
+    surge_share: float
+    yaw_share: float
+    error: float
+    error_lengths: float
+    duration: float
+
+    @property
+    def tracked(self) -> bool:
+        """Whether the ship follows its circle."""
+        return self.error_lengths <= TRACKED
+
+
+def check_ship(scenario: Scenario) -> ShipCheck:
+    """Simulate a run straight ahead, a turning circle, and the scenario itself.
+
+    Args:
+        scenario: One with a circle as reference and limits of the propulsion, as `vessel-hsmc init` writes it.
+
+    Raises:
+        ParameterError: the propulsion has no limits.
+        SimulationError: the motion is no longer finite.
+    """
+    known, circle = scenario.controller.vessel, scenario.reference_ship.circle
+    # The limits that the law knows: the paper's ship has no others.
+    limits = {"surge_force_limit": known.surge_force_limit, "yaw_moment_limit": known.yaw_moment_limit}
+    ship = replace(scenario.vessel_sim.vessel, **limits)
+    scale = scale_of(ship)
+    straight = steady(scenario, scale, 0.0)
+    speed, rate = _mean_speed(turn := steady(scenario, scale, scale.N)), float(np.mean(turn.state[_last(turn, 0.1), 5]))
+    needed = demand(circle.shape().curve, Pace(circle.speed, circle.rise_time), ship.coefficients(), LARGEST_DRIFT)
+    run = simulate(scenario)
+    error = float(np.max(position_error(run.state, run.reference)[_last(run, 0.25)]))
+    return ShipCheck(
+        speed=_mean_speed(straight),
+        fastest=ship.surge_speed_range[1],
+        turn_rate=rate,
+        turn_diameter=2.0 * speed / abs(rate) if rate else math.inf,
+        demand=needed,
+        surge_share=needed.surge_force / scale.F,
+        yaw_share=needed.yaw_moment / scale.N,
+        error=error,
+        error_lengths=error / ship.length,
+        duration=float(run.time[-1]),
+    )
+
+
+def steady(scenario: Scenario, scale: Scale, yaw_moment: float) -> Run:
+    """A run in calm water under the full surge force and a constant yaw moment, until the motion is steady.
+
+    Args:
+        scenario: The ship; its law and reference do not matter.
+        scale: Its units.
+        yaw_moment: N·m.
+    """
+    duration = max(40.0 * scale.T, 8.0 * scale.m11 * scale.U / scale.F)
+    changes = CALM | {
+        "controller.law": "open_loop",
+        "controller.open_loop.surge_force": [scale.F],
+        "controller.open_loop.yaw_moment": [yaw_moment],
+        "vessel_sim.duration": float(math.ceil(duration)),
+    }
+    return simulate(scenario.changed(changes))
+
+
+def verdict(check: ShipCheck) -> list[str]:
+    """The check in sentences."""
+    c = check
+    beyond = f", beyond the {c.fastest:g} m/s of its hull data" if c.speed > c.fastest else ""
+    lines = [
+        f"full surge force: {quantity(c.speed, 'm/s')}{beyond}; with the full yaw moment a turning circle of"
+        f" {quantity(c.turn_diameter, 'm')} at {quantity(math.degrees(c.turn_rate), '°/s')}",
+        f"the circle takes {100.0 * c.surge_share:.0f} % of the surge force, {100.0 * c.yaw_share:.0f} % of the yaw moment and a"
+        f" drift angle of {math.degrees(c.demand.drift):.1f}° in calm water",
+    ]
+    result = (
+        f"position error {quantity(c.error, 'm')}, {c.error_lengths:.2g} lengths, at most in the last quarter of {c.duration:g} s"
+    )
+    return [*lines, f"{'follows its circle' if c.tracked else 'does NOT follow its circle'}: {result}"]
+
+
+def _last(run: Run, share: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """The samples in the last share of a run."""
+    late: np.ndarray[tuple[int], np.dtype[np.bool_]] = run.time >= (1.0 - share) * run.time[-1]
+    return late
+
+
+def _mean_speed(run: Run) -> float:
+    """Mean speed over the last tenth of a run."""
+    return float(np.mean(np.hypot(*run.state[_last(run, 0.1), 3:5].T)))

@@ -1,0 +1,213 @@
+"""Rules that scale references and gains to a ship: its own units of length, speed, force and time, for any hull.
+
+| symbol | meaning | unit |
+|---|---|---|
+| L | length | m |
+| F, N | largest surge force, largest yaw moment | N, N·m |
+| m11, m22, m33 | inertia with added mass, as in (6) | kg, kg, kg·m² |
+| U | top speed, at which F equals the surge damping | m/s |
+| r_max | yaw rate of a turn on the spot, at which N equals the yaw damping | rad/s |
+| T | unit of time of the ship's turns, sqrt(m33/N) | s |
+| a | decay rate of the sway velocity on the circle, -df_v/dv at the pivot point | 1/s |
+| rho | sway acceleration of a turn beside the centripetal one, -df_v/dr/u at the pivot point | - |
+
+A turn of a hull with rho < 1 carries its course along at once, by the share 1 - rho, and all the way when the drift has decayed.
+With rho near 1 it does so only then, and with rho > 1 the course turns the other way first: the law must be slower than the decay.
+
+The template in `config/templates/ship.yaml` states the rule beside each number.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
+from vessel_hsmc_ros.reference.curves import Arc
+from vessel_sim_node.plant import ShipParameters, unforced_acceleration
+
+GRAVITY, AIR_DENSITY = 9.81, 1.2
+
+LARGEST_FROUDE = 1.5
+"""Largest Froude number U/sqrt(g·L) that is believed of the damping of a hull."""
+
+LARGEST_RHO = 0.85
+"""Largest rho with which the law may be faster than the decay of the drift."""
+
+SLOW = 0.4
+"""Gains on position and heading in terms of a, above LARGEST_RHO."""
+
+LARGEST_SHARE = 0.7
+"""Largest share of F and of N that a circle takes in calm water: the rest is for wind and for catching up."""
+
+LARGEST_DRIFT = math.radians(20.0)
+"""Largest drift angle on a circle, rad."""
+
+ADJUSTMENTS = 60
+
+
+class Scale(NamedTuple):
+    """A ship in its own units, by the symbols above, and its linear decay rates in surge, sway and yaw, 1/s."""
+
+    L: float
+    F: float
+    N: float
+    U: float
+    r_max: float
+    m11: float
+    m33: float
+    T: float
+    decay: tuple[float, float, float]
+
+
+class Sway(NamedTuple):
+    """How a hull drifts in turns: a, 1/s, and rho."""
+
+    a: float
+    rho: float
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether the law must be slower than the decay of the drift."""
+        return self.rho > LARGEST_RHO
+
+
+class Circle(NamedTuple):
+    """A circle for a ship: radius, m, speed, m/s, duration of the start, s, and what it takes in calm water."""
+
+    radius: float
+    speed: float
+    rise_time: float
+    demand: Demand
+
+
+def scale_of(ship: ShipParameters) -> Scale:
+    """The units of a ship.
+
+    Raises:
+        ParameterError: its propulsion has no limits, so that it has no top speed.
+    """
+    s = ship
+    for name in ("surge_force_limit", "yaw_moment_limit"):
+        if math.isinf(getattr(s, name)):
+            raise ParameterError(f"vessel.{name} is missing: a scenario is scaled by the limits of the propulsion")
+    top = _steady(s.surge_force_limit, s.surge_damping, s.surge_damping_quadratic, s.surge_damping_cubic)
+    turn = _steady(s.yaw_moment_limit, s.yaw_damping, s.yaw_damping_quadratic, s.yaw_damping_cubic)
+    T = math.sqrt(s.yaw_inertia / s.yaw_moment_limit)
+    decay = s.surge_damping / s.surge_inertia, s.sway_damping / s.sway_inertia, s.yaw_damping / s.yaw_inertia
+    top = min(top, LARGEST_FROUDE * math.sqrt(GRAVITY * s.length), s.surge_speed_range[1])
+    turn = min(turn, 1.0 / T, s.yaw_rate_range[1])
+    return Scale(s.length, s.surge_force_limit, s.yaw_moment_limit, top, turn, s.surge_inertia, s.yaw_inertia, T, decay)
+
+
+def _steady(load: float, linear: float, quadratic: float, cubic: float) -> float:
+    """The smallest velocity at which damping equals a load, infinite if there is none."""
+    roots = np.roots((cubic, quadratic, linear, -load))
+    real = roots.real[(abs(roots.imag) <= 1e-9 * abs(roots)) & (roots.real > 0.0)]
+    return float(min(real, default=math.inf))
+
+
+def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
+    """A circle that a ship follows with a reserve: 5·L at U/3, wider or slower where that takes too much.
+
+    Raises:
+        ParameterError: no circle of a hundred lengths and more is feasible for this hull.
+    """
+    radius, speed, vessel = 5.0 * scale.L, scale.U / 3.0, ship.coefficients()
+    for _ in range(ADJUSTMENTS):
+        rise_time = max(speed * scale.m11 / (0.25 * scale.F), 10.0)
+        needed = demand(Arc(1.0 / radius), Pace(speed, rise_time), vessel, LARGEST_DRIFT)
+        if needed.drift > LARGEST_DRIFT or needed.yaw_moment > LARGEST_SHARE * scale.N:
+            radius *= 1.25
+        elif needed.surge_force > LARGEST_SHARE * scale.F:
+            speed *= 0.9
+        else:
+            return Circle(radius, speed, rise_time, needed)
+    size = f"{radius:.3g} m at {speed:.3g} m/s"
+    raise ParameterError(f"no circle is feasible for this ship: {size} takes more than {LARGEST_SHARE:g} of its propulsion")
+
+
+def sway_of(ship: ShipParameters, circle: Circle) -> Sway:
+    """How a hull drifts near its steady motion on a circle; a and rho by central differences."""
+    vessel, beta = ship.coefficients(), circle.demand.drift
+    u, v, r = circle.speed * math.cos(beta), -circle.speed * math.sin(beta), circle.speed / circle.radius
+    # The law controls the pivot point: its sway velocity is v + x_p·r, which the yaw moment does not accelerate.
+    x_p = ship.sway_yaw_inertia / ship.sway_inertia
+
+    def acceleration(dv: float, dr: float) -> float:
+        _, f_v, f_r = unforced_acceleration(u, v + dv - x_p * dr, r + dr, vessel)
+        return float(f_v + x_p * f_r)
+
+    dv, dr = 1e-4 * circle.speed, 1e-4 * r
+    a = (acceleration(-dv, 0.0) - acceleration(dv, 0.0)) / (2.0 * dv)
+    return Sway(a, (acceleration(0.0, -dr) - acceleration(0.0, dr)) / (2.0 * dr * u))
+
+
+def loads(length: float, wind: float) -> dict[str, float]:
+    """The wind: rho/2·c·A·V² on an area of 0.15·L² with c = 1, by the names of the template."""
+    factor = 0.5 * AIR_DENSITY * 0.15 * length**2
+    force = factor * wind**2
+    return {"wind_factor": factor, "wind_force": force, "gust_deviation": 0.1 * force}
+
+
+def references(circle: Circle, s: Scale, position_gain: float) -> dict[str, float]:
+    """Circle and other references, and the limits of motions to goals, by the names of the template.
+
+    Args:
+        circle: The circle.
+        s: The units of the ship.
+        position_gain: Of the law, 1/s: a run lasts until an error of the start has decayed.
+    """
+    return {
+        "radius": circle.radius,
+        "cruise": circle.speed,
+        "rise_time": circle.rise_time,
+        "duration": max(4.0 * math.pi * circle.radius / circle.speed, 25.0 / position_gain),
+        "eight": 3.0 * circle.radius,
+        "side": 2.0 * circle.radius,
+        "motion_acceleration": 0.25 * s.F / s.m11,
+        "motion_yaw_rate": s.r_max / 3.0,
+        "motion_yaw_acceleration": 0.25 * s.N / s.m33,
+        "astern_distance": 0.3 * s.L,
+        "path_radius": max(0.3 * s.L, 0.1),
+    }
+
+
+def gains(s: Scale, sway: Sway) -> dict[str, float]:
+    """Gains of the guided law: those of the paper's ship in units of T, length and speed; and decay rates of the observer.
+
+    The position gain is smaller: most hulls damp sway less than the paper's ship, and station keeping in wind would oscillate.
+    """
+    T = s.T
+    slow = SLOW * sway.a if sway.is_slow else math.inf
+    position = min(0.6 / T, slow)
+    return {
+        "unit_time": T,
+        "turn_rate": s.r_max,
+        "position_gain": position,
+        "sway_share": 0.0 if sway.is_slow else 0.62,
+        "approach_speed": 0.36 * s.U,
+        "drift_gain": 0.25 * position**2,
+        "drift_limit": 0.03 * s.U,
+        "heading_surface_slope": min(1.9 / T, slow),
+        "turn_rate_limit": 0.8 * s.r_max,
+        "command_bandwidth": 9.2 / T,
+        "yaw_reaching_gain": 8.3 / T,
+        "surge_reaching_gain": 6.4 / T,
+        "surge_learning_rate": 9.2 / T,
+        "sway_learning_rate": 14.0 / T,
+        "yaw_learning_rate": 8.3 / T,
+        "position_filter": 6.9 / T,
+        "heading_filter": 14.0 / T,
+        "slew_time": 0.2 * T,
+        "resting_lever": max(0.0056 * s.L, 1e-3),
+        "resting_lever_time": 0.65 * T,
+        "resting_heading_gain": 0.14 / T,
+        "resting_speed": max(0.006 * s.U, 1e-3),
+        "resting_push": max(0.003 * s.F / s.m11, 1e-3),
+        "backing_distance": 1.6 * s.L,
+        "surge_decay": s.decay[0],
+        "sway_decay": s.decay[1],
+        "yaw_decay": s.decay[2],
+    }
