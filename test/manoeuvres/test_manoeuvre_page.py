@@ -14,6 +14,7 @@ from click.testing import CliRunner, Result
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.manoeuvres import page
+from vessel_hsmc_ros.manoeuvres.diagrams import figure
 from vessel_hsmc_ros.manoeuvres.plan import PLANS
 from vessel_hsmc_ros.manoeuvres.run import Results, run
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
@@ -66,7 +67,7 @@ def test_the_page_draws_every_diagram_on_a_narrow_screen(files: dict[str, Path])
 
 
 def test_the_turning_circle_has_its_dimensions_drawn_in(otter: Results) -> None:
-    drawn = page.figure(otter.manoeuvres["turning_circle"])
+    drawn = figure(otter.manoeuvres["turning_circle"])
     assert drawn
     texts = [text for trace in drawn["traces"] for text in trace.get("text", [])]
     for name in ("advance", "transfer", "tactical diameter", "steady diameter"):
@@ -119,6 +120,12 @@ def test_the_command_prints_the_metrics_and_writes_the_page(tmp_path: Path) -> N
     assert "track reach" in result.output
     assert "overshoot" not in result.output
     assert list(tmp_path.glob("*_paper_ship_manoeuvres/manoeuvres.html"))
+
+
+def test_the_table_of_several_ships_has_a_line_for_each() -> None:
+    lines = vessel_hsmc("heron", "wam_v_16", "--only", "crash_stop", "--markdown").output.strip().splitlines()
+    assert [line.split(" | ")[0] for line in lines[2:]] == ["| heron", "| wam_v_16"]
+    assert lines[0].count("|") == lines[2].count("|")
 
 
 def test_of_a_scenario_only_the_ship_is_taken(tmp_path: Path) -> None:

@@ -136,8 +136,8 @@ def notes(done: Manoeuvre) -> Iterator[str]:
     for name, unit, (low, high), values in ranges:
         beyond = np.maximum(values - high, low - values)
         if beyond.max() > MARGIN * (high - low):
-            reached = quantity(float(values[beyond.argmax()]), unit)
-            yield f"The {name} reaches {reached}, outside the range of the hull data, {low:g} to {high:g} {unit}."
+            reached = float(values[beyond.argmax()])
+            yield f"The {name} reaches {reached:.3g} {unit}, outside the range of the hull data, {low:g} to {high:g} {unit}."
 
 
 def hull_data(results: Results) -> list[tuple[str, str]]:
