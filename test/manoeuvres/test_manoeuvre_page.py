@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import NEEDED, browser
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.manoeuvres import page
+from vessel_hsmc_ros.manoeuvres.diagrams import figure
 from vessel_hsmc_ros.manoeuvres.plan import PLANS
 from vessel_hsmc_ros.manoeuvres.run import Results, run
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
@@ -55,8 +57,17 @@ def test_the_page_needs_no_other_file(files: dict[str, Path]) -> None:
     assert "default-src 'none'" in text
 
 
+@NEEDED
+def test_the_page_draws_every_diagram_on_a_narrow_screen(files: dict[str, Path]) -> None:
+    with browser() as tab:
+        tab.open(files["page"], 400)
+        assert tab.run("return [...document.querySelectorAll('[data-figure]')].every((each) => each.querySelector('.main-svg'))")
+        assert tab.run("return document.documentElement.scrollWidth") <= 400
+        assert tab.console() == []
+
+
 def test_the_turning_circle_has_its_dimensions_drawn_in(otter: Results) -> None:
-    drawn = page.figure(otter.manoeuvres["turning_circle"])
+    drawn = figure(otter.manoeuvres["turning_circle"])
     assert drawn
     texts = [text for trace in drawn["traces"] for text in trace.get("text", [])]
     for name in ("advance", "transfer", "tactical diameter", "steady diameter"):
@@ -93,12 +104,28 @@ def test_a_manoeuvre_that_leaves_the_range_of_the_hull_data_has_a_note(otter: Re
     assert any("yaw rate" in note and "outside the range" in note for note in notes(done))
 
 
+def test_the_crash_stop_has_the_thrust_astern_of_the_layout() -> None:
+    # Two fixed propellers of 66.71 N astern; azimuths turn their whole thrust around; without a layout both ways are alike.
+    assert ship_named("otter").astern_force == pytest.approx(2.0 * 66.71)
+    for name in ("milliampere", "paper_ship"):
+        ship = ship_named(name)
+        assert ship.astern_force == ship.largest_force
+    done = run(ship_named("otter"), ["crash_stop"]).manoeuvres["crash_stop"]
+    assert done.track.force.min() >= -2.0 * 66.71 - 1e-9
+
+
 def test_the_command_prints_the_metrics_and_writes_the_page(tmp_path: Path) -> None:
     result = vessel_hsmc("paper_ship", "--only", "turning_circle", "--only", "crash_stop", "--output", str(tmp_path))
     assert "tactical diameter" in result.output
     assert "track reach" in result.output
     assert "overshoot" not in result.output
     assert list(tmp_path.glob("*_paper_ship_manoeuvres/manoeuvres.html"))
+
+
+def test_the_table_of_several_ships_has_a_line_for_each() -> None:
+    lines = vessel_hsmc("heron", "wam_v_16", "--only", "crash_stop", "--markdown").output.strip().splitlines()
+    assert [line.split(" | ")[0] for line in lines[2:]] == ["| heron", "| wam_v_16"]
+    assert lines[0].count("|") == lines[2].count("|")
 
 
 def test_of_a_scenario_only_the_ship_is_taken(tmp_path: Path) -> None:

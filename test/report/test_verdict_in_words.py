@@ -102,6 +102,11 @@ def test_a_law_that_controls_the_heading_only_is_judged_by_its_heading() -> None
     assert text == "The law controls the heading only: the heading error is 0° rms, 0° at the end."
 
 
+@pytest.mark.parametrize("law", ["manoeuvre", "open_loop"])
+def test_a_law_that_follows_no_reference_is_not_judged_by_one(law: str) -> None:
+    assert judged(lambda t: 0.1 * t, changes={"controller.law": law}) == f"The law {law} follows no reference."
+
+
 def test_a_run_without_a_reference_cannot_be_judged() -> None:
     time = np.arange(10.0)
     record = with_verdict(Record("bag", make_run(time, np.zeros((10, 6)))))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.metrics import Metrics, position_error, reversals_per_second, rms, settling_bound
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded
 from vessel_sim_node.hull_check import bounded, outside
 
@@ -54,10 +55,10 @@ def _sentences(record: Record) -> Iterator[str]:
 def _tracking(record: Record, metrics: Metrics) -> str:
     """One sentence on the tracking error."""
     run = record.run
-    if record.scenario and record.scenario.controller.law == "manoeuvre":
-        kind = record.scenario.controller.manoeuvre.kind.replace("_", " ")
-        return f"A {kind}, which follows no reference: `vessel-hsmc manoeuvres` evaluates it."
-    if record.scenario and record.scenario.controller.law in HEADING_LAWS:
+    law = record.scenario.controller.law if record.scenario else ""
+    if law in LAWS and law not in HEADING_LAWS and not LAWS[law].controller.tracks:
+        return f"The law {law} follows no reference."
+    if law in HEADING_LAWS:
         error = f"{quantity(metrics.heading_error_rms_deg, '°')} rms, {quantity(metrics.heading_error_final_deg, '°')} at the end"
         return f"The law controls the heading only: the heading error is {error}."
     distance = position_error(run.state, run.reference)
