@@ -38,6 +38,7 @@ td:first-child { font: 13px ui-monospace, monospace }
 {% endfor %}</html>
 """
 
+ERRORS_TITLE = "Prediction errors, rms over windows"
 ERRORS_HEAD = ["run", "position", "heading", "surge velocity", "sway velocity", "yaw rate"]
 PARAMETERS_HEAD = ["parameter", "estimate", "standard error", "relative", "unit", "meaning"]
 
@@ -66,7 +67,7 @@ def render(name: str, runs: Sequence[Measurements], found: Identified, held_out:
         held_out: Runs that it has not used.
     """
     sections: list[dict[str, object]] = [
-        {"title": "Prediction errors, rms over windows", "head": ERRORS_HEAD, "lines": errors_table(runs, found, held_out), "text": WINDOWS_TEXT},
+        {"title": ERRORS_TITLE, "text": WINDOWS_TEXT, "head": ERRORS_HEAD, "lines": errors_table(runs, found, held_out)},
         {"title": "Parameters", "head": PARAMETERS_HEAD, "lines": parameters_table(found), "texts": True},
     ]
     if found.unidentifiable:

@@ -49,7 +49,7 @@ def vessel_text(
         },
         "vessel": {**{key: _digits(value) for key, value in largest.items() if value > 0.0}, **known, **hull},
     }
-    return yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
+    return yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
 
 
 def known_of(values: Mapping[str, object], estimated: Mapping[str, float]) -> dict[str, object]:
