@@ -9,6 +9,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.hull import vessel_name
 from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
@@ -70,9 +71,10 @@ class VesselSimNode(VesselNode):
             self.create_timer(0.1, self._check_lockstep, clock=self._wall)
 
     def describe(self) -> str:
-        """The rate and the length of the run."""
+        """The ship, the rate and the length of the run."""
         duration = f", {self.parameters.duration:g} s" if self.parameters.duration else ""
-        return f"plant at {self.parameters.rate_hz:g} Hz{duration}"
+        ship = vessel_name(self.parameters.vessel)
+        return f"plant{f' of {ship}' if ship else ''} at {self.parameters.rate_hz:g} Hz{duration}"
 
     def on_connected(self) -> None:
         """Publish the first step."""

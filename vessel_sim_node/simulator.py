@@ -11,6 +11,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters
+from vessel_sim_node.hull_check import check_hull
 from vessel_sim_node.plant import (
     Array,
     ShipParameters,
@@ -61,11 +62,15 @@ class Simulator:
         parameters: Parameters of the plant.
         period: Time between two odometry messages, s.
 
+    Raises:
+        ParameterError: damping adds energy to the ship.
+
     Attributes:
         odometry_is_true: Whether measurements equal the state: perfect sensors and no waves.
     """
 
     def __init__(self, parameters: PlantParameters, period: float) -> None:
+        check_hull(parameters.vessel)
         self._parameters = parameters
         self._period = period
         self._phase = 0.0

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.hulls import BOAT
+from hulls import BOAT
 
 from vessel_hsmc_ros.reference.curve_motion import at_speed, velocities
 from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square

@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from support.hulls import BOAT
+from hulls import BOAT
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand

@@ -148,6 +148,13 @@ def test_a_node_takes_what_it_declares() -> None:
     assert not any(name.startswith("actuators") for name in reference)
 
 
+def test_the_papers_periodic_disturbance_does_not_act_on_another_ship_unless_it_is_given() -> None:
+    assert scenario("vessel: otter").vessel_sim.disturbance.periodic.sway_force == 0.0
+    assert scenario("vessel: paper_ship").vessel_sim.disturbance.periodic.sway_force > 0.0
+    given = load_scenario(CALM, {"vessel": "otter", "vessel_sim.disturbance.periodic.sway_force": 2.0})
+    assert given.vessel_sim.disturbance.periodic.sway_force == 2.0
+
+
 def test_a_vessel_without_limits_keeps_those_of_each_node() -> None:
     unlimited = load_scenario(CALM, {"vessel": "otter"}).changed({"vessel": "paper_ship"})
     assert unlimited.vessel_sim.actuators.surge_force_limit == math.inf

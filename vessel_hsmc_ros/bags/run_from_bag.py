@@ -5,7 +5,7 @@ The results are bit-identical to what the nodes compute from single messages.
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_sim_node.plant import Vessel
+from vessel_sim_node.plant import Vessel, acceleration
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -98,10 +98,16 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         measured,
         references_at(stamps, topics["reference"]),
         wrenches(topics["applied_wrench"])[wrench[rows]][:, [0, 2]],
-        wrenches(topics["disturbance"])[disturbance[rows]] / (vessel.m11, vessel.m22, vessel.m33),
+        _accelerations(wrenches(topics["disturbance"])[disturbance[rows]], vessel),
         _optional(stamps, topics.get("dynamics/truth"), lambda series: accelerations(series, "accel"), no_acceleration),
         {} if terms is None else control(terms, start, weights, topics.get("controller/estimate")) | _commanded(topics),
     )
+
+
+def _accelerations(forces: Array, vessel: Vessel) -> Array:
+    """The accelerations of the hull by wrenches, row by row, (n, 3)."""
+    X, Y, N = cast("Any", forces.T)  # the kernel takes arrays as well
+    return np.column_stack(cast("tuple[Array, ...]", acceleration((X, Y, N), vessel)))
 
 
 def _commanded(topics: Mapping[str, Series]) -> dict[str, Array]:

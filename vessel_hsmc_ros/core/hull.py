@@ -9,6 +9,7 @@ Hull data default to the paper's ship, so a ship that is described only in part 
 
 import math
 from dataclasses import dataclass
+from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,17 @@ class DrawnHull:
     def of(self, ship: Hull) -> Hull:
         """The hull to draw for a ship."""
         return Hull(self.length or ship.length, self.beam or ship.beam)
+
+
+def described(hull: Hull) -> str:
+    """Name and dimensions of a hull, such as `otter, 2 m × 1.08 m`; a vessel of a file has the file's name."""
+    size = f"{hull.length:g} m × {hull.beam:g} m"
+    return f"{vessel_name(hull)}, {size}" if hull.name else f"ship of {size}"
+
+
+def vessel_name(vessel: NamedVessel) -> str:
+    """The name of a vessel without the folder and the ending of its file; empty for the paper's ship."""
+    return PurePath(vessel.name).stem
 
 
 VARIATION = 2.0

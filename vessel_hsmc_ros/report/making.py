@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from vessel_hsmc_ros.bags.files import bag_path
-from vessel_hsmc_ros.core.hull import DrawnHull
+from vessel_hsmc_ros.core.hull import DrawnHull, vessel_name
 from vessel_hsmc_ros.report import export, page
 from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.report.names import distinguished
@@ -61,6 +61,12 @@ def make(bags: Sequence[Path], wanted: Wanted) -> Made:
     return write(read(bags, wanted.namespace), replace(wanted, page=chosen))
 
 
+def _ships(records: Sequence[Record]) -> list[str]:
+    """The names of the ships that are not the paper's."""
+    names = (vessel_name(record.scenario.vessel_sim.vessel) for record in records if record.scenario)
+    return [name for name in dict.fromkeys(names) if name]
+
+
 def write(records: Sequence[Record], wanted: Wanted) -> Made:
     """Write the page of some records, and the requested figures and tables.
 
@@ -70,7 +76,7 @@ def write(records: Sequence[Record], wanted: Wanted) -> Made:
     files = {"page": wanted.page or Path(PAGE)}
     # Files beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
     prefix = "" if files["page"].name == PAGE else f"{files['page'].stem}_"
-    title = wanted.title or " · ".join(record.name for record in records)
+    title = wanted.title or " · ".join([*(record.name for record in records), *_ships(records)])
     page.write(files["page"], records, title, wanted.hull.of(page.hull_of(records)), wanted.notes)
     if wanted.figures:
         from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load

@@ -14,7 +14,7 @@ import jinja2
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.core.hull import Hull
+from vessel_hsmc_ros.core.hull import Hull, described
 from vessel_hsmc_ros.report import jitter
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Track, overlays, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
@@ -217,12 +217,13 @@ def _verdicts(records: Sequence[Record]) -> list[dict[str, str]]:
 
 
 def _subtitle(records: Sequence[Record]) -> str:
-    """Durations and laws of the runs."""
+    """Durations, laws and ships of the runs."""
     durations = dict.fromkeys(f"{record.duration:g} s" for record in records)
     parts = [" and ".join(durations)]
     laws = dict.fromkeys(record.scenario.controller.law for record in records if record.scenario)
     if laws:
         parts.append("control law " + ", ".join(laws))
+    parts += dict.fromkeys(described(record.scenario.vessel_sim.vessel) for record in records if record.scenario)
     if len(records) > 1:
         parts.insert(0, f"{len(records)} runs")
     return " · ".join(parts)

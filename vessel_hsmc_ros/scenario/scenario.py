@@ -25,6 +25,7 @@ from vessel_hsmc_ros.scenario.parameters import (
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
 from vessel_hsmc_ros.scenario.vessels import with_vessel
+from vessel_sim_node.hull_check import check_hull
 
 
 @dataclass(frozen=True)
@@ -170,6 +171,8 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
             make_law(scenario.controller)
         except InstabilityError as error:
             raise InstabilityError(f"{error}{_defaults_named_in(str(error), scenario.given)}") from None
+    if "vessel_sim" in changed:
+        check_hull(scenario.vessel_sim.vessel)
     if "reference_ship" in changed:
         make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
     return scenario

@@ -1,4 +1,4 @@
-"""Figures of a vessel that follow from its hull data: steady speed and turn, time constants, pivot point, passivity.
+"""Figures of a vessel that follow from its hull data: steady speed and turn, time constants, pivot point, energy.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -9,7 +9,6 @@
 
 import math
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,14 +16,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from vessel_hsmc_ros.scenario.vessels import LibraryVessel
-from vessel_sim_node.plant import ShipParameters, Vessel, damping_force, derivative
+from vessel_sim_node.hull_check import largest_gain
+from vessel_sim_node.plant import Vessel, damping_force, derivative
 
 CALM = (0.0, 0.0, 0.0)
-
-UNBOUNDED_RANGE = (5.0, 2.0, 0.5)
-"""Velocities up to which passivity is sampled where a file states no range."""
-
-SAMPLES = 21
 
 AGREEMENT = 0.05
 """Largest relative difference from a published figure that counts as agreement."""
@@ -62,7 +57,7 @@ class Figures:
     towing_sway_damping: float = figure("kg/s", f"linear fit of the sway damping up to {TOWING:g} m/s")
     pivot: float = figure("m", "pivot point m23/m22 ahead of the origin")
     mass_ratio: float = figure("", "m11/m22")
-    passive: float = figure("", "share of the range of validity in which damping takes power")
+    energy_gain: float = figure("1/s", "largest rate at which damping adds energy in the range of validity; 0: it takes energy")
 
 
 def figures(vessel: LibraryVessel) -> Figures:
@@ -88,7 +83,7 @@ def figures(vessel: LibraryVessel) -> Figures:
         towing_sway_damping=_linear_fit(v.d_v, v.d_v2, v.d_v3),
         pivot=v.m23 / v.m22,
         mass_ratio=v.m11 / v.m22,
-        passive=passive_share(hull),
+        energy_gain=gain.rate if (gain := largest_gain(hull)) else 0.0,
     )
 
 
@@ -117,23 +112,6 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
     u, v, r = map(float, solution.y[:, -1])
     settled = np.allclose(solution.y[:, -1], solution.y[:, len(solution.t) * 9 // 10], rtol=1e-3, atol=1e-6)
     return (u, v, r) if settled else (math.nan, math.nan, math.nan)
-
-
-def passive_share(hull: ShipParameters) -> float:
-    """The share of the range of validity, sampled, in which damping takes power: nu'·D(nu)·nu >= 0."""
-    vessel = hull.coefficients()
-    bounded = math.isfinite(hull.surge_speed_range[1])
-    sizes = (math.inf,) * 3 if bounded else UNBOUNDED_RANGE
-    ranges = (hull.surge_speed_range, hull.sway_speed_range, hull.yaw_rate_range)
-    axes = [
-        np.linspace(max(low, -size), min(high, size), SAMPLES).tolist() for (low, high), size in zip(ranges, sizes, strict=True)
-    ]
-    power = []
-    for u, v, r in product(*axes):
-        X, Y, N = damping_force(u, v, r, vessel)
-        power.append(u * X + v * Y + r * N)
-    # Terms that cancel at rest leave a rounding error.
-    return float(np.mean(np.array(power) >= -1e-9 * max(power)))
 
 
 def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:

@@ -26,6 +26,10 @@ from vessel_sim_node.plant import ShipParameters
 ACTUATORS = "actuators."
 """Prefix of the plant's actuators."""
 
+PAPERS_SHIP = "paper_ship"
+
+PERIODIC_FORCES = tuple(f"disturbance.periodic.{force}" for force in ("surge_force", "sway_force", "yaw_moment"))
+
 SECTIONS = ("name", "description", "source", "checks", "published", "vessel")
 
 REQUIRED = (
@@ -123,7 +127,7 @@ def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], fold
     vessel = read_vessel(name, folder)
     own: dict[str, object] = {**_of_hull(vessel, {each: entries[each] for each in hull}), **values}
     own[VESSEL_NAME] = vessel.key if vessel.path == _in_library(vessel.key) else str(vessel.path.resolve())
-    return _of_actuators(own, vessel, entries) | own
+    return _of_actuators(own, vessel, entries) | _calm(vessel, entries) | own
 
 
 def _of_actuators(own: Mapping[str, object], vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, object]:
@@ -131,6 +135,11 @@ def _of_actuators(own: Mapping[str, object], vessel: LibraryVessel, entries: Map
     declared = {name: entries[f"{ACTUATORS}{name}"] for name in _inputs() if f"{ACTUATORS}{name}" in entries}
     theirs = {name: vessel.values.get(f"{VESSEL}{name}", _neutral(entry)) for name, entry in declared.items()}
     return {f"{ACTUATORS}{name}": own.get(f"{VESSEL}{name}", value) for name, value in theirs.items()}
+
+
+def _calm(vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, object]:
+    """No periodic forces on the plant: the default ones are scaled to the paper's ship, and throw a boat out of the water."""
+    return {name: 0.0 for name in PERIODIC_FORCES if name in entries and vessel.key != PAPERS_SHIP}
 
 
 def _of_hull(vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, Value]:

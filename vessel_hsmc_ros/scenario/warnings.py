@@ -2,6 +2,7 @@
 
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_sim_node.hull_check import hull_warning
 
 SHIPS = ("vessel_sim", "reference_ship", "controller")
 """The nodes that have hull data."""
@@ -18,6 +19,8 @@ def check_scenario(scenario: Scenario) -> list[str]:
     found = []
     if any(another_ship(getattr(scenario, node).vessel) for node in SHIPS):
         found = [*_partial_hull(scenario), *_papers_disturbance(scenario)]
+    if gain := hull_warning(scenario.vessel_sim.vessel):
+        found.append(gain)
     if "controller.law" not in scenario.given:
         found.append(
             f"controller.law is not given: it is {scenario.controller.law}, the law of the paper; guided suits every ship"
