@@ -76,6 +76,7 @@ __all__ = [
     "unforced",
     "unforced_acceleration",
     "unforced_in_current",
+    "unforced_sway",
 ]
 
 Array = NDArray[np.float64]
@@ -118,6 +119,24 @@ def coupled_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple[
     Y = -s.m11 * u * r - lost_Y
     N = ((s.m11 - s.m22) * v - s.m_c * r) * u - lost_N
     return acceleration((X, Y, N), vessel)
+
+
+@kernel
+def unforced_sway(u: float, v: float, r: float, dr: float, vessel: Vessel) -> float:
+    """Dv of a hull on which no sway force acts while its yaw rate changes at dr: m22·dv + m23·dr = -(C·nu + D·nu)_Y.
+
+    Args:
+        u, v, r: Body velocities, m/s, m/s, rad/s.
+        dr: Yaw acceleration, rad/s², by whatever moment it takes.
+        vessel: Coefficients of the ship.
+
+    Returns:
+        dv [m/s²]; it is f_v where m23 is zero.
+    """
+    _, f_v, f_r = unforced_acceleration(u, v, r, vessel)
+    if vessel.coupled:
+        return f_v + vessel.m23 * (f_r - dr) / vessel.m22
+    return f_v
 
 
 @kernel
