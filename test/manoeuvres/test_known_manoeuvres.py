@@ -10,11 +10,10 @@ from scipy.optimize import brentq, fsolve
 from vessel_hsmc_ros.manoeuvres.metrics import METRICS
 from vessel_hsmc_ros.manoeuvres.plan import PLANS, scenario_of
 from vessel_hsmc_ros.manoeuvres.run import Manoeuvre, perform
-from vessel_hsmc_ros.manoeuvres.ship import Ship, ship_of
+from vessel_hsmc_ros.manoeuvres.ship import Ship, in_still_water, ship_of
 from vessel_hsmc_ros.manoeuvres.tables import UNITS
 from vessel_hsmc_ros.manoeuvres.track import track_of
 from vessel_hsmc_ros.runs.offline import simulate
-from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_sim_node.plant import derivative
 
 FORCE, MOMENT, LENGTH = 600.0, 300.0, 5.0
@@ -29,7 +28,7 @@ HULL = {
 def a_ship(**hull: float) -> Ship:
     """A ship with linear damping and no Munk moment, so that its yaw is that of Nomoto's first-order model."""
     values = {**HULL, **hull}
-    return ship_of(parse_scenario("{}", "boat", {f"vessel.{name}": value for name, value in values.items()}))
+    return ship_of(in_still_water("boat", {f"vessel.{name}": value for name, value in values.items()}))
 
 
 @pytest.fixture(scope="module")
@@ -51,10 +50,8 @@ def test_the_test_speed_is_that_of_85_percent_of_the_largest_output(ship: Ship) 
 
 
 def test_the_test_speed_stays_inside_the_range_of_the_hull_data() -> None:
-    scenario = parse_scenario(
-        "{}", "boat", {f"vessel.{k}": v for k, v in HULL.items()} | {"vessel.surge_speed_range": (-1.0, 1.0)}
-    )
-    ship = ship_of(scenario)
+    values = {f"vessel.{name}": value for name, value in HULL.items()} | {"vessel.surge_speed_range": (-1.0, 1.0)}
+    ship = ship_of(in_still_water("boat", values))
     assert ship.top_speed == 1.0
     assert metrics(ship, "speed_run")["top_speed"] == pytest.approx(1.0, rel=1e-2)
 
@@ -72,7 +69,7 @@ def test_the_steady_turn_is_the_root_of_the_equations_of_motion(ship: Ship) -> N
 
 
 def test_the_steady_turn_of_the_papers_ship_is_a_root_found_by_another_solver() -> None:
-    scenario = parse_scenario("{}", "paper", {})
+    scenario = in_still_water("paper", {})
     ship = ship_of(scenario)
     hull = ship.scenario.vessel_sim.vessel.coefficients()
 
@@ -132,7 +129,7 @@ def test_speed_runs_and_bollard_pull_find_the_limits(ship: Ship) -> None:
 
 def test_the_bollard_pull_rises_with_the_lag_of_the_propulsion() -> None:
     values = {f"vessel.{name}": value for name, value in HULL.items()} | {"vessel_sim.actuators.surge_lag": 0.5}
-    found = metrics(ship_of(parse_scenario("{}", "boat", values)), "bollard_pull")
+    found = metrics(ship_of(in_still_water("boat", values)), "bollard_pull")
     assert found["bollard_pull"] == pytest.approx(FORCE, rel=1e-3)
     assert found["force_rise_time"] == pytest.approx(0.5 * math.log(20.0), abs=0.02)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import NEEDED, browser
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import cli
@@ -55,6 +56,15 @@ def test_the_page_needs_no_other_file(files: dict[str, Path]) -> None:
     assert "default-src 'none'" in text
 
 
+@NEEDED
+def test_the_page_draws_every_diagram_on_a_narrow_screen(files: dict[str, Path]) -> None:
+    with browser() as tab:
+        tab.open(files["page"], 400)
+        assert tab.run("return [...document.querySelectorAll('[data-figure]')].every((each) => each.querySelector('.main-svg'))")
+        assert tab.run("return document.documentElement.scrollWidth") <= 400
+        assert tab.console() == []
+
+
 def test_the_turning_circle_has_its_dimensions_drawn_in(otter: Results) -> None:
     drawn = page.figure(otter.manoeuvres["turning_circle"])
     assert drawn
@@ -91,6 +101,16 @@ def test_an_overshoot_without_bound_is_named_as_such() -> None:
 def test_a_manoeuvre_that_leaves_the_range_of_the_hull_data_has_a_note(otter: Results) -> None:
     done = run(ship_named("otter", {"vessel.yaw_rate_range": [-0.1, 0.1]}), ["turning_circle"]).manoeuvres["turning_circle"]
     assert any("yaw rate" in note and "outside the range" in note for note in notes(done))
+
+
+def test_the_crash_stop_has_the_thrust_astern_of_the_layout() -> None:
+    # Two fixed propellers of 66.71 N astern; azimuths turn their whole thrust around; without a layout both ways are alike.
+    assert ship_named("otter").astern_force == pytest.approx(2.0 * 66.71)
+    for name in ("milliampere", "paper_ship"):
+        ship = ship_named(name)
+        assert ship.astern_force == ship.largest_force
+    done = run(ship_named("otter"), ["crash_stop"]).manoeuvres["crash_stop"]
+    assert done.track.force.min() >= -2.0 * 66.71 - 1e-9
 
 
 def test_the_command_prints_the_metrics_and_writes_the_page(tmp_path: Path) -> None:

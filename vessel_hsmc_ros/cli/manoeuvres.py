@@ -1,4 +1,4 @@
-"""`vessel-hsmc manoeuvres`: the standard manoeuvres of a ship, and a page."""
+"""`vessel-hsmc manoeuvres`: the standard manoeuvres of ships, with a page for each."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,36 +9,65 @@ from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import interpreted_option, output_option, parse_changes, set_option
 from vessel_hsmc_ros.manoeuvres.criteria import APPLIES, SOURCE
 from vessel_hsmc_ros.manoeuvres.plan import PLANS
-from vessel_hsmc_ros.manoeuvres.run import run
+from vessel_hsmc_ros.manoeuvres.run import Results, run
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
-from vessel_hsmc_ros.manoeuvres.tables import TITLES, notes, rows
+from vessel_hsmc_ros.manoeuvres.tables import TITLES, notes, overview, rows
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
+from vessel_hsmc_ros.scenario.vessels import vessel_names
 
 
 @click.command()
-@click.argument("ship", metavar="VESSEL|SCENARIO")
+@click.argument("ships", nargs=-1, metavar="[VESSEL|SCENARIO]...")
 @click.option("--only", "kinds", multiple=True, type=click.Choice(tuple(PLANS)), help="A manoeuvre; may be given several times.")
+@click.option("--markdown", is_flag=True, help="Print the table of all ships in Markdown, and write no files.")
 @set_option
 @interpreted_option
 @output_option
-def manoeuvres(ship: str, kinds: Sequence[str], changes: Sequence[str], output: Path) -> None:
+def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, changes: Sequence[str], output: Path) -> None:
     """Simulate the standard manoeuvres of a ship: turning circle, zig-zags, spiral, crash stop, speed runs, bollard pull.
 
-    The ship is a VESSEL of the library, a vessel file, or that of a SCENARIO, of which nothing else is taken. It sails in still
-    water. Writes a page with tracks and metrics, the metrics as CSV, and a scenario for each manoeuvre, which
-    `vessel-hsmc run` takes, into a run folder.
+    The ship is a VESSEL of the library, a vessel file, or that of a SCENARIO, of which nothing else is taken; without any, each
+    of the library. It sails in still water. Writes a page with tracks and metrics, the metrics as CSV, and a scenario for each
+    manoeuvre, which `vessel-hsmc run` takes, into a run folder.
     """
-    scaled = ship_named(ship, parse_changes(changes))
-    check_writable(output)
-    with progress_bar(f"manoeuvres of {scaled.name}", len(kinds or PLANS), "manoeuvres") as update:
-        results = run(scaled, kinds or PLANS, lambda name, number, _total: update(number, f"{TITLES[name]} ..."))
-    from vessel_hsmc_ros.manoeuvres import page  # imports the libraries of reports
+    named = list(ships or vessel_names())
+    scaled = [ship_named(name, parse_changes(changes)) for name in named]
+    if not markdown:
+        check_writable(output)
+    wanted = list(kinds or PLANS)
+    found = []
+    with progress_bar("manoeuvres", len(scaled) * len(wanted), "manoeuvres") as update:
+        for k, ship in enumerate(scaled):
 
+            def show(name: str, number: int, _total: int, done: int = k * len(wanted), of: str = ship.name) -> None:
+                update(done + number, f"{of}: {TITLES[name]} ...")
+
+            found.append(run(ship, wanted, show))
+    if markdown:
+        head, lines = overview(found)
+        for line in (head, ["---"] * len(head), *lines):
+            print_line(f"| {' | '.join(line)} |")
+        return
+    if len(found) > 1:
+        print_table(*overview(found))
+    for name, results in zip(named, found, strict=True):
+        if len(found) == 1:
+            print_results(results)
+        _write(name, results, output)
+
+
+def print_results(results: Results) -> None:
+    """Print the metrics of a ship, a table for each manoeuvre, with what one must know to judge them."""
     for name, done in results.manoeuvres.items():
         lines = [[row.label, row.value, row.lengths, row.limit, row.verdict] for row in rows(results) if row.manoeuvre == name]
         print_table(["metric", "value", "lengths", "criterion", ""], lines, title=TITLES[name])
         for note in notes(done):
             print_line(note)
     print_line(f"Criteria: {SOURCE}; {APPLIES}.")
-    for kind, path in page.write(make_run_folder(output, f"{Path(ship).stem}_manoeuvres").path, results).items():
+
+
+def _write(name: str, results: Results, output: Path) -> None:
+    from vessel_hsmc_ros.manoeuvres import page  # imports the libraries of reports
+
+    for kind, path in page.write(make_run_folder(output, f"{Path(name).stem}_manoeuvres").path, results).items():
         print_line(f"{kind}: {path}")

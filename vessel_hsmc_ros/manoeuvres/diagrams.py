@@ -75,9 +75,11 @@ def zigzag(done: Manoeuvre) -> Figure:
 
 
 def _zigzag_end(track: Track) -> float:
-    """The time of the fifth reversal, or the end: enough of a zig-zag."""
+    """The time of the fifth reversal, or of half a turn by a ship that goes on turning, or the end."""
     executes = np.flatnonzero(np.diff(np.sign(track.command)))
-    return float(track.time[executes[4]] if len(executes) > 4 else track.time[-1])
+    around = np.flatnonzero(np.abs(track.turned) > math.pi)
+    last = executes[4] if len(executes) > 4 else around[0] if len(around) else -1
+    return float(track.time[last])
 
 
 def spiral(done: Manoeuvre) -> Figure:

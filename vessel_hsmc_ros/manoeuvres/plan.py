@@ -103,6 +103,7 @@ def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starbo
         **plan.settings,
         "side": side,
         "approach_time": approach,
+        "astern_share": ship.astern_force / ship.largest_force,
         "approach_share": ship.approach_force / ship.largest_force,
     }
     if plan.hold:

@@ -14,6 +14,7 @@ The resolution defines the test speed as at least 90 % of the speed at 85 % of t
 the power of the surge force as the output. U, V and r_N are roots of the hull's damping, so they scale with every hull.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ from scipy.optimize import brentq
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, Thruster, ThrusterLayout
 from vessel_hsmc_ros.report.record import limits
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
@@ -58,6 +60,7 @@ class Ship:
         scenario: The ship without disturbances, sensors perfect, at rest at the origin.
         length, largest_force, largest_moment, top_speed, speed: L, X_max, N_max, U, V.
         top_force, approach_force: X(U), X(V).
+        astern_force: Largest surge force astern, at most X_max; without a layout of thrusters X_max.
         turn_rate: r_N.
         time: T.
         delay: Time in which the actuators reach their limits: lags and rates, s.
@@ -72,6 +75,7 @@ class Ship:
     speed: float
     top_force: float
     approach_force: float
+    astern_force: float
     turn_rate: float
     time: float
     delay: float
@@ -89,11 +93,24 @@ def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) ->
         ParameterError: a parameter is unknown, or the ship has no limits or no damping.
     """
     if is_vessel(name):
-        return ship_of(parse_scenario("{}", Path(name).stem, {"vessel": str(name), **(changes or {})}))
+        return ship_of(in_still_water(Path(name).stem, {"vessel": str(name), **(changes or {})}))
     if Path(name).suffix not in SUFFIXES and name not in scenario_names():
         known = ", ".join((*vessel_names(), *scenario_names()))
         raise ScenarioError(f"{name} is neither a vessel nor a scenario: it takes one of {known} or the path of a YAML file")
     return ship_of(load_scenario(name, changes))
+
+
+def in_still_water(name: str, ship: Mapping[str, object]) -> Scenario:
+    """A scenario with a ship at rest in still water, which follows no reference.
+
+    Args:
+        name: Of the scenario.
+        ship: The parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes.
+
+    Raises:
+        ScenarioError, ParameterError: as `load_scenario`.
+    """
+    return parse_scenario("{}", name, {**CALM, **ship})
 
 
 def is_vessel(name: str | Path) -> bool:
@@ -120,7 +137,7 @@ def ship_of(scenario: Scenario) -> Ship:
         for name, value in schema.flatten(getattr(scenario, node)).items()
         if name.startswith(prefixes)
     }
-    calm = parse_scenario("{}", scenario.name, CALM | given)
+    calm = in_still_water(scenario.name, given)
     surge, yaw = (min(limit.value for limit in found) for found in limits(calm))
     hull = calm.vessel_sim.vessel
     coefficients = hull.coefficients()
@@ -134,7 +151,7 @@ def ship_of(scenario: Scenario) -> Ship:
     X = resistance(V)
     T = max(hull.surge_inertia * V / X, hull.yaw_inertia * r_N / yaw, hull.length / V)
     name, delay = hull.name or scenario.name, _delay(calm, surge, yaw)
-    return Ship(name, calm, hull.length, surge, yaw, U, V, resistance(U), X, r_N, T, delay)
+    return Ship(name, calm, hull.length, surge, yaw, U, V, resistance(U), X, _astern(hull.thrusters, surge), r_N, T, delay)
 
 
 def _root(surplus: Callable[[float], float], direction: str) -> float:
@@ -147,6 +164,21 @@ def _root(surplus: Callable[[float], float], direction: str) -> float:
                 f"the ship has no steady speed in {direction} under its limit: the damping is too small or the limit too large"
             )
     return float(brentq(surplus, 0.0, high, xtol=1e-14, rtol=1e-14))
+
+
+def _astern(layout: ThrusterLayout, limit: float) -> float:
+    """The surge force of all thrusters at full thrust astern, N, within the limit ahead, N."""
+    if not (thrusters := layout.thrusters()):
+        return limit
+    return min(limit, sum(map(_thrust_astern, thrusters)))
+
+
+def _thrust_astern(thruster: Thruster) -> float:
+    """The largest force astern of a thruster, N; an azimuth that turns all the way round points its thrust ahead there."""
+    if thruster.kind == AZIMUTH and thruster.angle_limit >= ALL_ROUND:
+        return max(thruster.thrust_ahead, thruster.thrust_astern)
+    share = math.cos(thruster.angle) if thruster.kind == FIXED else 1.0
+    return share * thruster.thrust_astern if share >= 0.0 else -share * thruster.thrust_ahead
 
 
 def _delay(scenario: Scenario, force: float, moment: float) -> float:

@@ -1,7 +1,7 @@
 """The metrics of the manoeuvres as tables: names in words, units, ship lengths, criteria."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +47,9 @@ LABELS = {
 }
 """Names of metrics in words, where they are not the names with spaces."""
 
+MARGIN = 1e-3
+"""Share of a range of speeds that counts as inside it: a manoeuvre may begin at its end."""
+
 
 class Row(NamedTuple):
     """A metric as text.
@@ -81,6 +84,33 @@ def rows(results: Results) -> list[Row]:
     return found
 
 
+OVERVIEW = (
+    ("advance L", "turning_circle", "advance"),
+    ("tactical diameter L", "turning_circle", "tactical_diameter"),
+    ("steady diameter L", "turning_circle", "steady_diameter"),
+    ("10°/10° first °", "zigzag_10", "first_overshoot"),
+    ("second °", "zigzag_10", "second_overshoot"),
+    ("20°/20° first °", "zigzag_20", "first_overshoot"),
+    ("loop °", "spiral", "loop_width"),
+    ("track reach L", "crash_stop", "track_reach"),
+    ("top m/s", "speed_run", "top_speed"),
+)
+"""Columns of the table of several ships: name, manoeuvre and metric; lengths in ship lengths."""
+
+
+def overview(found: Sequence[Results]) -> tuple[list[str], list[list[str]]]:
+    """Header and lines of the table of several ships, which have performed all manoeuvres."""
+    lines = []
+    for results in found:
+        cells = []
+        for _, manoeuvre, metric in OVERVIEW:
+            value = results.metrics.get(manoeuvre, {}).get(metric, math.nan)
+            scale = results.ship.length if UNITS[metric] == "m" else 1.0
+            cells.append("∞" if math.isinf(value) else "–" if math.isnan(value) else number(value / scale))
+        lines.append([results.ship.name, number(results.ship.length), number(results.ship.speed), *cells])
+    return ["vessel", "L m", "test m/s", *(name for name, _, _ in OVERVIEW)], lines
+
+
 def shown(value: float, unit: str) -> str:
     """A metric as text."""
     return "not checked" if math.isinf(value) else "not reached" if math.isnan(value) else quantity(value, unit)
@@ -96,12 +126,18 @@ def notes(done: Manoeuvre) -> Iterator[str]:
     if not done.complete:
         yield "Not everything is steady at the end of its step: near the edge of its loop a ship takes very long to settle."
     hull, track = done.scenario.vessel_sim.vessel, done.track
-    ranges = (("surge speed", "m/s", hull.surge_speed_range, track.u), ("sway speed", "m/s", hull.sway_speed_range, track.v))
-    for name, unit, (low, high), values in (*ranges, ("yaw rate", "rad/s", hull.yaw_rate_range, track.r)):
-        # A track is mirrored to the side of its first turn; the ranges are symmetric where that matters.
-        if values.max() > high or values.min() < low:
-            reached = quantity(float(values[np.argmax(np.maximum(values - high, low - values))]), unit)
-            yield f"The {name} reaches {reached}, outside the range of its hull data, {low:g} to {high:g} {unit}."
+    # A track is mirrored to the side of its first turn.
+    side = 1.0 if done.scenario.controller.manoeuvre.side == "port" else -1.0
+    ranges = (
+        ("surge speed", "m/s", hull.surge_speed_range, track.u),
+        ("sway speed", "m/s", hull.sway_speed_range, side * track.v),
+        ("yaw rate", "rad/s", hull.yaw_rate_range, side * track.r),
+    )
+    for name, unit, (low, high), values in ranges:
+        beyond = np.maximum(values - high, low - values)
+        if beyond.max() > MARGIN * (high - low):
+            reached = quantity(float(values[beyond.argmax()]), unit)
+            yield f"The {name} reaches {reached}, outside the range of the hull data, {low:g} to {high:g} {unit}."
 
 
 def hull_data(results: Results) -> list[tuple[str, str]]:
