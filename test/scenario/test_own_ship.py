@@ -52,20 +52,15 @@ def test_the_full_surge_force_gives_the_top_speed() -> None:
     assert f_u + ship.surge_force_limit / ship.surge_inertia == pytest.approx(0.0, abs=0.01)
 
 
-def is_of_the_papers_ship(value: object) -> bool:
-    """Whether a default describes the paper's ship, and not any ship as zero, infinity and flags do."""
-    return isinstance(value, float) and value not in (0.0, math.inf)
-
-
 @pytest.mark.parametrize("length", [0.3, 4.0, 300.0])
 def test_a_new_scenario_is_complete_and_gives_no_warning(length: float) -> None:
     scenario = scenario_of(MainData(length=length))
     assert check_scenario(scenario) == []
     for node in ("vessel_sim", "reference_ship", "controller"):
-        entries = schema.entries(type(getattr(scenario, node)))
-        # What the paper's ship does not have either is zero or unlimited by default.
-        names = {name for name, entry in entries.items() if name.startswith("vessel.") and is_of_the_papers_ship(entry.default)}
-        assert {f"{node}.{name}" for name in names} <= scenario.given
+        hull = schema.entries(type(getattr(scenario, node).vessel), f"{node}.vessel.")
+        # A flag, a coefficient of 0 and a limit of infinity are those of any ship.
+        papers = {name for name, entry in hull.items() if entry.type is float and entry.default not in (0.0, math.inf)}
+        assert papers <= scenario.given
 
 
 def test_what_is_given_is_taken_as_it_is_and_comments_are_in_one_column() -> None:
