@@ -9,6 +9,7 @@ from vessel_hsmc_ros.cli.console import print_error, print_status
 from vessel_hsmc_ros.cli.demo import demo
 from vessel_hsmc_ros.cli.excite import excite
 from vessel_hsmc_ros.cli.goto import goto
+from vessel_hsmc_ros.cli.identify import identify
 from vessel_hsmc_ros.cli.init import init
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
 from vessel_hsmc_ros.cli.manoeuvres import manoeuvres
@@ -53,6 +54,7 @@ for verb in (
     compare,
     demo,
     excite,
+    identify,
     init,
     manoeuvres,
     parameters,

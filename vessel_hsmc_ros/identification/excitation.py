@@ -21,8 +21,8 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.scenario.ship_rules import Scale
 
-RATE = 20.0
-"""Rate of the messages, Hz: thousands of samples, which the identification reads in a second."""
+RATES, SAMPLES = (5.0, 10.0, 20.0, 50.0), 15.0
+"""Rates of the messages, Hz; the first one is taken that gives this many samples in T."""
 
 SHORTEST = 0.5
 """Shortest unit of time, s: people and actuators cannot step an input faster."""
@@ -107,7 +107,7 @@ def scenario_text(name: str, about: str, vessel: str, scale: Scale, steps: Seque
         about=about,
         vessel=vessel,
         manoeuvres="\n".join(f"# {line}" for line in _listed(steps)),
-        rate=RATE,
+        rate=next((rate for rate in RATES if rate * scale.T >= SAMPLES), RATES[-1]),
         duration=times[-1],
         times=json.dumps(times[:-1]),
         surge_force=json.dumps([_significant(step.surge * scale.F) for step in steps]),

@@ -11,8 +11,9 @@
 | a | decay rate of the sway velocity on the circle, -df_v/dv at the pivot point | 1/s |
 | rho | sway acceleration of a turn beside the centripetal one, -df_v/dr/u at the pivot point | - |
 
-A turn of a hull with rho < 1 carries its course along at once, by the share 1 - rho, and all the way when the drift has decayed.
-With rho near 1 it does so only then, and with rho > 1 the course turns the other way first: the law must be slower than the decay.
+A turn of a hull with rho < 1 carries its course along at once, by the share 1 - rho, and all the way when the drift has
+decayed. With rho near 1 it does so only then, and with rho > 1 the course turns the other way first: the law must be slower than
+the decay.
 
 The template in `config/templates/ship.yaml` states the rule beside each number.
 """

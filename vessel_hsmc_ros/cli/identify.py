@@ -1,0 +1,159 @@
+"""`vessel-hsmc identify`: the hull data of a ship from its recorded motion."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, print_warning, progress_bar
+from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, ParameterError
+from vessel_hsmc_ros.scenario.run_folder import check_writable
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.identification.page import HeldOut
+    from vessel_hsmc_ros.identification.types import Identified, Measurements
+    from vessel_hsmc_ros.scenario.vessels import LibraryVessel
+
+
+@click.command()
+@click.argument("data", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="BAG|CSV...")
+@click.option(
+    "--model",
+    "names",
+    default="coupled",
+    show_default=True,
+    metavar="MODEL|NAMES",
+    help="paper: each velocity damped by itself; coupled: sway and yaw coupled too; linear; or names of hull parameters, with"
+    " commas.",
+)
+@click.option("--vessel", metavar="NAME|FILE", help="A vessel with what is known: dimensions, limits, what is not estimated.")
+@click.option("--length", type=float, metavar="m", help="Length of the ship, without --vessel.")
+@click.option("--beam", type=float, metavar="m", help="Beam of the ship, without --vessel.")
+@click.option(
+    "--held-out",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="BAG|CSV",
+    help="A run that is not used, to judge the prediction; may be given several times.",
+)
+@click.option("--namespace", help="ROS namespace of the vessel, if a bag holds several.")
+@click.option(
+    "--column", "columns", multiple=True, metavar="NAME=COLUMN", help="Column of the CSV files, such as surge_force=Fx."
+)
+@click.option("--window", type=float, default=20.0, show_default=True, metavar="s", help="Length of a simulated window.")
+@click.option("--name", default="identified", show_default=True, help="Name of the vessel and of its file.")
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path(),
+    help="Folder of the files, which are replaced [default: this one].",
+)
+def identify(
+    data: Sequence[Path], names: str, vessel: str | None, held_out: Sequence[Path], columns: Sequence[str], **options: Any
+) -> None:
+    """Identify the hull data of a ship from bags or CSV files of its motion.
+
+    A bag holds odometry and the applied or commanded wrench; a CSV file the columns time, x, y, heading (or heading_deg),
+    surge_force, yaw_moment, and u, v, r where measured. Writes NAME.yaml, a vessel that scenarios and `vessel-hsmc init`
+    take, and NAME.html, which shows measured against simulated motion and how well each parameter is known.
+    """
+    from vessel_hsmc_ros.identification.estimate import identify as estimate
+    from vessel_hsmc_ros.identification.models import MODELS, model
+    from vessel_hsmc_ros.scenario.own_ship import ship_of
+    from vessel_hsmc_ros.scenario.vessels import read_vessel
+
+    chosen = model(names if names in MODELS or "_" not in names else tuple(part.strip() for part in names.split(",")))
+    start = read_vessel(vessel) if vessel else None
+    named, output = _columns(columns), options["output"]
+    runs = [_measurements(path, named, options["namespace"]) for path in data]
+    unused = [_measurements(path, named, options["namespace"]) for path in held_out]
+    output.mkdir(parents=True, exist_ok=True)
+    check_writable(output)
+    known = ship_of(start.values) if start else None
+    with progress_bar(f"identifying {options['name']}", 100.0, "%") as update:
+        found = estimate(runs, chosen, known, options["window"], lambda what, done: update(100.0 * done, note=what))
+    judged = _judged(unused, found, start, options["window"])
+    _write(options, runs, found, judged, start)
+    _print(runs, found, judged)
+
+
+def _columns(given: Sequence[str]) -> dict[str, str]:
+    """Columns of the CSV files by what they hold.
+
+    Raises:
+        ParameterError: a text is not NAME=COLUMN.
+    """
+    for text in given:
+        if "=" not in text:
+            raise ParameterError(f"--column {text} is not allowed: it takes NAME=COLUMN")
+    return {name: column for name, _, column in (text.partition("=") for text in given)}
+
+
+def _measurements(path: Path, columns: dict[str, str], namespace: str | None) -> "Measurements":
+    """The motion in a bag or CSV file.
+
+    Raises:
+        ParameterError: it cannot be read, or does not serve.
+    """
+    from vessel_hsmc_ros.identification.measurements import from_bag, from_csv
+
+    try:
+        return from_csv(path, columns) if path.suffix == ".csv" else from_bag(path, namespace)
+    except (BagError, IdentificationError) as error:  # the input is at fault: exit code 2
+        raise ParameterError(str(error)) from None
+
+
+def _judged(
+    unused: "Sequence[Measurements]", found: "Identified", start: "LibraryVessel | None", window: float
+) -> "list[HeldOut]":
+    """Predictions of the held-out runs, by the identified ship and by the start vessel."""
+    from vessel_hsmc_ros.core import schema
+    from vessel_hsmc_ros.identification.page import HeldOut
+    from vessel_hsmc_ros.identification.prediction import predict
+    from vessel_hsmc_ros.scenario.own_ship import ship_of
+
+    before = schema.flatten(ship_of(start.values)) if start else {}
+    hull = {name: float(before[name]) for name in found.values if name in before}  # type: ignore[arg-type]
+    return [
+        HeldOut(run, predict(found.values, run, window, found.inputs), predict(hull, run, window) if start else None)
+        for run in unused
+    ]
+
+
+def _write(
+    options: dict[str, Any],
+    runs: "Sequence[Measurements]",
+    found: "Identified",
+    judged: "Sequence[HeldOut]",
+    start: "LibraryVessel | None",
+) -> None:
+    """Write vessel file and page.
+
+    Raises:
+        ParameterError: length or beam is not known.
+    """
+    from vessel_hsmc_ros.identification.page import errors, render
+    from vessel_hsmc_ros.identification.vessel_file import known_of, vessel_text
+
+    name, output = options["name"], options["output"]
+    known = known_of(start.values, found.values) if start else {}
+    known |= {key: options[key] for key in ("length", "beam") if options[key] is not None}
+    shown = {f"{each.run.name}, {key}": value for each in judged for key, value in errors(each.prediction).items()}
+    text = vessel_text(name, found, runs, known, shown)
+    page = render(name, runs, found, judged)
+    for path, content in ((output / f"{name}.html", page), (output / f"{name}.yaml", text)):
+        path.write_text(content, encoding="utf-8")
+        print_status(f"written: {path}")
+
+
+def _print(runs: "Sequence[Measurements]", found: "Identified", judged: "Sequence[HeldOut]") -> None:
+    """Print the parameters, the prediction errors, and what the runs do not tell."""
+    from vessel_hsmc_ros.identification.page import ERRORS_HEAD, PARAMETERS_HEAD, errors_table, parameters_table
+
+    print_table(PARAMETERS_HEAD[:5], [line[:5] for line in parameters_table(found)])
+    print_table(ERRORS_HEAD, errors_table(runs, found, judged))
+    for name, why in found.unidentifiable:
+        print_line(f"{name} is held: {why}")
+    for line in found.warnings:
+        print_warning(line)
