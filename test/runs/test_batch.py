@@ -48,5 +48,5 @@ def test_an_error_of_a_stream_cancels_the_tasks_that_wait(threads: bool) -> None
         stream(inverse, iter([1.0, 0.0, *[2.0] * 100]), workers=2, threads=threads, on_result=lambda _: None)
 
 
-def inverse(task: float, progress: object) -> float:  # noqa: ARG001
+def inverse(task: float, progress: object) -> float:
     return 1.0 / task
