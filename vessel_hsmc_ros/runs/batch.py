@@ -51,7 +51,7 @@ class Outcome:
 class Task(NamedTuple):
     """A run: its number, its scenario, and how to thin its arrays, 0 to keep none."""
 
-    index: int
+    number: int
     scenario: Scenario
     every: int
 
@@ -97,7 +97,7 @@ def simulate_many(
 
 def run_task(task: Task, progress: Progress) -> Outcome:
     """Simulate and evaluate the run of a task."""
-    return simulate_one(task.scenario, task.index, bool(task.every), task.every or 1, progress)
+    return simulate_one(task.scenario, task.number, bool(task.every), task.every or 1, progress)
 
 
 def simulate_one(
