@@ -11,7 +11,6 @@ of one run in each form is drawn.
 """
 
 import argparse
-import os
 import resource
 import statistics
 import sys
@@ -37,7 +36,7 @@ OFFSET = 1e-4
 """Run i starts i times this further east, m, here and in the C++ program."""
 
 AGREEMENT = 1e-9
-LARGE = 20
+LARGE = 5
 """On two cores there are so many times more runs in a turn."""
 
 LIMITS = {
@@ -83,17 +82,17 @@ def main() -> int:
     return 1 if missed else 0
 
 
-def scenarios(law: str, runs: int) -> list[Scenario]:
+def scenarios(law: str, runs: int) -> Iterator[Scenario]:
     """The runs: case 2 from initial positions of their own."""
     base = load_scenario("case2_tracking", {"controller.law": law})
     x, y, psi = base.vessel_sim.initial_pose
-    starts = [(x + OFFSET * i, y, psi) for i in range(runs)]
-    return [replace(base, vessel_sim=replace(base.vessel_sim, initial_pose=start)) for start in starts]
+    for i in range(runs):
+        yield replace(base, vessel_sim=replace(base.vessel_sim, initial_pose=(x + OFFSET * i, y, psi)))
 
 
 def agree(scalar: Scalar) -> None:
     """Check that both give the same final state, rms and largest position error."""
-    run = simulate(scenarios("hierarchical", 2)[1])
+    run = simulate(list(scenarios("hierarchical", 2))[1])
     error = position_error(run.state, run.reference)
     ours = np.array([*run.state[-1], rms(error), error.max()])
     theirs = np.array(scalar.results(2)[1:])
@@ -106,10 +105,8 @@ def agree(scalar: Scalar) -> None:
 
 def ratios(scalar: Scalar, runs: int, rounds: int) -> dict[str, float]:
     """Measure C++ and the package in turns; the medians of the ratios of each turn."""
-    hierarchical, guided = scenarios("hierarchical", runs), scenarios("guided", runs)
-    # Enough that the start of the processes, some seconds, does not count.
+    hierarchical, guided = list(scenarios("hierarchical", runs)), list(scenarios("guided", runs))
     large = LARGE * runs
-    alone_runs, twice = scenarios("hierarchical", large), scenarios("hierarchical", 2 * large)
     for warm in (hierarchical[:1], guided[:1]):
         simulate_many(warm)
     one, two, laws = [], [], []
@@ -122,7 +119,7 @@ def ratios(scalar: Scalar, runs: int, rounds: int) -> dict[str, float]:
             laws.append(of_guided / ours)
             # Twice the runs on two cores: a speed-up of 2 takes as long as one core with half of them.
             single, double = elapsed(lambda: scalar.results(large)), elapsed(lambda: two_at_once(scalar, large))
-            alone, both = elapsed(lambda: simulate_many(alone_runs)), elapsed(lambda: simulate_many(twice, workers=2))
+            alone, both = (elapsed(lambda n=n: simulate_many(scenarios("hierarchical", n * large), workers=n)) for n in (1, 2))  # type: ignore[misc]
             two.append((alone / both) / (single / double))
             pace = [f"{1e9 * taken / steps:.0f}" for taken in (theirs, ours, of_guided)]
             console.print("ns a step: C++ {}, hierarchical law {}, guided law {}".format(*pace))
@@ -152,7 +149,7 @@ def elapsed(work: Callable[[], object]) -> float:
 
 def forms(scalar: Scalar, runs: int) -> dict[str, float]:
     """Measure the processor time of one run of case 2 in each form, s."""
-    one, many = scenarios("hierarchical", 1)[0], scenarios("hierarchical", runs)
+    one, many = next(scenarios("hierarchical", 1)), list(scenarios("hierarchical", runs))
     simulate(one), simulate_many(many[:1])
     return {
         "interpreted: simulate, everything recorded": processor_time(lambda: simulate(one, interpreted=True)),
@@ -204,14 +201,13 @@ def campaign(runs: int) -> float:
     """Simulate drawn runs on all cores; return the minutes."""
     with Progress(console=console, transient=True) as progress:
         bar = progress.add_task(f"{runs} runs", total=runs)
-        took = elapsed(lambda: simulate_many(list(drawn(runs)), workers=None, on_result=lambda _: progress.advance(bar)))
+        took = elapsed(lambda: simulate_many(drawn(runs), workers=None, on_result=lambda _: progress.advance(bar)))
     return took / 60.0
 
 
 def peak_memory() -> float:
-    """Return the largest resident memory of this process, and that of a worker for each core, GB."""
-    own, worker = (resource.getrusage(who).ru_maxrss * 1e-6 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return own + (os.cpu_count() or 1) * worker
+    """Return the largest resident memory of this process, whose threads simulate, GB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1e-6
 
 
 if __name__ == "__main__":

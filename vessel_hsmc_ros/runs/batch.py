@@ -4,8 +4,9 @@ Runs that have the same reference, rates and duration share it and the schedule;
 Memory is bounded: the arrays of a run that is not kept are overwritten by the next one.
 """
 
-import functools
-from collections.abc import Callable, Collection, Sequence
+import itertools
+import threading
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -20,15 +21,14 @@ from vessel_hsmc_ros.report.record import hull_length, limits, measured
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import sample_count, simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.simulation.compile import ensure_compiled
+from vessel_hsmc_ros.simulation.compile import is_compiled
 from vessel_hsmc_ros.simulation.compiled_loop import make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
-CHUNK = 50
-"""Largest number of runs that a worker process takes at once."""
+_own = threading.local()
 
 
 @dataclass(frozen=True)
@@ -48,16 +48,16 @@ class Outcome:
     run: Run | None = None
 
 
-class Chunk(NamedTuple):
-    """Runs for a worker process: their numbers, scenarios, and for each how to thin its arrays, 0 to keep none."""
+class Task(NamedTuple):
+    """A run: its number, its scenario, and how to thin its arrays, 0 to keep none."""
 
-    indices: Sequence[int]
-    scenarios: Sequence[Scenario]
-    every: Sequence[int]
+    number: int
+    scenario: Scenario
+    every: int
 
 
 def simulate_many(
-    scenarios: Sequence[Scenario],
+    scenarios: Iterable[Scenario],
     *,
     keep: Collection[int] = (),
     every: int = 1,
@@ -67,10 +67,11 @@ def simulate_many(
     """Simulate and evaluate scenarios; a run that is unstable or fails is an outcome, not an error.
 
     Args:
-        scenarios: One for each run, with its own seed.
+        scenarios: One for each run, with its own seed; an iterator may make each when its turn comes.
         keep: Numbers of the runs whose arrays are kept.
         every: Of the kept arrays, keep every k-th row only.
-        workers: Number of processes; None for one per core.
+        workers: Number of runs at a time, in threads if the first scenario is compiled, otherwise in processes; None for one per
+            core.
         on_result: Called with each outcome as soon as it is known.
 
     Returns:
@@ -79,33 +80,24 @@ def simulate_many(
     Raises:
         RunError: a worker process was killed.
     """
-    ensure_compiled(scenarios)
     outcomes: list[Outcome] = []
 
-    def note(found: Sequence[Outcome]) -> None:
-        outcomes.extend(found)
-        for outcome in found if on_result else ():
-            on_result(outcome)  # type: ignore[misc]
+    def note(outcome: Outcome) -> None:
+        outcomes.append(outcome)
+        if on_result is not None:
+            on_result(outcome)
 
-    size = 1 if workers == 1 else max(1, min(CHUNK, len(scenarios) // (4 * (workers or 2))))
-    starts = range(0, len(scenarios), size)
-    wanted = [every if index in keep else 0 for index in range(len(scenarios))]
-    chunks = [Chunk(range(len(scenarios))[k : k + size], scenarios[k : k + size], wanted[k : k + size]) for k in starts]
-    worker_pool.run_all(run_chunk, chunks, workers=workers, on_result=note)
+    rest = iter(scenarios)
+    first = list(itertools.islice(rest, 1))
+    tasks = (Task(index, each, every if index in keep else 0) for index, each in enumerate(itertools.chain(first, rest)))
+    # Machine code runs without the lock of the interpreter, so threads need not start, load and copy what processes do.
+    worker_pool.stream(run_task, tasks, workers=workers, threads=all(map(is_compiled, first)), on_result=note)
     return sorted(outcomes, key=lambda outcome: outcome.index)
 
 
-def run_chunk(chunk: Chunk, progress: Progress) -> list[Outcome]:
-    """Simulate the runs of a chunk one after the other."""
-    outcomes = []
-    count = len(chunk.indices)
-    for done, (index, scenario, every) in enumerate(zip(*chunk, strict=True)):
-
-        def report(fraction: float, done: int = done) -> None:
-            progress((done + fraction) / count)
-
-        outcomes.append(simulate_one(scenario, index, bool(every), every or 1, report))
-    return outcomes
+def run_task(task: Task, progress: Progress) -> Outcome:
+    """Simulate and evaluate the run of a task."""
+    return simulate_one(task.scenario, task.number, bool(task.every), task.every or 1, progress)
 
 
 def simulate_one(
@@ -157,7 +149,9 @@ def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
     )
 
 
-@functools.lru_cache(maxsize=1)
 def _brief(samples: int) -> Array:
-    """An array for the metrics of one run after the other."""
-    return np.empty((BRIEF, samples))
+    """An array for the metrics of one run of this thread after the other."""
+    found: Array | None = getattr(_own, "brief", None)
+    if found is None or found.shape[1] != samples:
+        found = _own.brief = np.empty((BRIEF, samples))
+    return found

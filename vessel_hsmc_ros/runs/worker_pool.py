@@ -1,13 +1,14 @@
-"""Parallel execution of a function over many tasks in worker processes, with progress, cancellation and errors."""
+"""Parallel execution of a function over many tasks in worker processes or threads, with progress, cancellation and errors."""
 
+import contextlib
 import ctypes
 import logging
 import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,6 +22,9 @@ Progress = Callable[[float], None]
 
 POLL = 0.2
 """Period at which the progress of all tasks is reported, s."""
+
+AHEAD = 2
+"""Of a stream, so many tasks are taken for each worker."""
 
 _shared: list[Any] = []
 """In a worker process: the progress of every task, and the flag that cancels them."""
@@ -56,20 +60,81 @@ def run_all(
     workers = min(workers or len(os.sched_getaffinity(0)), len(tasks))
     if workers <= 1:
         return _run_here(function, tasks, on_result, on_progress)
+    with _processes(workers, len(tasks)) as (pool, progress):
+        futures = [pool.submit(_run_task, function, index, task) for index, task in enumerate(tasks)]
+        pending = set(futures)
+        while pending:
+            pending = _take(pending, on_result)
+            if on_progress is not None:
+                on_progress(sum(progress))
+        return [future.result() for future in futures]
+
+
+def stream(
+    function: Callable[[Task, Progress], Result],
+    tasks: Iterable[Task],
+    *,
+    workers: int | None = None,
+    threads: bool = False,
+    on_result: Callable[[Result], None],
+) -> None:
+    """Call a function with every task as `run_all`; the tasks are taken one by one, a few ahead of those that run.
+
+    Args:
+        function: As in `run_all`; its callback only cancels it after an error or an interrupt.
+        tasks: Its arguments; an iterator makes each when its turn comes.
+        workers: Number of tasks at a time; one per available core by default.
+        threads: Run in threads instead of processes, for functions that spend their time outside of the interpreter.
+        on_result: Called with each result as soon as it is available.
+    """
+    workers = workers or len(os.sched_getaffinity(0))
+    if workers <= 1:
+        for task in tasks:
+            on_result(function(task, lambda _: None))
+        return
+    with _threads(workers) if threads else _processes(workers, 1) as (pool, shared):
+        pending: set[Future[Result]] = set()
+        for task in tasks:
+            pending.add(pool.submit(function, task, shared) if threads else pool.submit(_run_task, function, 0, task))
+            while len(pending) >= AHEAD * workers:
+                pending = _take(pending, on_result)
+        while pending:
+            pending = _take(pending, on_result)
+
+
+@contextlib.contextmanager
+def _processes(workers: int, tasks: int) -> Iterator[tuple[Executor, Any]]:
+    """A context with worker processes for `_run_task` and the progress of their tasks; an exception in it cancels them."""
     context = multiprocessing.get_context("spawn")  # a forked copy of a process with threads may deadlock
     # Shared memory without locks: each worker writes its own element, and a stale value is harmless.
-    progress: Any = context.RawArray(ctypes.c_double, len(tasks))
+    progress: Any = context.RawArray(ctypes.c_double, tasks)
     cancelled: Any = context.RawValue(ctypes.c_bool, False)
     with ProcessPoolExecutor(workers, context, _prepare_worker, (progress, cancelled, loaded_law_files())) as pool:
-        futures = [pool.submit(_run_task, function, index, task) for index, task in enumerate(tasks)]
         try:
-            _await(futures, on_result, lambda: on_progress and on_progress(sum(progress)))
+            yield pool, progress
         except BaseException:  # KeyboardInterrupt too
             # Wait for the workers: one that still reports progress would write into memory that a later pool may own by then.
             cancelled.value = True
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-        return [future.result() for future in futures]
+
+
+@contextlib.contextmanager
+def _threads(workers: int) -> Iterator[tuple[Executor, Progress]]:
+    """A context with threads and the callback that cancels their tasks after an exception in it."""
+    cancelled = threading.Event()
+
+    def report(_: float) -> None:
+        if cancelled.is_set():
+            raise RunError("cancelled")
+
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            yield pool, report
+        except BaseException:
+            cancelled.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
 
 
 def _run_here(
@@ -93,21 +158,17 @@ def _run_here(
     return results
 
 
-def _await(
-    futures: Sequence[Future[Result]], on_result: Callable[[Result], None] | None, report_progress: Callable[[], object]
-) -> None:
-    """Wait until all tasks are done; raise the first error."""
-    pending = set(futures)
-    while pending:
-        done, pending = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
-        report_progress()
-        for future in done:
-            try:
-                result = future.result()
-            except BrokenProcessPool as error:
-                raise RunError(f"a worker process has died: {error}") from None
-            if on_result is not None:
-                on_result(result)
+def _take(pending: set[Future[Result]], on_result: Callable[[Result], None] | None) -> set[Future[Result]]:
+    """Wait a little; hand over what is done, raise its first error, and return what is not."""
+    done, pending = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
+    for future in done:
+        try:
+            result = future.result()
+        except BrokenProcessPool as error:
+            raise RunError(f"a worker process has died: {error}") from None
+        if on_result is not None:
+            on_result(result)
+    return pending
 
 
 def _prepare_worker(progress: Any, cancelled: Any, law_files: Sequence[Path]) -> None:

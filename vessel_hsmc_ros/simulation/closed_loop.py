@@ -156,7 +156,9 @@ def received(plant: PlantState, constants: PlantConstants) -> tuple[Motion, Moti
 
 
 @kernel
-def keep(row: Array, time: float, received: Any, wrench: Any, disturbing: Any, state: PlantState, c: PlantConstants) -> None:
+def keep(
+    row: Array, time: float, received: tuple[Motion, Motion, Motion], wrench: Any, disturbing: Any, state: Any, c: Any
+) -> None:
     """Write a row.
 
     Args:

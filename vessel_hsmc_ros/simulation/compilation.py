@@ -44,6 +44,10 @@ def _installed() -> bool:
     return found
 
 
+_loading = threading.RLock()
+"""Held while machine code is loaded or compiled, for which Numba is changed."""
+
+
 class Compiled:
     """A kernel as machine code, loaded from the cache or compiled at its first call.
 
@@ -68,7 +72,8 @@ class Compiled:
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code."""
         if self._call is None:
-            self._call = self._loaded(arguments)
+            with _loading:
+                self._call = self._call or self._loaded(arguments)
         return uninterrupted(self._call, arguments)
 
     def _loaded(self, arguments: tuple[Any, ...]) -> Any:

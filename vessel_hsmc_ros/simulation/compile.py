@@ -43,6 +43,11 @@ def compile_law(name: str, observed: bool = False) -> float:
     return time.perf_counter() - started
 
 
+def is_compiled(scenario: Scenario) -> bool:
+    """Whether the runs of a scenario are compiled."""
+    return available() and scenario.controller.law in compilable_laws()
+
+
 def ensure_compiled(scenarios: Iterable[Scenario]) -> None:
     """Compile what scenarios need and what is not stored, before worker processes each begin to do so."""
     if not available():
