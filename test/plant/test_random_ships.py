@@ -20,11 +20,11 @@ from vessel_sim_node.plant import ShipParameters, Vessel, damping_force
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
-SHIPS, STEPS, STEP = 10_000, 150, 0.01
+SHIPS, STEPS, STEP = 10_000, 100, 0.01
 """The time of a step is that of a ship with inertia and length of the order of 1; units scale it."""
 
-INPUTS = np.random.default_rng(7).uniform(-2.0, 2.0, (STEPS // 30, 3))
-"""Wrenches that change every 30 steps."""
+INPUTS = np.random.default_rng(7).uniform(-2.0, 2.0, (STEPS // 20, 3))
+"""Wrenches that change every 20 steps."""
 
 
 @kernel
@@ -45,7 +45,7 @@ def sail(start: Any, s: Vessel, inputs: Any, units: Any, current: tuple[float, f
         free = rk4_step(free, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), s, step, (0.0, 0.0))
         if before > 0.0:
             gain = max(gain, energy(free, s) / before - 1.0)
-        tau = inputs[k // 30]
+        tau = inputs[k // 20]
         wrench = force * tau[0], force * tau[1], force * length * tau[2]
         driven = rk4_step(driven, wrench, (0.0, 0.0, 0.0), s, step, current)
         u, v, r = driven.u, driven.v, driven.r

@@ -5,7 +5,7 @@ from typing import Any
 from vessel_hsmc_ros.core.schema import entries
 from vessel_sim_node.plant import ShipParameters, Vessel
 
-NAMES = {entry.symbol: name for name, entry in entries(ShipParameters).items() if entry.symbol}
+NAMES = {entry.symbol: name for name, entry in entries(ShipParameters).items() if entry.symbol and "." not in name}
 """Names of the parameters by their symbols."""
 
 
