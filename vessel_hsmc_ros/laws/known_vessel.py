@@ -112,7 +112,7 @@ class KnownVessel(NamedVessel):
             ParameterError: as `pivot`.
         """
         x_p = self.pivot
-        # Behind the origin the pivot is no better: there the yaw moment accelerates the origin to the side to which the ship turns.
+        # A pivot behind the origin is no better: then the moment accelerates the origin to the side to which the ship turns.
         at_origin = self.controlled_point == "origin" or (self.controlled_point == "ahead" and x_p < 0.0)
         return 0.0 if at_origin else x_p
 
