@@ -247,18 +247,15 @@ class VesselSimNode(VesselNode):
             self._go_on()
         return "paused" if paused else "running"
 
-    def _stale_topic(self) -> str:
-        if self._demands:
-            return f"{self._demands.stale(self._oldest(self.now()))[0]}: the thrust is zero"
-        return f"{self.resolve_topic_name('cmd_wrench')}: the wrench is zero"
-
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Progress and real-time factor of the run, for the diagnostics."""
         simulated = seconds(self._grid.stamp(self._step))
         wall = self._wall_seconds if self.finished else time.monotonic() - self._wall_start
         message = "finished" if self.finished else "paused" if self._paused else "running"
         if message == "running" and not self.parameters.lockstep and not self._command_is_recent(self.now()):
-            message = f"no recent command on {self._stale_topic()}"
+            topic = self._demands.stale(self._oldest(self.now()))[0] if self._demands else "cmd_wrench"
+            zero = "its thrust" if self._demands else "the wrench"
+            message = f"no recent command on {self.resolve_topic_name(topic)}: {zero} is zero"
         values = {
             "simulated_time": simulated,
             "steps": self._step,

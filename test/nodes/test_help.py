@@ -18,6 +18,7 @@ CLASSES = {
     "vessel_sim": "vessel_sim_node.node:VesselSimNode",
     "reference_ship": "vessel_hsmc_ros.nodes.reference_ship:ReferenceShipNode",
     "controller": "vessel_hsmc_ros.nodes.controller:ControllerNode",
+    "thruster_allocation": "vessel_hsmc_ros.nodes.thruster_allocation:ThrusterAllocationNode",
     "recorder": "vessel_hsmc_ros.nodes.recorder:RecorderNode",
     "markers": "vessel_hsmc_ros.nodes.markers:MarkerNode",
     "live": "vessel_hsmc_ros.nodes.live:LiveNode",

@@ -16,6 +16,7 @@ from thruster_layouts import LAYOUTS
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
@@ -32,6 +33,7 @@ NODES = {
 }
 RATES = {f"{node}.rate_hz": 10.0 for node in NODES if node != "thruster_allocation"}
 TOPICS_OF_EVERY_NODE = ("/diagnostics", "/parameter_events", "/rosout", "/events")
+CASE2 = share_directory() / "config" / "thrusters" / "case2_thrusters.yaml"
 RUDDER = {f"vessel.thrusters.{name}": value for name, value in LAYOUTS["rudder_and_bow_thruster"].items()}
 STRONG_RUDDER = {
     **RUDDER,
@@ -70,7 +72,7 @@ def run_nodes(bench: Any, scenario: Any) -> dict[str, list[Any]]:
 
 @pytest.mark.parametrize("thrusters", [{}, STRONG_RUDDER], ids=["two fixed", "rudder and bow thruster"])
 def test_a_run_of_the_nodes_is_bit_identical_with_the_offline_run(bench: Any, thrusters: Any) -> None:
-    scenario = load_scenario("case2_thrusters", {"controller.law": "guided", "vessel_sim.duration": 5.0, **RATES, **thrusters})
+    scenario = load_scenario(CASE2, {"controller.law": "guided", "vessel_sim.duration": 5.0, **RATES, **thrusters})
     taken = run_nodes(bench, scenario)
     offline = simulate(scenario, interpreted=True)
     np.testing.assert_array_equal([conv.read_odometry(message) for message in taken["/odom"]], offline.state)

@@ -20,6 +20,7 @@ from rcl_interfaces.msg import Log
 from rclpy.executors import SingleThreadedExecutor
 from rosbags.highlevel import AnyReader
 
+from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.runs.processes import MODULES
@@ -65,11 +66,11 @@ def check_nothing_left(pids: Any) -> Any:
     assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize("name", taking_part(by_thrusters=False))
 def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
-    assert nodes.keys() == MODULES.keys()
+    assert nodes.keys() == set(taking_part(by_thrusters=False))
     os.kill(nodes[name], signal.SIGKILL)
     assert command.wait(20.0) == 1
     assert f"error: {name} was killed by SIGKILL" in command.text

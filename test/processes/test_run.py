@@ -19,6 +19,7 @@ from rosbags.highlevel import AnyReader
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.writer import SCENARIO
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.parameters import NODES
@@ -137,7 +138,7 @@ def test_the_bag_contains_its_scenario_and_the_parameters_of_the_nodes(recorded:
     shutil.copytree(recorded[1] / "bag", tmp_path / "bag")
     bag = open_bag(tmp_path / "bag")
     assert bag.scenario() == replace(load_scenario(recorded[1] / "params.yaml"), name="case2_tracking")
-    assert bag.parameters.keys() == {f"/{node}" for node in NODES}
+    assert bag.parameters.keys() == {f"/{node}" for node in taking_part(by_thrusters=False)}
     assert bag.parameters["/controller"]["hierarchical.network.width"] == 5.0
     assert bag.recording["messages_dropped"] == "0"
     del bag.attachments[SCENARIO]  # as one that was recorded by hand
@@ -195,7 +196,7 @@ def test_two_lockstep_runs_give_bit_identical_odometry(recorded: Recorded, tmp_p
 
 def test_the_diagnostics_of_every_node_are_recorded(bag: Bag) -> None:
     status = bag.diagnostics()
-    assert status.keys() == set(NODES)
+    assert status.keys() == set(taking_part(by_thrusters=False))
     assert status["vessel_sim"]["message"] == "finished"
     assert status["controller"]["updates"] == str(STEPS + 1)
     after = bag.count - int(status["recorder"]["messages"])

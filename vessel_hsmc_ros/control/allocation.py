@@ -3,8 +3,8 @@
 In a period of length T a thrust may change by rate·T, and an angle likewise. Fixed thrusters give the wrench that is the nearest
 to the demand, moment before force (`allocated_forces`), inside what limits and rates leave. Azimuths and rudders are first given
 the forces that would be best if they could turn at once. They turn towards these forces as fast as their rate allows, an azimuth
-by the shorter way, ahead or with its thrust reversed; an azimuth gives the part of its force that points its present way. The fixed thrusters of
-the same ship then make up for what is missing. The sway force is free: no law of this package demands one.
+by the shorter way, ahead or with its thrust reversed; it gives the part of its force that points its present way. The fixed
+thrusters of the same ship then make up for what is missing. The sway force is free: no law of this package demands one.
 """
 
 import math

@@ -30,8 +30,8 @@ limit of others."""
 
 THRUST, TURN, LOW, HIGH, MODE, P, Q, LEAST, MOST, SQUARES, BEST = (*range(8), 9, 11, 13)
 """Columns of the state of a thruster: the latest demands of thrust [N] and angle; limits of the thrust in this period, N; whether
-an azimuth or a rudder has its thrust ahead (1), astern (-1) or keeps its force (0); its force p, q, N; and, each as p and q, the forces
-with the least and with the largest surge force, those of least squares, and the best so far."""
+an azimuth or a rudder has its thrust ahead (1), astern (-1) or keeps its force (0); its force p, q, N; and, each as p and q, the
+forces with the least and with the largest surge force, those of least squares, and the best so far."""
 
 COLUMNS = 15
 
