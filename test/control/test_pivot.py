@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,9 @@ def test_at_the_origin_nothing_is_changed() -> None:
 
 def test_a_vessel_without_coupling_is_controlled_at_the_origin() -> None:
     assert pivot_of(KnownVessel(), 0.01).x_p == 0.0
-    assert pivot_of(KnownVessel(sway_yaw_inertia=6e5, at_pivot=False), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=6e5, controlled_point="origin"), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=-6e5), 0.01).x_p == 0.0
+    assert pivot_of(KnownVessel(sway_yaw_inertia=-6e5, controlled_point="pivot"), 0.01).x_p < -3.0
     assert pivot_of(KnownVessel(sway_yaw_inertia=6e5), 0.01).x_p == pytest.approx(6e5 / 177.9e3)
 
 
@@ -68,15 +71,30 @@ def test_a_constant_difference_of_the_headings_leaves_no_error_of_the_origin() -
 
 
 def test_errors_of_the_point_are_carried_back_to_the_origin() -> None:
-    def errors(motion: Motion, desired: Motion) -> list[float]:
+    def errors(motion: Motion, desired: Motion) -> list[Any]:
         z, z_d = transform(motion), transform(desired)
         e, dz, dz_d = tracking_error(z, z_d), transform_rate(z, motion), transform_rate(z_d, desired)
         return [e.z1, e.z2, dz.z1 - dz_d.z1, dz.z2 - dz_d.z2]
 
     at = carry(SHIP, DESIRED, RATE, -0.7, POINT)
-    back = at_origin(Terms(**dict(zip(ERRORS, errors(at.motion, at.desired), strict=True))), at.back)
+    back = at_origin(Terms()._replace(**dict(zip(ERRORS, errors(at.motion, at.desired), strict=True))), at.back)
     assert [getattr(back, name) for name in ERRORS] == pytest.approx(errors(SHIP, DESIRED), abs=1e-14)
     assert math.isnan(at_origin(Terms(), at.back).sway_error)
+
+
+def test_on_the_way_from_station_keeping_the_carried_velocity_is_the_derivative_of_the_carried_position() -> None:
+    slow, rate = DESIRED._replace(u=0.08, v=0.02), Acceleration(0.03, -0.02, 0.01)
+    (a, _), (b, _), (c, _) = carried_over(3, slow, rate)
+    c_psi, s_psi = math.cos(b.psi), math.sin(b.psi)
+    over_ground = np.subtract(c[:2], a[:2]) / (2.0 * POINT.T)
+    assert [c_psi * b.u - s_psi * b.v, s_psi * b.u + c_psi * b.v] == pytest.approx(over_ground, abs=1e-5)
+
+
+def test_in_station_keeping_the_origin_is_controlled() -> None:
+    at = carry(SHIP, DESIRED._replace(u=0.0, v=0.0), Acceleration(0.0, 0.0, 0.0), 0.7, POINT)
+    assert at.motion == SHIP
+    assert at.desired == DESIRED._replace(u=0.0, v=0.0)
+    assert at.acceleration == (0.0, 0.0, 0.0)
 
 
 def test_the_filter_is_stable_at_any_speed_and_keeps_its_angle_in_a_turn() -> None:
@@ -85,3 +103,11 @@ def test_the_filter_is_stable_at_any_speed_and_keeps_its_angle_in_a_turn() -> No
         delta = carry(SHIP, DESIRED._replace(u=speed), RATE, delta, POINT._replace(T=1.0)).delta
         assert -math.pi < delta <= math.pi
     assert delta == pytest.approx(2.9 + 3.0 - 2.0 * math.pi)
+
+
+@pytest.mark.parametrize(
+    ("vessel", "lengths"), [({}, 0.3886), ({"surge_inertia": 150e3}, 0.8065), ({"surge_inertia": 177.9e3}, 1.0)]
+)
+def test_the_filter_is_slower_where_the_heading_is_less_stable(vessel: dict[str, Any], lengths: float) -> None:
+    point = pivot_of(KnownVessel(sway_yaw_inertia=6e5, **vessel), 0.01)
+    assert 1.0 / point.per_distance == pytest.approx(32.0 * lengths, rel=1e-3)

@@ -49,6 +49,15 @@ def test_a_run_of_the_nodes_is_bit_identical_with_the_offline_run(bench: Any, la
     np.testing.assert_array_equal(wrench, offline.wrench)
 
 
+def test_a_run_of_the_nodes_at_the_pivot_is_bit_identical_with_the_offline_run(bench: Any) -> None:
+    changes = {"controller.law": "guided", "vessel.sway_yaw_inertia": 6e5, "vessel_sim.duration": 5.0, **RATES}
+    state, wrench = run_nodes(bench, scenario := load_scenario("case2_tracking", changes))
+    offline = simulate(scenario)
+    assert scenario.controller.vessel.controlled > 3.0
+    np.testing.assert_array_equal(state, offline.state)
+    np.testing.assert_array_equal(wrench, offline.wrench)
+
+
 @pytest.mark.parametrize("scenario", ["goal", "waypoints"])
 def test_a_run_with_goals_or_waypoints_of_a_file_is_bit_identical_with_the_offline_run(bench: Any, scenario: Any) -> None:
     soon = {"reference_ship.goal.times": [0.5, 2.0], "reference_ship.path.time": 0.5, "vessel_sim.duration": 5.0}

@@ -33,9 +33,14 @@ def answers(scenario: Scenario, recorded: Recorded, spans: list[range], interpre
     return recorded.wrench.copy()
 
 
-def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_between(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("coupling", [0.0, 6e5])
+def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_between(
+    monkeypatch: pytest.MonkeyPatch, coupling: float
+) -> None:
     monkeypatch.setattr(recorded_loop, "FEW", 1)
-    scenario = load_scenario("case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 3.0})
+    scenario = load_scenario(
+        "case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 3.0, "vessel.sway_yaw_inertia": coupling}
+    )
     recorded = recorded_of(scenario)
     spans = [range(120), range(120, 301)]
     compiled = answers(scenario, recorded, spans, interpreted=False)

@@ -36,7 +36,7 @@ def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:
         start = np.concatenate((start, wave_variance / m.omega_0**2, wave_variance))
     x, y, psi = noise.tolist()
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
-    inertia = vessel.surge_inertia, vessel.yaw_inertia
+    inertia = vessel.surge_inertia, vessel.as_controlled().yaw_inertia, vessel.pivot
     return ObserverConstants(p.enabled, m, (x, y, psi), np.diag(intensity), start, *inertia, *limits, p.actuator_lag)
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.observer_model import DXI, PSI, Model, propagate, propagate_covariance
+from vessel_hsmc_ros.control.observer_model import DXI, PSI, Model, V, propagate, propagate_covariance
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.limits import clip
@@ -35,7 +35,8 @@ class ObserverConstants(NamedTuple):
         noise: Variances of a sample of x, y and psi.
         Q: Intensity of the process noise, shape (n, n).
         start: Initial variances of the states, shape (n,).
-        m11, m33: Known inertia.
+        m11, m_p: Known inertia; m_p is that which the yaw moment accelerates.
+        x_p: Distance of the known pivot point ahead of the origin, m.
         force_limit, moment_limit: Known limits of the wrench.
         lag: T_l, s; 0 for none.
     """
@@ -46,7 +47,8 @@ class ObserverConstants(NamedTuple):
     Q: Array
     start: Array
     m11: float
-    m33: float
+    m_p: float
+    x_p: float
     force_limit: float
     moment_limit: float
     lag: float
@@ -153,7 +155,10 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
     """
     # The vessel model is nonlinear, hence the Jacobian (extended Kalman filter); the wave filter is linear and exact.
     propagate_covariance(x, P, dt, c.model)
-    propagate(x, applied[0] / c.m11, applied[1] / c.m33, dt, c.model)
+    turning = applied[1] / c.m_p
+    propagate(x, applied[0] / c.m11, turning, dt, c.model)
+    if c.x_p != 0.0:  # the yaw moment turns the ship about the pivot point
+        x[V] -= dt * c.x_p * turning
     P += dt * c.Q
 
 

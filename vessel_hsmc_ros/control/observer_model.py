@@ -10,13 +10,14 @@
 | omega_0, zeta | frequency and damping ratio of the wave filter | rad/s, - |
 | d_1, d_2, d_3 | linear damping of u, v, r | 1/s |
 | tau_1, tau_2 | commanded wrench within the known limits, delayed by a first-order lag T_l | N, N·m |
-| m11, m33 | known inertia | kg, kg·m² |
+| m11, m_p | known inertia in surge, and that which the yaw moment accelerates | kg, kg·m² |
+| x_p | distance of the known pivot point ahead of the origin | m |
 
 The model is Newton's second law in the body-fixed frame,
 
     dp = R(psi)·(u, v)      du = v·r + tau_1/m11 - d_1·u + b_u + w_E·cos psi + w_N·sin psi      db = noise
-    dpsi = r                dv = -u·r            - d_2·v + b_v - w_E·sin psi + w_N·cos psi      dw = noise
-                            dr = tau_2/m33       - d_3·r + b_r
+    dpsi = r                dv = -u·r - x_p·tau_2/m_p - d_2·v + b_v - w_E·sin psi + w_N·cos psi dw = noise
+                            dr = tau_2/m_p       - d_3·r + b_r
     measured: p + dxi_p + noise, psi + dxi_psi + noise      ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi + noise
 
 The states are in the order p, psi, u, v, r, b, w and, with waves, xi, dxi.

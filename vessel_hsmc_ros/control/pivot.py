@@ -2,18 +2,22 @@
 
 | symbol | meaning | unit |
 |---|---|---|
-| x_p | distance of the point ahead of the origin; `KnownVessel.pivot` | m |
+| x_p, x | distance of the pivot and of the controlled point ahead of the origin | m |
+| dx | rate of x | m/s |
 | delta | heading of the ship minus that of the reference | rad |
 | delta_f, d1, d2 | the same filtered, with its first and second derivative | rad, rad/s, rad/s² |
-| omega | bandwidth of the filter: (|nu_d| + U_0)/L with U_0 = FROUDE·sqrt(g·L) | rad/s |
-| q1, q2 | the point of the reference in its own axes, x_p·(cos delta_f, sin delta_f) | m |
+| omega | bandwidth of the filter, max(|nu_d|, U_0)/l | rad/s |
+| l | distance within which the filter follows: MARGIN·x_p/(1 - m11/m22), from L/3 to L | m |
+| q1, q2 | the point of the reference in its own axes, x·(cos delta_f, sin delta_f) | m |
+| U_0 | speed of the reference below which x goes to 0, FROUDE·sqrt(g·L) | m/s |
 | L, T | length of the hull, control period | m, s |
 
-The ship's point is x_p ahead along the heading of the ship, that of the reference along psi_d + delta_f. Along psi_d alone, the
-origin would be off by 2·x_p·sin(delta/2) wherever the ship has another heading than the reference, as in a side wind; along the
+The ship's point is x ahead along the heading of the ship, that of the reference along psi_d + delta_f. Along psi_d alone, the
+origin would be off by 2·x·sin(delta/2) wherever the ship has another heading than the reference, as in a side wind; along the
 heading of the ship, the acceleration of the point would contain the yaw acceleration, and with it the moment that the law is to
 compute. delta_f is a state: the carried position, velocity and acceleration are consistent, contain no moment, and leave no error
-of the origin in steady state. docs/pivot.md derives the bandwidth.
+of the origin in steady state. While the reference travels x = x_p; in station keeping x = 0, because there the heading is free,
+and the origin is what is to be kept. docs/pivot.md derives both.
 """
 
 import math
@@ -24,19 +28,22 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, wra
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.terms import Terms
 
-FROUDE, GRAVITY = 0.03, 9.81
-"""The speed U_0 as a Froude number, so that the filter does not rest with the reference; gravity, m/s²."""
+FROUDE, GRAVITY = 0.06, 9.81
+"""The speed U_0 as a Froude number; gravity, m/s²."""
+
+MARGIN = 1.2
+"""Factor on the shortest distance l with which the heading is stable without damping; below U_0 it takes 9/8."""
 
 ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
 """The terms of a law that are carried back to the origin."""
 
 
 class Pivot(NamedTuple):
-    """The controlled point: x_p, 1/L, U_0 and T."""
+    """The controlled point: x_p, 1/l, U_0 and T."""
 
     x_p: float
-    per_length: float
-    slowest: float
+    per_distance: float
+    U_0: float
     T: float
 
 
@@ -64,7 +71,11 @@ def pivot_of(vessel: KnownVessel, period: float) -> Pivot:
     Raises:
         ParameterError: as `KnownVessel.pivot`.
     """
-    return Pivot(vessel.pivot, 1.0 / vessel.length, FROUDE * math.sqrt(GRAVITY * vessel.length), period)
+    x_p, length = vessel.controlled, vessel.length
+    # A faster filter would make the heading unstable: its loop is damped by 1 - m11/m22, and more on a hull that damps sway.
+    share = 1.0 - vessel.surge_inertia / vessel.sway_inertia
+    distance = min(length, max(length / 3.0, MARGIN * x_p / share)) if share > 0.0 else length
+    return Pivot(x_p, 1.0 / distance, FROUDE * math.sqrt(GRAVITY * length), period)
 
 
 ORIGIN = Pivot(0.0, 1.0, 0.0, 1.0)
@@ -72,11 +83,27 @@ ORIGIN = Pivot(0.0, 1.0, 0.0, 1.0)
 
 
 @kernel
+def position(desired: Motion, acceleration: Acceleration, p: Pivot) -> tuple[float, float]:
+    """X = x_p·s²·(3 - 2·s) with s = |nu_d|/U_0 up to 1, and dx.
+
+    Args:
+        desired: State of the reference.
+        acceleration: Derivatives of its body velocities.
+        p: The point.
+    """
+    s = magnitude(desired.u, desired.v) / p.U_0
+    if s >= 1.0:
+        return p.x_p, 0.0
+    rising = (desired.u * acceleration.du + desired.v * acceleration.dv) / (p.U_0 * p.U_0)
+    return p.x_p * s * s * (3.0 - 2.0 * s), p.x_p * 6.0 * (1.0 - s) * rising
+
+
+@kernel
 def carry(motion: Motion, desired: Motion, acceleration: Acceleration, delta: float, p: Pivot) -> Carried:
     """Carry the inputs of a law to its point; at the origin they are returned as they are.
 
     d1 = omega·(delta - delta_f), d2 = omega·(r - r_d - d1)
-    (u, v) of the reference's point = (u_d + dq1 - r_d·q2, v_d + dq2 + r_d·q1), with dq = d1·(-q2, q1)
+    (u, v) of the reference's point = (u_d + dq1 - r_d·q2, v_d + dq2 + r_d·q1)
 
     Args:
         motion: State of the ship.
@@ -90,29 +117,32 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, delta: fl
     """
     if p.x_p == 0.0:
         return Carried(motion, desired, acceleration, (0.0, 0.0, 0.0, 0.0), delta)
-    x, y, psi, u, v, r = motion
+    x_o, y_o, psi, u, v, r = motion
     x_d, y_d, psi_d, u_d, v_d, r_d = desired
-    omega = (magnitude(u_d, v_d) + p.slowest) * p.per_length
+    x, dx = position(desired, acceleration, p)
+    speed = magnitude(u_d, v_d)
+    omega = (speed if speed > p.U_0 else p.U_0) * p.per_distance
     omega = omega if omega * p.T < 1.0 else 1.0 / p.T
     d1 = omega * wrap(psi - psi_d - delta)
     d2 = omega * (r - r_d - d1)
 
-    q1, q2 = p.x_p * math.cos(delta), p.x_p * math.sin(delta)
-    dq1, dq2 = -q2 * d1, q1 * d1
-    ddq1, ddq2 = -dq2 * d1 - q2 * d2, dq1 * d1 + q1 * d2
+    c, s = math.cos(delta), math.sin(delta)
+    q1, q2 = x * c, x * s
+    dq1, dq2 = dx * c - q2 * d1, dx * s + q1 * d1
+    ddq1, ddq2 = -dx * s * d1 - dq2 * d1 - q2 * d2, dx * c * d1 + dq1 * d1 + q1 * d2
     c, s = math.cos(psi_d), math.sin(psi_d)
     point = Motion(x_d + q1 * c - q2 * s, y_d + q1 * s + q2 * c, psi_d, u_d + dq1 - r_d * q2, v_d + dq2 + r_d * q1, r_d)
     du, dv, dr = acceleration
     rate = Acceleration(du + ddq1 - dr * q2 - r_d * dq2, dv + ddq2 + dr * q1 + r_d * dq1, dr)
 
-    ship = Motion(x + p.x_p * math.cos(psi), y + p.x_p * math.sin(psi), psi, u, v + p.x_p * r, r)
-    return Carried(ship, point, rate, (q1 - p.x_p, q2, dq1, dq2), wrap(delta + p.T * d1))
+    ship = Motion(x_o + x * math.cos(psi), y_o + x * math.sin(psi), psi, u + dx, v + x * r, r)
+    return Carried(ship, point, rate, (q1 - x, q2, dq1 - dx, dq2), wrap(delta + p.T * d1))
 
 
 def at_origin(terms: Terms, back: tuple[float, float, float, float]) -> Terms:
     """The terms of a law with the tracking errors of the origin; what a law does not have stays NaN.
 
-    z1e = z1e_p + q1 - x_p, z2e = z2e_p + q2, and their derivatives
+    z1e = z1e_p + q1 - x, z2e = z2e_p + q2, and their derivatives
 
     Args:
         terms: Those at the point.

@@ -1,15 +1,15 @@
 """The model knowledge of a control law: inertias, the limits and dynamics of the actuators, and the point that a law controls.
 
-| symbol | meaning | unit | equation |
-|---|---|---|---|
-| m11, m22, m33 | inertias in surge, sway and yaw | kg, kg, kg·m² | (6) |
-| m23, m32 | coupling of sway and yaw in the inertia matrix | kg·m | - |
-| e | sway force that comes with a unit of yaw moment | 1/m | - |
-| x_p | distance of the pivot point ahead of the origin | m | - |
-| m_p | yaw inertia at the pivot point | kg·m² | - |
+| symbol | meaning | unit |
+|---|---|---|
+| m11, m22, m33 | inertias in surge, sway and yaw | kg, kg, kg·m² |
+| m23, m32 | coupling of sway and yaw in the inertia matrix | kg·m |
+| e | sway force that comes with a unit of yaw moment | 1/m |
+| x_p | distance of the pivot point ahead of the origin | m |
+| m_p | inertia that the yaw moment accelerates | kg·m² |
 
-A yaw moment N accelerates sway and yaw by M·(v', r') = (e·N, N). The point at x_p = -v'/r' = (m23 - m33·e)/(m22 - m32·e) has the
-sway velocity v + x_p·r, which N does not accelerate, and there r' = N/m_p with m_p = m33 - x_p·m32. docs/pivot.md derives it.
+A yaw moment N accelerates sway and yaw by M·(v', r') = (e·N, N). The pivot at x_p = -v'/r' = (m23 - m33·e)/(m22 - m32·e) has the
+sway velocity v + x_p·r, which N does not accelerate; and r' = N/m_p with m_p = m33 - x_p·m32. docs/pivot.md derives both.
 """
 
 import dataclasses
@@ -70,8 +70,11 @@ class KnownVessel(NamedVessel):
         low=-1e3,
         high=1e3,
     )
-    at_pivot: bool = parameter(
-        True, "Control the pivot point, where the yaw moment does not push the hull sideways; false: the origin."
+    controlled_point: str = parameter(
+        "ahead",
+        "The point that a law steers along a moving reference: the pivot point, where the yaw moment does not enter the sway; the"
+        " origin; or, by default, the one of them that is further ahead.",
+        choices=("ahead", "pivot", "origin"),
     )
     surge_lag: float = delay("Time constant of the first-order lag of the surge force")
     yaw_lag: float = delay("Time constant of the first-order lag of the yaw moment")
@@ -82,7 +85,7 @@ class KnownVessel(NamedVessel):
 
     @property
     def pivot(self) -> float:
-        """The distance x_p of the controlled point ahead of the origin, m; 0 unless `at_pivot`.
+        """The distance x_p of the pivot point ahead of the origin, m.
 
         Raises:
             ParameterError: the inertia matrix is not positive, or the sway force turns the ship against the yaw moment.
@@ -99,22 +102,28 @@ class KnownVessel(NamedVessel):
                 f"controller.vessel.sway_force_per_yaw_moment = {e:g} is not allowed: its product with sway_yaw_inertia must be"
                 f" below sway_inertia = {m22:g} kg"
             )
-        return (m23 - m33 * e) / (m22 - m32 * e) if self.at_pivot else 0.0
+        return (m23 - m33 * e) / (m22 - m32 * e)
 
-    def at_controlled_point(self) -> "KnownVessel":
-        """The same vessel as a law at the controlled point takes it: its yaw inertia is m_p, and there is no coupling.
+    @property
+    def controlled(self) -> float:
+        """The distance of the controlled point ahead of the origin, m: x_p, or 0 for the origin.
 
         Raises:
             ParameterError: as `pivot`.
         """
         x_p = self.pivot
-        if not x_p:
-            return self
-        m32 = self.yaw_sway_inertia or self.sway_yaw_inertia
-        return dataclasses.replace(
-            self,
-            yaw_inertia=self.yaw_inertia - x_p * m32,
-            sway_yaw_inertia=0.0,
-            yaw_sway_inertia=0.0,
-            sway_force_per_yaw_moment=0.0,
-        )
+        # A pivot behind the origin is no better: then the moment accelerates the origin to the side to which the ship turns.
+        at_origin = self.controlled_point == "origin" or (self.controlled_point == "ahead" and x_p < 0.0)
+        return 0.0 if at_origin else x_p
+
+    def as_controlled(self) -> "KnownVessel":
+        """The same vessel as a law knows it: its yaw inertia is m_p, and where the pivot is controlled there is no coupling.
+
+        Raises:
+            ParameterError: as `pivot`.
+        """
+        x_p, m32 = self.pivot, self.yaw_sway_inertia or self.sway_yaw_inertia
+        known = dataclasses.replace(self, yaw_inertia=self.yaw_inertia - x_p * m32)
+        if not self.controlled:
+            return known
+        return dataclasses.replace(known, sway_yaw_inertia=0.0, yaw_sway_inertia=0.0, sway_force_per_yaw_moment=0.0)

@@ -203,7 +203,7 @@ def make_law(parameters: ControllerParameters) -> Law[Any]:
     Raises:
         ParameterError: a gain is unstable at the controller's rate, or the code of the law fails.
     """
-    vessel = parameters.vessel.at_controlled_point()
+    vessel = parameters.vessel.as_controlled()
     return construct(parameters.law, getattr(parameters, parameters.law), vessel, 1.0 / parameters.rate_hz)
 
 
