@@ -14,7 +14,7 @@ it, CyberShip II among them, and their motions stay bounded.
 import functools
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -159,7 +159,7 @@ def bounded(ship: ShipParameters) -> bool:
     return any(math.isfinite(bound) for _, name, _, _ in AXES for bound in getattr(ship, name))
 
 
-def outside(ship: ShipParameters, nu: tuple[float, float, float]) -> str:
+def outside(ship: ShipParameters, nu: Sequence[float]) -> str:
     """The first velocity that lies outside of its declared range, in words; empty if there is none.
 
     Args:

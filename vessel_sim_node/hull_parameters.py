@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.hull import Hull, NamedVessel
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
+from vessel_hsmc_ros.core.hull import Hull, NamedVessel, inherited
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 
@@ -186,3 +186,17 @@ def initial_pose(default: tuple[float, float, float]) -> tuple[float, ...]:
 def initial_velocity() -> tuple[float, ...]:
     """Declare the initial velocity of a ship, zero by default."""
     return parameter((0.0, 0.0, 0.0), "Initial surge, sway and yaw velocity.", low=-1e3, high=1e3, length=3)
+
+
+def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> SimulationError:
+    """The error for a motion that is no longer finite, with what its ship has in common with the paper's ship.
+
+    Args:
+        what: The ship.
+        time: Simulated time, s.
+        cause: What may have caused it, with the inputs at that time.
+        vessel: The hull data.
+    """
+    remaining = inherited(vessel)
+    message = f"the motion of the {what} is no longer finite at t = {time:g} s {cause}"
+    return SimulationError(f"{message}; {remaining}" if remaining else message)

@@ -16,6 +16,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import SimParameters
+from vessel_sim_node.hull_check import bounded
 from vessel_sim_node.simulator import Simulator, check_command
 
 NO_WRENCH = (0.0, 0.0)
@@ -44,6 +45,7 @@ class VesselSimNode(VesselNode):
         self._answer: tuple[float, float] | None = None
         self._command_at: int | None = None
         self._answer_at = self._wall_start = self._wall_seconds = self._first_command_at = 0.0
+        self._limited_hull, self._outside = bounded(p.vessel), ""
         self._create_topics()
         self.reporter.offer("reset", self._reset)
         self.reporter.offer_switch("pause", "resume", self._pause)
@@ -119,12 +121,21 @@ class VesselSimNode(VesselNode):
             self._plant.advance(wrench, self._load)
             self._step += 1
             self._publish_motion()
+            if self._limited_hull and not self._outside:
+                self._check_speeds()
         conversions.write_body_wrench(self._applied, stamp, wrench)
         self.send(self._applied_out, self._applied)
         if last:
             self._finish()
         else:
             self._publish_truth()
+
+    def _check_speeds(self) -> None:
+        """Warn once of a velocity for which the hull data do not hold."""
+        found = self._plant.outside_hull_data()
+        if found:
+            self._outside = f"{found}, at t = {seconds(self._grid.stamp(self._step)):g} s"
+            self.get_logger().warning(f"the ship has {self._outside}: the motion is extrapolated")
 
     def _finish(self) -> None:
         self.finished = True
@@ -218,8 +229,9 @@ class VesselSimNode(VesselNode):
             "wall_time": wall,
             "real_time_factor": simulated / wall if self.connected and wall else 0.0,
             "first_command_at": self._first_command_at,
+            "outside_hull_data": self._outside,
         }
-        return (OK if message in ("running", "finished") else WARN), message, values
+        return (OK if message in ("running", "finished") and not self._outside else WARN), message, values
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -52,11 +52,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
-from vessel_sim_node.hull_parameters import ShipParameters, Vessel, VesselParameters, initial_pose, initial_velocity
+from vessel_sim_node.hull_parameters import ShipParameters, Vessel, VesselParameters, divergence, initial_pose, initial_velocity
 
 __all__ = [
     "STILL_WATER",
@@ -76,6 +74,7 @@ __all__ = [
     "unforced",
     "unforced_acceleration",
     "unforced_in_current",
+    "unforced_sway",
 ]
 
 Array = NDArray[np.float64]
@@ -118,6 +117,24 @@ def coupled_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple[
     Y = -s.m11 * u * r - lost_Y
     N = ((s.m11 - s.m22) * v - s.m_c * r) * u - lost_N
     return acceleration((X, Y, N), vessel)
+
+
+@kernel
+def unforced_sway(u: float, v: float, r: float, dr: float, vessel: Vessel) -> float:
+    """Dv of a hull on which no sway force acts while its yaw rate changes at dr: m22·dv + m23·dr = -(C·nu + D·nu)_Y.
+
+    Args:
+        u, v, r: Body velocities, m/s, m/s, rad/s.
+        dr: Yaw acceleration, rad/s², by whatever moment it takes.
+        vessel: Coefficients of the ship.
+
+    Returns:
+        dv [m/s²]; it is f_v where m23 is zero.
+    """
+    _, f_v, f_r = unforced_acceleration(u, v, r, vessel)
+    if vessel.coupled:
+        return f_v + vessel.m23 * (f_r - dr) / vessel.m22
+    return f_v
 
 
 @kernel
@@ -222,20 +239,6 @@ def rate_of_motion(
         f_v + a_v + disturbance[1],
         f_r + a_r + disturbance[2],
     )
-
-
-def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> SimulationError:
-    """The error for a motion that is no longer finite, with what its ship has in common with the paper's ship.
-
-    Args:
-        what: The ship.
-        time: Simulated time, s.
-        cause: What may have caused it, with the inputs at that time.
-        vessel: The hull data.
-    """
-    remaining = inherited(vessel)
-    message = f"the motion of the {what} is no longer finite at t = {time:g} s {cause}"
-    return SimulationError(f"{message}; {remaining}" if remaining else message)
 
 
 @kernel

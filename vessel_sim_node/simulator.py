@@ -11,17 +11,9 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters
-from vessel_sim_node.hull_check import check_hull
-from vessel_sim_node.plant import (
-    Array,
-    ShipParameters,
-    Wrench,
-    acceleration,
-    divergence,
-    initial_pose,
-    initial_velocity,
-    unforced,
-)
+from vessel_sim_node.hull_check import check_hull, outside
+from vessel_sim_node.hull_parameters import ShipParameters, divergence, initial_pose, initial_velocity
+from vessel_sim_node.plant import Array, Wrench, acceleration, unforced
 from vessel_sim_node.sensors import Sampling, SensorParameters
 from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
 from vessel_sim_node.waves import Sea, WaveParameters, make_sea
@@ -160,6 +152,13 @@ class Simulator:
     def unforced_acceleration(self) -> tuple[float, float, float]:
         """The present f_u, f_v, f_r of (7), in a current with its additional terms: m/s², m/s², rad/s²."""
         return unforced(self._state.motion, self._constants.vessel, self._constants.current)
+
+    def outside_hull_data(self) -> str:
+        """The present velocity through the water that lies outside of its declared range, in words; empty if there is none."""
+        m, current = self._state.motion, self._constants.current
+        c, s = math.cos(m.psi), math.sin(m.psi)
+        through_water = m.u - current[0] * c - current[1] * s, m.v - current[1] * c + current[0] * s, m.r
+        return outside(self._parameters.vessel, through_water)
 
     def applied(self, command: tuple[float, float]) -> Wrench:
         """The wrench after the actuators, N, N, N·m; call it once per step, because it advances the actuators.

@@ -105,7 +105,7 @@ def apply(state: PlantState, command: tuple[float, float], constants: PlantConst
         command: Commanded surge force [N] and yaw moment [N·m], finite.
         constants: Constants of the plant.
     """
-    # No actuator pushes the sway: the ship is underactuated.
+    # No actuator acts on the sway: the ship is underactuated.
     tau = actuate(state.tau[0], command[0], constants.surge), 0.0, actuate(state.tau[2], command[1], constants.yaw)
     return PlantState(state.motion, state.measured, tau, state.gust)
 

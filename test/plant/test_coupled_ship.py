@@ -66,7 +66,7 @@ def test_a_wrench_of_two_components_has_no_sway_force() -> None:
     np.testing.assert_array_equal(derivative(state, (50.0, 7.0), CALM, ship), derivative(state, (50.0, 0.0, 7.0), CALM, ship))
 
 
-def test_a_sway_force_pushes_also_the_ship_of_the_paper() -> None:
+def test_a_sway_force_accelerates_also_the_ship_of_the_paper() -> None:
     paper = VesselParameters().coefficients()
     rates = derivative(np.zeros(6), (0.0, 177.9e3, 0.0), CALM, paper)
     np.testing.assert_array_equal(rates, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hulls import COUPLING
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
@@ -13,7 +14,7 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters
-from vessel_sim_node.plant import acceleration, unforced
+from vessel_sim_node.plant import ShipParameters, acceleration, unforced
 from vessel_sim_node.sensors import SensorParameters, sampling
 from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator, divergence_of_ship
 from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
@@ -68,7 +69,7 @@ def run_interpreted(parameters: PlantParameters, commands: Array) -> Array:
 
 
 def drawn(seed: int) -> PlantParameters:
-    """A plant with all disturbances and errors; some are switched off, each in turn."""
+    """A plant with all disturbances and errors, of the paper's ship or a coupled one; some are switched off, each in turn."""
     random = np.random.default_rng(seed)
 
     def number(low: float, high: float) -> float:
@@ -77,6 +78,7 @@ def drawn(seed: int) -> PlantParameters:
     wind = EarthFixedParameters(number(-1e4, 1e4), number(-1e4, 1e4), number(-5, 5), number(0, 3e3), number(1, 30))
     waves = WaveParameters(significant_height=number(0.1, 2), direction=number(-3, 3), components=int(random.integers(1, 40)))
     return PlantParameters(
+        vessel=ShipParameters(**COUPLING) if seed % 2 else ShipParameters(),
         initial_pose=(number(-9, 9), number(-9, 9), number(-7, 7)),
         initial_velocity=(number(-2, 2), number(-1, 1), number(-0.2, 0.2)),
         substeps=int(random.integers(1, 4)),

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hulls import BOAT
+from hulls import BOAT, BOAT_SYMBOLS, CYBERSHIP_2, MILLIAMPERE, hull
 
 from vessel_hsmc_ros.reference.curve_motion import at_speed, velocities
 from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square
 from vessel_hsmc_ros.reference.drift import PeriodicDrift, samples
-from vessel_sim_node.plant import Vessel, VesselParameters, unforced_acceleration
+from vessel_sim_node.plant import Vessel, VesselParameters, unforced_acceleration, unforced_sway
 
 PAPER = VesselParameters().coefficients()
 HULLS = {
@@ -54,3 +54,25 @@ def test_the_samples_of_a_period_are_values_of_the_series() -> None:
     curve = Square(40.0, 6.0)
     solution = PeriodicDrift(curve, 1.0, BOAT)
     np.testing.assert_allclose(solution.at(samples(curve)), solution.sampled(), atol=1e-12)
+
+
+COUPLED = {
+    "CyberShip II": (hull(**CYBERSHIP_2), 0.3, 8.0),
+    "milliAmpere": (hull(**MILLIAMPERE), 1.0, 60.0),
+    "a boat with m23 < 0": (hull(**BOAT_SYMBOLS, m23=-120.0, d_y_r=40.0, d_n_v=30.0), 1.0, 60.0),
+}
+
+
+@pytest.mark.parametrize(("vessel", "speed", "size"), COUPLED.values(), ids=COUPLED)
+def test_along_a_curve_a_coupled_hull_needs_no_sway_force(vessel: Vessel, speed: float, size: float) -> None:
+    """m22·dv + m23·dr = -(C·nu + D·nu)_Y between the samples of the solution."""
+    for curve in (Arc(2.0 / size), FigureEight(size), Square(size, 0.25 * size)):
+        solution = PeriodicDrift(curve, speed, vessel)
+        # Between the samples |v|r and |r|v have kinks where a velocity changes its sign.
+        for s, tolerance in ((samples(curve), 1e-4), (np.random.default_rng(1).uniform(0.0, curve.period, 500), 1e-2)):
+            motion = velocities(curve, speed, solution.at(s), at_speed(s))
+            missing = [
+                dv - unforced_sway(u, v, r, dr, vessel)
+                for u, v, r, dv, dr in zip(motion.u, motion.v, motion.r, motion.dv, motion.dr, strict=True)
+            ]
+            assert np.abs(missing).max() < tolerance * np.abs(motion.r * motion.u).max()

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hulls import COUPLING
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.schema import build
@@ -16,7 +17,7 @@ EXAMPLES = 4
 
 
 def drawn(mode: str, seed: int) -> ReferenceShipParameters:
-    """Parameters of a mode with random numbers."""
+    """Parameters of a mode with random numbers; a hull with coupled sway and yaw in turn with the paper's."""
     rng = np.random.default_rng((seed, *mode.encode()))
     times = np.sort(rng.uniform(0.0, 0.8 * COUNT / RATE_HZ, 3))
     values: dict[str, Any] = {
@@ -44,6 +45,8 @@ def drawn(mode: str, seed: int) -> ReferenceShipParameters:
         "figure_eight.length": rng.choice([-1.0, 1.0]) * rng.uniform(150.0, 250.0),
         "square.side": rng.choice([-1.0, 1.0]) * rng.uniform(120.0, 200.0),
     }
+    if seed % 2:
+        values |= {f"vessel.{name}": value for name, value in COUPLING.items()}
     return build(ReferenceShipParameters, {"mode": mode, **values}, "reference_ship")
 
 

@@ -106,3 +106,11 @@ def test_a_run_without_a_reference_cannot_be_judged() -> None:
     time = np.arange(10.0)
     record = with_verdict(Record("bag", make_run(time, np.zeros((10, 6)))))
     assert record.verdict == "Without a recorded reference and wrench, the tracking cannot be judged."
+
+
+def test_a_velocity_for_which_the_hull_data_do_not_hold_is_mentioned() -> None:
+    limited: dict[str, object] = {"vessel_sim.vessel.surge_speed_range": [-1.0, 1.5]}
+    text = judged(np.zeros_like, changes=limited)
+    assert text.endswith("The ship has a surge velocity of 2 m/s, where the hull data hold from -1 to 1.5 m/s.")
+    # Through the water: a current of 1 m/s ahead leaves 1 m/s.
+    assert "hull data" not in judged(np.zeros_like, changes={**limited, "vessel_sim.disturbance.current.east": 1.0})

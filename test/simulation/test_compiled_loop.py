@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hulls import COUPLING
 
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
 from vessel_hsmc_ros.laws import LAWS, PdParameters
@@ -69,6 +70,10 @@ def test_a_scenario_runs_compiled_to_the_same_bits(name: str) -> None:
 @pytest.mark.parametrize("changes", [{}, ROUGH], ids=["calm", "rough"])
 def test_a_law_runs_compiled_to_the_same_bits(law: str, changes: dict[str, object]) -> None:
     assert_same_run(scenario_of("case2_tracking", law, **changes))
+
+
+def test_a_coupled_ship_runs_compiled_to_the_same_bits() -> None:
+    assert_same_run(scenario_of("figure_eight", "guided", **{f"vessel.{name}": value for name, value in COUPLING.items()}))
 
 
 @pytest.mark.parametrize("law", ["guided", "los_pid"])

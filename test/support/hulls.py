@@ -20,7 +20,11 @@ def hull(**symbols: float) -> Vessel:
     return ship(**symbols).coefficients()
 
 
-BOAT = hull(m11=525.0, m22=700.0, m33=700.0, d_u=50.0, d_v=200.0, d_r=300.0, d_u2=30.0, d_v2=100.0, d_r2=100.0)
+BOAT_SYMBOLS = {
+    **{"m11": 525.0, "m22": 700.0, "m33": 700.0, "d_u": 50.0, "d_v": 200.0, "d_r": 300.0},
+    **{"d_u2": 30.0, "d_v2": 100.0, "d_r2": 100.0},
+}
+BOAT = hull(**BOAT_SYMBOLS)
 """A boat of 4 m with diagonal matrices."""
 
 CYBERSHIP_2 = {
@@ -38,3 +42,12 @@ MILLIAMPERE = {
     **{"d_n_v": -3.524, "d_n_vv": 0.832, "d_n_rv": -336.827, "d_r": 122.860, "d_r2": 874.428, "d_n_vr": 121.957},
 }
 """milliAmpere by Pedersen (2019), with m23 and m32 that differ."""
+
+COUPLING: dict[str, Any] = {
+    **{"sway_yaw_inertia": 4e5, "yaw_sway_inertia": 2e5, "surge_damping_from_sway": 5e3, "surge_damping_from_sway_yaw": 2e4},
+    **{"sway_damping_from_yaw": 3e5, "sway_damping_from_yaw_quadratic": 2e5, "sway_damping_from_yaw_at_sway": 1e5},
+    **{"sway_damping_from_yaw_at_surge": -5e4, "sway_damping_at_yaw": 4e4, "sway_damping_at_surge": 2e4},
+    **{"yaw_damping_from_sway": 2e5, "yaw_damping_from_sway_quadratic": 1e5, "yaw_damping_from_sway_at_yaw": 3e5},
+    **{"yaw_damping_from_sway_at_surge": 1e5, "yaw_damping_at_sway": 5e5, "yaw_damping_at_surge": 1e6},
+}
+"""Parameters that give the paper's ship all coupling terms of the class."""

@@ -1,7 +1,8 @@
 """The ship model of the predictive law, (6) with all coefficients, and its motion over the horizon with sensitivities.
 
 The equations repeat those of the plant on purpose: a law must not import the plant, because a mistake in shared equations would
-cancel out in every closed-loop test. They are written for CasADi, which differentiates them.
+cancel out in every closed-loop test. They are written for CasADi, which differentiates them. They are (6) only, without coupling
+of sway and yaw: on a hull that has it, the estimated disturbance b takes up the difference.
 
 | symbol | meaning | unit |
 |---|---|---|

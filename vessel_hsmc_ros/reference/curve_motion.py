@@ -10,7 +10,7 @@
 | beta_s | drift angle at the constant speed U as a function of s | rad | drift.py |
 | beta | drift angle f·beta_s(s) | rad | - |
 | u, v, r | W·cos(beta), W·sin(beta), W·kappa - dbeta/dt | m/s, m/s, rad/s | (6) |
-| tau_1, tau_2 | m11·(du - f_u), m33·(dr - f_r) | N, N·m | (6) |
+| tau_1, tau_2 | m11·(du - f_u), m33·(dr - f_r) + m32·(dv - f_v) | N, N·m | (6) |
 
 The motion is a function of time and not integrated, so the position is on the curve however long the run. At constant speed it
 satisfies the sway equation of (6). During the start it does so only approximately: the drift angle of a slow turn is proportional
@@ -157,6 +157,7 @@ def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> De
 
 def _forces(motion: Velocities, vessel: Vessel) -> tuple[float, float]:
     """Largest magnitudes of tau_1 [N] and tau_2 [N·m] over an array of motions."""
-    f_u, _, f_r = unforced_acceleration(motion.u, motion.v, motion.r, vessel)  # element by element
-    surge_force, yaw_moment = vessel.m11 * (motion.du - f_u), vessel.m33 * (motion.dr - f_r)
+    f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, vessel)  # element by element
+    surge_force = vessel.m11 * (motion.du - f_u)
+    yaw_moment = vessel.m33 * (motion.dr - f_r) + vessel.m32 * (motion.dv - f_v)
     return float(np.max(np.abs(surge_force))), float(np.max(np.abs(yaw_moment)))

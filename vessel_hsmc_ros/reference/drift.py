@@ -15,7 +15,7 @@ m22·dv = -m11·u·r - d_v·v - d_v2·|v|·v - d_v3·v³ divided by u becomes
 
 with G increasing in beta. Its periodic solution is the only bounded one. It exists for every hull with sway damping: for
 m22 > m11 it is stable forwards in time, for m22 < m11 backwards in time (which is no obstacle, because the curve is known in
-advance), and for m22 = m11 the equation is algebraic.
+advance), and for m22 = m11 the equation is algebraic. Coupling of sway and yaw adds to it: coupled_drift.py.
 """
 
 import math
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.reference import coupled_drift
 from vessel_hsmc_ros.reference.curves import Curve
 from vessel_sim_node.plant import Vessel
 
@@ -75,7 +76,13 @@ def steady_drift(load: Array, speed: float, vessel: Vessel) -> Array:
     low, high = np.full(load.shape, -STEEPEST), np.full(load.shape, STEEPEST)
     for _ in range(60):
         middle = 0.5 * (low + high)
-        above = load + damping_ratio(middle, speed, vessel)[0] > 0.0
+        # A steady turn has the yaw rate U·kappa.
+        lost = (
+            coupled_drift.damping_ratio(middle, speed, load / vessel.m11, vessel)
+            if vessel.coupled
+            else damping_ratio(middle, speed, vessel)[0]
+        )
+        above = load + lost > 0.0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     return np.where(load == 0.0, 0.0, 0.5 * (low + high))
 
@@ -130,34 +137,50 @@ def drift_at(z: Any, c: DriftConstants) -> Drift:
     return Drift(p.real, -c.w * first.imag, -c.w * c.w * (first + 2.0 * z * z * p2).real)
 
 
+def _solution(curve: Curve, speed: float, vessel: Vessel) -> Array:
+    """The periodic drift angle at the samples of a period, shape (n,), rad."""
+    load = steady_load(curve, speed, vessel)
+    beta, n = steady_drift(load, speed, vessel), len(load)
+    if n == 1:
+        return beta
+    if vessel.coupled:
+        return coupled_drift.periodic_drift(curve, samples(curve), beta, speed, vessel)
+    # By the maximum principle the solution stays within the extremes of the steady drift angle.
+    bound = float(np.max(np.abs(beta)))
+    g = 0.5 * float(np.sum(damping_ratio(np.array([0.0, bound]), speed, vessel)[1]))
+    w: Array = np.arange(n // 2 + 1.0) * (2.0 * math.pi / curve.period)
+    operator = (vessel.m22 - vessel.m11) * speed * 1j * w + g
+    for _ in range(ITERATIONS):
+        last, force = beta, load + damping_ratio(beta, speed, vessel)[0]
+        beta = np.clip(np.fft.irfft(np.fft.rfft(g * beta - force) / operator, n), -bound, bound)
+        if np.max(np.abs(beta - last)) < TOLERANCE:
+            break
+    return beta
+
+
 class PeriodicDrift:
     """The periodic drift angle along a curve at constant speed, a Fourier series in the arc length.
 
     It is the limit of ((m22 - m11)·U·d/ds + g)·beta_next = g·beta - G(beta), solved in the frequency domain. Every step is
-    a contraction, because the derivative is skew-symmetric and g is the mean of the extreme slopes of G.
+    a contraction, because the derivative is skew-symmetric and g is the mean of the extreme slopes of G. A hull whose sway is
+    coupled to its yaw takes `coupled_drift`.
 
     Args:
         curve: The curve.
         speed: U > 0, m/s.
-        vessel: Coefficients of (6), with sway damping.
+        vessel: Coefficients of the ship, with sway damping.
+
+    Raises:
+        ParameterError: a coupled hull has no drift angle that is found.
     """
 
     def __init__(self, curve: Curve, speed: float, vessel: Vessel) -> None:
         self._period = curve.period
-        load = steady_load(curve, speed, vessel)
-        beta, self._n = steady_drift(load, speed, vessel), len(load)
-        # By the maximum principle the solution stays within the extremes of the steady drift angle.
-        bound = float(np.max(np.abs(beta)))
-        g = 0.5 * float(np.sum(damping_ratio(np.array([0.0, bound]), speed, vessel)[1]))
+        beta = _solution(curve, speed, vessel)
+        self._n = len(beta)
         w: Array = np.arange(self._n // 2 + 1.0) * (2.0 * math.pi / curve.period)
-        operator = (vessel.m22 - vessel.m11) * speed * 1j * w + g
-        for _ in range(ITERATIONS if self._n > 1 else 0):
-            last, force = beta, load + damping_ratio(beta, speed, vessel)[0]
-            beta = np.clip(np.fft.irfft(np.fft.rfft(g * beta - force) / operator, self._n), -bound, bound)
-            if np.max(np.abs(beta - last)) < TOLERANCE:
-                break
         spectrum = np.fft.rfft(beta) / self._n
-        modes = 1 + int(np.max(np.flatnonzero(np.abs(spectrum) > NEGLIGIBLE * bound), initial=0))
+        modes = 1 + int(np.max(np.flatnonzero(np.abs(spectrum) > NEGLIGIBLE * np.max(np.abs(beta))), initial=0))
         amplitudes = spectrum[:modes] * np.where(w[:modes] > 0.0, 2.0, 1.0)  # the series is one-sided
         self.constants = DriftConstants(2.0 * math.pi / curve.period, amplitudes[::-1].copy())
 

@@ -8,7 +8,8 @@
 | T_f, T_a | time constants of velocity and acceleration | s, s |
 
 da = (sat((u_c - u)/T_f) - a)/T_a and likewise for alpha; dv = f_v(u, v, r) of (7), because sway is not actuated: the sway
-velocity is that of the unforced hull. Position, velocity and acceleration are continuous and limited. The heading is not wrapped.
+velocity is that of the unforced hull, whose yaw acceleration alpha also moves the sway where m23 is not zero. Position, velocity
+and acceleration are continuous and limited. The heading is not wrapped.
 """
 
 import math
@@ -19,7 +20,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_sim_node.plant import Vessel, unforced_acceleration
+from vessel_sim_node.plant import Vessel, unforced_sway
 
 T_F, T_A = 1.5, 0.4
 """Time constants, s; the damping ratio of velocity and acceleration is sqrt(T_F/T_A)/2 = 0.97, almost critical."""
@@ -73,7 +74,7 @@ def filter_of(limits: MotionLimits, vessel: Vessel, period: float) -> Filter:
 @kernel
 def read_filter(s: Filtered, c: Filter) -> tuple[Motion, Acceleration]:
     """The motion, and the derivatives of its velocities."""
-    dv = unforced_acceleration(s.u, s.v, s.r, c.vessel)[1]
+    dv = unforced_sway(s.u, s.v, s.r, s.alpha, c.vessel)
     return Motion(s.x, s.y, s.psi, s.u, s.v, s.r), Acceleration(s.a, dv, s.alpha)
 
 
@@ -117,7 +118,7 @@ def rate_of_filter(s: Filtered, u_c: float, r_c: float, c: Filter) -> Filtered:
     # The acceleration demand is limited before the second lag, so that the acceleration itself stays within its limit.
     jerk = (clip((u_c - s.u) / T_F, c.acceleration) - s.a) / T_A
     yaw_jerk = (clip((r_c - s.r) / T_F, c.yaw_acceleration) - s.alpha) / T_A
-    dv = unforced_acceleration(s.u, s.v, s.r, c.vessel)[1]
+    dv = unforced_sway(s.u, s.v, s.r, s.alpha, c.vessel)
     return Filtered(s.u * cosine - s.v * sine, s.u * sine + s.v * cosine, s.r, s.a, dv, s.alpha, jerk, yaw_jerk)
 
 

@@ -10,6 +10,7 @@ from vessel_hsmc_ros.core.metrics import Metrics, position_error, reversals_per_
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded
+from vessel_sim_node.hull_check import bounded, outside
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,7 @@ def _sentences(record: Record) -> Iterator[str]:
         yield "Without a recorded reference and wrench, the tracking cannot be judged."
         return
     yield _tracking(record, record.metrics)
-    if remarks := [*_actuators(record.run, record.metrics), *_losses(record)]:
+    if remarks := [*_actuators(record.run, record.metrics), *_validity(record), *_losses(record)]:
         text = "; ".join(remarks)
         yield f"{text[0].upper()}{text[1:]}."
 
@@ -120,6 +121,18 @@ def _chatter(time: Array, values: Array) -> tuple[float, float] | None:
         return None
     size = float(np.sum(np.abs(np.diff(values[last])))) / (per_second * float(np.ptp(time[last])))
     return (per_second, size) if size >= CHATTER_SHARE * float(np.max(np.abs(values))) else None
+
+
+def _validity(record: Record) -> Iterator[str]:
+    """A remark on a velocity through the water for which the hull data do not hold."""
+    if record.scenario is None or not bounded(ship := record.scenario.vessel_sim.vessel):
+        return
+    current, (psi, u, v, r) = record.scenario.vessel_sim.disturbance.current, record.run.state[:, 2:].T
+    c, s = np.cos(psi), np.sin(psi)
+    through_water = u - current.east * c - current.north * s, v - current.north * c + current.east * s, r
+    largest, smallest = ([float(extreme(values)) for values in through_water] for extreme in (np.max, np.min))
+    if found := outside(ship, largest) or outside(ship, smallest):
+        yield f"the ship has {found}"
 
 
 def _losses(record: Record) -> Iterator[str]:
