@@ -1,7 +1,6 @@
 """Track a circle and a virtual ship with every vessel of the library: `python benchmarks/vessels.py [NAME]...` prints a table."""
 
 import sys
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -28,7 +27,7 @@ def tracking(vessel: LibraryVessel, virtual_ship: bool, share: float = 1.0) -> t
     """
     scenario = parse_scenario(scenario_for(vessel.values, vessel.key), vessel.key)
     limits = scenario.controller.vessel
-    changes: Mapping[str, object] = {
+    changes: dict[str, object] = {
         "vessel_sim.duration": share * scenario.vessel_sim.duration,
         "reference_ship.surge_force": FORCE_SHARE * limits.surge_force_limit,
         "reference_ship.yaw_moment": MOMENT_SHARE * limits.yaw_moment_limit,

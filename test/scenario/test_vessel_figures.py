@@ -2,6 +2,7 @@ import math
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vessel_hsmc_ros.scenario.vessel_figures import Figures, agreement, agrees, figures, steady_motion
@@ -65,7 +66,7 @@ def test_vessels_drift_outward_in_a_turn(name: str) -> None:
 
 @pytest.mark.parametrize("name", LIMITED)
 def test_a_yaw_moment_leaves_the_pivot_point_without_sway_acceleration(name: str) -> None:
-    rates = derivative([0.0] * 6, (0.0, 0.0, 1e-3), (0.0,) * 3, read_vessel(name).hull().coefficients())
+    rates = derivative(np.zeros(6), (0.0, 0.0, 1e-3), (0.0,) * 3, read_vessel(name).hull().coefficients())
     assert rates[4] + of(name).pivot * rates[5] == pytest.approx(0.0, abs=1e-9 * abs(rates[5]))
 
 
@@ -81,6 +82,4 @@ def test_figures_that_need_a_missing_limit_are_not_numbers() -> None:
 
 
 def test_the_tables_in_the_docs_are_those_that_the_command_prints() -> None:
-    tables = [line for line in markdown().splitlines() if line]
-    text = DOCS.read_text(encoding="utf-8")
-    assert [line for line in text.splitlines() if line in tables] == tables
+    assert markdown() in DOCS.read_text(encoding="utf-8")

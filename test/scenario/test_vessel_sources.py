@@ -64,7 +64,8 @@ def test_the_cross_flow_drag_of_the_otter_is_the_fit_to_strips() -> None:
     # Drag of a strip by Hoerner's curve at B/2T = 0.93, between its points at 0.83 and 0.99.
     drag = np.interp(0.25 / (2 * 0.13415), [0.833589, 0.988002], [0.87959, 0.828415])
     x = np.linspace(-1.0, 1.0, 21)
-    v, r = np.meshgrid(np.linspace(*hull.sway_speed_range, 41), np.linspace(*hull.yaw_rate_range, 41))
+    (v_low, v_high), (r_low, r_high) = hull.sway_speed_range, hull.yaw_rate_range
+    v, r = np.meshgrid(np.linspace(v_low, v_high, 41), np.linspace(r_low, r_high, 41))
     flow = v[..., None] + x * r[..., None]
     strips = 0.5 * SEA_WATER * 0.13415 * drag * np.abs(flow) * flow * 0.1
     Y, N = strips.sum(-1).ravel(), (x * strips).sum(-1).ravel()

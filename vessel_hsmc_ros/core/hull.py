@@ -9,7 +9,6 @@ Hull data default to the paper's ship, so a ship that is described only in part 
 
 import math
 from dataclasses import dataclass
-from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +61,7 @@ def described(hull: Hull) -> str:
 
 def vessel_name(vessel: NamedVessel) -> str:
     """The name of a vessel without the folder and the ending of its file; empty for the paper's ship."""
-    return PurePath(vessel.name).stem
+    return vessel.name.replace("\\", "/").rsplit("/", 1)[-1].removesuffix(".yaml").removesuffix(".yml")
 
 
 VARIATION = 2.0

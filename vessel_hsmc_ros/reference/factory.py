@@ -47,12 +47,13 @@ class Reference(Protocol):
 
 def _virtual_ship(parameters: "ReferenceShipParameters", period: float) -> Reference:
     vessel = parameters.vessel
+    # The default inputs are those of the paper's ship. Without a name the hull may be a variation of it.
     for name, unit in (("surge_force", "N"), ("yaw_moment", "N·m")):
         value, limit = getattr(parameters, name), getattr(vessel, f"{name}_limit")
-        if abs(value) > limit:
-            remedy = f"; vessel-hsmc init NAME --vessel {vessel.name} writes a scenario that fits" if vessel.name else ""
+        if vessel.name and abs(value) > limit:
             raise ParameterError(
-                f"reference_ship.{name} = {value:g} {unit} is not allowed: vessel.{name}_limit = {limit:g} {unit}{remedy}"
+                f"reference_ship.{name} = {value:g} {unit} is not allowed: vessel.{name}_limit = {limit:g} {unit};"
+                f" vessel-hsmc init NAME --vessel {vessel.name} writes a scenario that fits"
             )
     return ReferenceShip(parameters, period)
 
