@@ -99,8 +99,9 @@ def _largest(smoothed: list[Smoothed], what: str) -> Array:
 
 def _noise(shooting: Shooting, vector: Array) -> Array:
     """Standard deviation of the residuals of each column, (6,), from those weighted by the noise assumed so far."""
-    residuals = np.where(np.isfinite(shooting.cut.measured), shooting.residuals(vector)[:, :-1], np.nan)
-    size = np.sqrt(np.nan_to_num(np.nanmean(np.square(residuals), axis=(0, 1))))
+    # Residuals are zero where nothing is measured.
+    count = np.isfinite(shooting.cut.measured).sum(axis=(0, 1))
+    size = np.sqrt(np.square(shooting.residuals(vector)[:, :-1]).sum(axis=(0, 1)) / np.maximum(count, 1))
     return np.asarray(shooting.noise * np.where(size > 0.0, size, 1.0))
 
 
