@@ -26,9 +26,10 @@ from vessel_hsmc_ros.identification.models import model
 from vessel_hsmc_ros.identification.prediction import predict
 from vessel_hsmc_ros.identification.types import Identified
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 
-from support import cybership2_runs, tank_runs
+import cybership2_runs
+import tank_runs
 
 DURATION = 240.0
 """Length of a run, s."""

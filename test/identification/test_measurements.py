@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.cybership2_runs import cybership2
+from cybership2_runs import cybership2
 
 from vessel_hsmc_ros import load_scenario, simulate
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.cybership2_runs import CYBERSHIP2, cybership2
+from cybership2_runs import CYBERSHIP2, cybership2
 
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.identification.estimate import identify

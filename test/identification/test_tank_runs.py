@@ -1,7 +1,7 @@
 """The tank runs of CyberShip Enterprise I: a real ship, identified from one run and predicted on another one."""
 
 import pytest
-from support.tank_runs import GEOMETRY, HELD_OUT, OFFSET, PUBLISHED, USED, calibrated, tank_run
+from tank_runs import GEOMETRY, HELD_OUT, OFFSET, PUBLISHED, USED, calibrated, tank_run
 
 from vessel_hsmc_ros.identification.estimate import identify
 from vessel_hsmc_ros.identification.models import model
