@@ -1,11 +1,11 @@
 """What identification recovers: CyberShip II from noisy simulated runs, and CyberShip Enterprise I from its tank runs.
 
     python benchmarks/identification.py recover [--seeds 200] [--noise 1.0] [--gusts 0.05]
-    python benchmarks/identification.py tank FOLDER
+    python benchmarks/identification.py tank
 
 `recover` simulates the ship of Skjetne, Smogeli and Fossen (2004) with sensor noise, identifies it for each seed, and prints how
-many estimates lie within one, two and three standard errors of the true values. `tank` reads the folder realWorldData of
-NTNU-MCS/CS_EnterpriseI_archive, identifies with two of the runs and predicts a third one over windows of 20 s.
+many estimates lie within one, two and three standard errors of the true values. `tank` identifies CyberShip Enterprise I from one
+of the runs in test/data/enterprise1 and predicts the other one over windows of 20 s, beside the published hull data.
 """
 
 import argparse
@@ -14,21 +14,30 @@ import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
 
 # One thread a process: the matrices are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from vessel_hsmc_ros.identification import simulated_runs
 from vessel_hsmc_ros.identification.estimate import identify
 from vessel_hsmc_ros.identification.models import model
+from vessel_hsmc_ros.identification.prediction import predict
 from vessel_hsmc_ros.identification.types import Identified
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
+
+import cybership2_runs
+import tank_runs
+
+DURATION = 240.0
+"""Length of a run, s."""
 
 
 def one(seed: int, noise: float, gusts: float) -> Identified:
     """Identify CyberShip II from the run of one seed."""
-    return identify([simulated_runs.cybership2(seed, noise=noise, gusts=gusts)], model("coupled"))
+    return identify([cybership2_runs.cybership2(seed, duration=DURATION, noise=noise, gusts=gusts)], model("coupled"))
 
 
 def results(seeds: int, noise: float, gusts: float) -> Iterator[Identified]:
@@ -38,27 +47,58 @@ def results(seeds: int, noise: float, gusts: float) -> Iterator[Identified]:
         futures = [pool.submit(one, seed, noise, gusts) for seed in range(seeds)]
         for number, future in enumerate(as_completed(futures), 1):
             spent = time.monotonic() - begun
-            print(f"\r{number} of {seeds} runs, {spent:.0f} s, {spent / number * (seeds - number):.0f} s left ", end="", file=sys.stderr)
+            print(
+                f"\r{number} of {seeds} runs, {spent:.0f} s, {spent / number * (seeds - number):.0f} s left ",
+                end="",
+                file=sys.stderr,
+            )
             yield future.result()
     print(file=sys.stderr)
 
 
 def recover(seeds: int, noise: float, gusts: float) -> None:
     """Print the coverage of the standard errors, for each parameter and for all."""
-    names = model("coupled").parameters
-    errors = {name: [] for name in names}
+    errors: dict[str, list[float]] = {name: [] for name in model("coupled").parameters}
     for found in results(seeds, noise, gusts):
         for name, error in found.standard_errors.items():
-            errors[name].append((found.values[name] - simulated_runs.CYBERSHIP2.get(name, 0.0)) / error)
+            errors[name].append((found.values[name] - cybership2_runs.CYBERSHIP2.get(name, 0.0)) / error)
+        inside = np.mean(np.abs(np.concatenate([*map(np.array, errors.values())])) < 3.0)
+        print(f"{inside:.1%} within 3 standard errors ", end="", file=sys.stderr, flush=True)
+    table(errors)
+
+
+def table(errors: dict[str, list[float]]) -> None:
+    """Print how the errors in units of their standard error are distributed, by parameter."""
     print(f"{'parameter':36s} {'true':>9s} {'estimated':>9s} {'mean':>6s} {'rms':>5s} {'<1':>6s} {'<2':>6s} {'<3':>6s}")
-    for name in [*names, "all"]:
+    for name in [*errors, "all"]:
         z = np.array(errors[name] if name in errors else np.concatenate([*map(np.array, errors.values())]))
-        true = f"{simulated_runs.CYBERSHIP2.get(name, 0.0):9.4f}" if name in errors else " " * 9
+        true = f"{cybership2_runs.CYBERSHIP2.get(name, 0.0):9.4f}" if name in errors else " " * 9
         if len(z):
             within = " ".join(f"{100 * np.mean(np.abs(z) < k):5.1f}%" for k in (1, 2, 3))
             print(f"{name:36s} {true} {len(z):9d} {z.mean():6.2f} {np.sqrt(np.mean(z**2)):5.2f} {within}")
         else:
             print(f"{name:36s} {true} {0:9d}")
+
+
+def tank() -> None:
+    """Print the estimates from one tank run, and the errors on the other one beside those of the published hull data."""
+    used, held_out = tank_runs.tank_run(tank_runs.USED), tank_runs.tank_run(tank_runs.HELD_OUT)
+    inputs = tank_runs.calibrated(used)
+    found = identify([used.measurements(inputs)], model("linear", tank_runs.OFFSET))
+    for name, value in found.parameters.items():
+        print(
+            f"{name:24s} {value:8.3f} +- {found.standard_errors[name]:.3f}   published {tank_runs.PUBLISHED.get(name, 0.0):8.3f}"
+        )
+    for name, reason in found.unidentifiable:
+        print(f"{name:24s} held: {reason}")
+    rows = {
+        "published, geometric inputs": predict(tank_runs.PUBLISHED, held_out.measurements(tank_runs.GEOMETRY)),
+        "published, calibrated inputs": predict(tank_runs.PUBLISHED, held_out.measurements(inputs)),
+        "identified": predict(found.values, held_out.measurements(inputs), inputs=found.inputs),
+    }
+    print(f"\n{tank_runs.HELD_OUT}: rms errors over {len(rows['identified'].starts)} windows of 20 s, m, rad, m/s, m/s, rad/s")
+    for name, prediction in rows.items():
+        print(f"{name:28s} " + "  ".join(f"{what} {error:.3f}" for what, error in prediction.rms().items()))
 
 
 def main() -> None:
@@ -68,8 +108,14 @@ def main() -> None:
     first = commands.add_parser("recover")
     first.add_argument("--seeds", type=int, default=200)
     first.add_argument("--noise", type=float, default=1.0, help="sensor noise, 1 for 5 mm, 3 mrad, 1 cm/s, 5 mrad/s")
-    first.add_argument("--gusts", type=float, default=0.0, help="standard deviation of disturbing forces as a share of the wrench")
+    first.add_argument(
+        "--gusts", type=float, default=0.0, help="standard deviation of disturbing forces as a share of the wrench"
+    )
+    commands.add_parser("tank")
     given = parser.parse_args()
+    if given.command == "tank":
+        tank()
+        return
     recover(given.seeds, given.noise, given.gusts)
 
 

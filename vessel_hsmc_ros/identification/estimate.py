@@ -12,7 +12,7 @@ from vessel_hsmc_ros.identification.models import GAINS, OFFSETS
 from vessel_hsmc_ros.identification.parameter_vector import HULL, POSITIVE, Unknowns, unknowns
 from vessel_hsmc_ros.identification.prediction import WINDOW, predict
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
-from vessel_hsmc_ros.identification.regression import natural_scale, regress
+from vessel_hsmc_ros.identification.regression import natural_scale, regress, unexcited
 from vessel_hsmc_ros.identification.smoothing import Smoothed, smooth
 from vessel_hsmc_ros.identification.types import Array, Identified, Measurements, Model
 from vessel_hsmc_ros.identification.windows import unrolled, windows
@@ -67,6 +67,8 @@ def _refined(
     """Regression and refinements; parameters that the runs do not determine are held after the last window length."""
     progress("regression", 0.02)
     data = list(zip(runs, smoothed, strict=True))
+    idle = _required(unexcited(free, data))
+    free = _holding(free, idle)
     vector, noise = regress(free, data), _largest(smoothed, "noise")
     for number, length in enumerate(LENGTHS):
         shooting = _shooting(data, free, length * window, noise)
@@ -75,11 +77,24 @@ def _refined(
     held = _to_hold(shooting, vector)
     if held:
         vector = vector[[name not in held for name in free.names]]
-        free = free.without({name: free.fixed.get(name, 0.0) for name in held})
+        free = _holding(free, held)
     shooting = _shooting(data, free, window, noise)
     vector = refine(shooting, vector, _reporting(progress, len(LENGTHS)))
     shooting.noise = _noise(shooting, vector)
-    return shooting, vector, held
+    return shooting, vector, idle | held
+
+
+def _holding(free: Unknowns, held: dict[str, str]) -> Unknowns:
+    """The unknowns with some of them held at their start values, or zero."""
+    return free.without({name: free.fixed.get(name, 0.0) for name in held})
+
+
+def _required(found: dict[str, str]) -> dict[str, str]:
+    """Parameters to hold, with the reasons, if none of them is one without which there is no ship."""
+    for name in found:
+        if name in NEVER_HELD:
+            raise IdentificationError(f"the runs do not determine {name}: {found[name]}; excite it, or give it by a start vessel")
+    return found
 
 
 def _shooting(data: list[tuple[Measurements, Smoothed]], free: Unknowns, window: float, noise: Array) -> Shooting:
@@ -99,8 +114,9 @@ def _largest(smoothed: list[Smoothed], what: str) -> Array:
 
 def _noise(shooting: Shooting, vector: Array) -> Array:
     """Standard deviation of the residuals of each column, (6,), from those weighted by the noise assumed so far."""
-    residuals = np.where(np.isfinite(shooting.cut.measured), shooting.residuals(vector)[:, :-1], np.nan)
-    size = np.sqrt(np.nan_to_num(np.nanmean(np.square(residuals), axis=(0, 1))))
+    # Residuals are zero where nothing is measured.
+    count = np.isfinite(shooting.cut.measured).sum(axis=(0, 1))
+    size = np.sqrt(np.square(shooting.residuals(vector)[:, :-1]).sum(axis=(0, 1)) / np.maximum(count, 1))
     return np.asarray(shooting.noise * np.where(size > 0.0, size, 1.0))
 
 
@@ -113,12 +129,7 @@ def _reporting(progress: Progress, number: int) -> Callable[[int], None]:
 def _to_hold(shooting: Shooting, vector: Array) -> dict[str, str]:
     """Parameters that the runs do not determine, with the reasons."""
     names, jacobian = shooting.unknowns.names, shooting.jacobian(vector)
-    found = uncertainty.indistinguishable(names, jacobian, shooting.scale)
-    missing = [name for name in found if name in NEVER_HELD]
-    if missing:
-        raise IdentificationError(
-            f"the runs do not determine {missing[0]}: {found[missing[0]]}; excite it, or give it by a start vessel"
-        )
+    found = _required(uncertainty.indistinguishable(names, jacobian, shooting.scale))
     rest = [index for index, name in enumerate(names) if name not in found]
     matrix = uncertainty.covariance(shooting.cut, shooting.residuals(vector), jacobian[..., rest])
     chosen = [names[index] for index in rest]

@@ -95,3 +95,13 @@ def natural_scale(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothe
     # An equation without an input of its own, such as sway, has the forces of the others' inertia.
     force = np.maximum(force, 1e-3 * force.max() + 1e-300)
     return np.asarray(np.min(force[:, None] / np.maximum(sizes, 1e-9 * sizes.max() + 1e-300), axis=0))
+
+
+def unexcited(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> dict[str, str]:
+    """Names of parameters whose force is zero in all runs, with that as the reason."""
+    matrix = np.concatenate([columns(unknowns.names, *run) for run in runs])
+    return {
+        name: "nothing in the runs depends on it"
+        for name, column in zip(unknowns.names, matrix.T, strict=True)
+        if not column.any()
+    }

@@ -1,4 +1,4 @@
-"""Simulated runs for identification: CyberShip II under a wrench that excites all of its parameters, with sensor noise."""
+"""Simulated runs of CyberShip II under a wrench that excites all of its parameters, with sensor noise."""
 
 import numpy as np
 

@@ -1,0 +1,85 @@
+"""Measurements from runs and CSV files, and the errors of those that do not serve."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cybership2_runs import cybership2
+
+from vessel_hsmc_ros import load_scenario, simulate
+from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
+from vessel_hsmc_ros.identification.checks import checked
+from vessel_hsmc_ros.identification.estimate import identify
+from vessel_hsmc_ros.identification.measurements import from_csv, from_run
+from vessel_hsmc_ros.identification.models import model
+
+
+def written(folder: Path, header: str, rows: object) -> Path:
+    """A CSV file."""
+    path = folder / "run.csv"
+    np.savetxt(path, np.asarray(rows), delimiter=",", header=header, comments="")
+    return path
+
+
+def test_a_run_gives_its_measured_motion_and_applied_wrench() -> None:
+    run = simulate(load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 2.0}))
+    found = from_run(run)
+    np.testing.assert_array_equal(found.velocity, run.measured[:, 3:])
+    np.testing.assert_array_equal(found.wrench[:, [0, 2]], run.wrench[:, [0, -1]])
+    assert not found.wrench[:, 1].any()
+
+
+def test_a_csv_file_is_read_by_the_names_of_its_columns(tmp_path: Path) -> None:
+    time = np.arange(100) * 0.1
+    rows = np.column_stack([time, np.sin(time), time, 90.0 + 100.0 * time, 2.0 * np.ones(100)])
+    found = from_csv(written(tmp_path, "t,x,y,heading_deg,surge_force", rows), {"time": "t"})
+    np.testing.assert_allclose(found.pose[:, 2], np.radians(90.0 + 100.0 * time))
+    assert np.isnan(found.velocity).all()
+    assert (found.wrench == (2.0, 0.0, 0.0)).all()
+
+
+@pytest.mark.parametrize(
+    ("header", "names", "message"),
+    [
+        ("time,x,heading,surge_force,u", {}, "has no column y"),
+        ("time,x,y,course,surge_force", {}, "has no column heading"),
+        ("time,x,y,heading,surge_force", {"u": "speed"}, "has no column speed"),
+        ("time,x,y,heading,surge_force", {"speed": "x"}, "speed is not a column"),
+    ],
+)
+def test_a_missing_column_is_named(tmp_path: Path, header: str, names: dict[str, str], message: str) -> None:
+    with pytest.raises(IdentificationError, match=message):
+        from_csv(written(tmp_path, header, np.ones((60, 5))), names)
+
+
+def test_a_file_that_is_not_a_table_is_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("time,x\n1,2\n3,fast\n")
+    with pytest.raises(IdentificationError, match=r"cannot read .*run\.csv") as caught:
+        from_csv(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_samples_that_do_not_serve_are_refused_with_their_place() -> None:
+    run = cybership2(0, duration=60.0)
+    broken, late = run.pose.copy(), run.time.copy()
+    broken[7, 1] = np.nan
+    late[100:] += 30.0
+    for given, message in (
+        (run._replace(pose=broken), "pose of sample 7 is not finite"),
+        (run._replace(time=run.time[::-1]), "must increase"),
+        (run._replace(time=late), r"no sample for 30\.2 s at t = 19\.8 s"),
+        (run._replace(wrench=0.0 * run.wrench), "no force or moment"),
+        (type(run)(run.time[:20], run.pose[:20], run.velocity[:20], run.wrench[:20]), "has 20 samples"),
+    ):
+        with pytest.raises(IdentificationError, match=message):
+            checked(given)
+    with pytest.raises(IdentificationError, match="at least one window of 90 s"):
+        identify([run], model("paper"), window=90.0)
+
+
+def test_a_parameter_that_does_not_exist_gets_a_suggestion() -> None:
+    with pytest.raises(ParameterError, match="did you mean yaw_damping"):
+        model(["yaw_dampin"])
+    with pytest.raises(ParameterError, match="is not a model"):
+        model("papers")
