@@ -12,8 +12,7 @@ LIMIT = 240.0
 
 
 def test_the_commands_of_the_tutorial_lead_from_data_to_an_identified_boat_under_control(tmp_path: Path) -> None:
-    blocks = re.findall(r"^```\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    lines = [line for block in blocks for line in block.splitlines()]
+    lines = re.findall(r"^vessel-hsmc .*$", PAGE, re.MULTILINE)
     assert len(lines) == 8
     shown = {}
     for line in lines:

@@ -165,7 +165,7 @@ def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, 
 
     Args:
         name, about: Name of the ship, and what it is, for the headline.
-        data: What the head of the file says about its data, as comments.
+        data: What the head of the file states about its data, as comments.
         vessel: The section `vessel`.
         values: Hull data by their dotted names.
         wind: Speed of the wind, m/s.
