@@ -15,7 +15,7 @@ from vessel_hsmc_ros.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.identification.regression import natural_scale, regress
 from vessel_hsmc_ros.identification.smoothing import Smoothed, smooth
 from vessel_hsmc_ros.identification.types import Array, Identified, Measurements, Model
-from vessel_hsmc_ros.identification.windows import windows
+from vessel_hsmc_ros.identification.windows import unrolled, windows
 from vessel_sim_node.plant import VesselParameters
 
 Progress = Callable[[str, float], None]
@@ -23,7 +23,9 @@ Progress = Callable[[str, float], None]
 
 NEVER_HELD = (*POSITIVE, *GAINS, *OFFSETS)
 LENGTHS = (1 / 16, 1 / 4, 1.0)
-"""Windows of the refinements, as a share of the final one: over a short time the regression's ship stays near the measured one."""
+"""Windows of the refinements, as a share of the final one: over a short time the first ship stays near the measured one."""
+ROUGH = 1e-4
+"""Tolerance of all refinements but the last."""
 SPREAD = 3.0
 """Standard deviation of the initial states of windows around the smoothed ones, in units of the smoother's error."""
 PERFECT = 1e-6
@@ -68,7 +70,7 @@ def _refined(
     vector, noise = regress(free, data), _largest(smoothed, "noise")
     for number, length in enumerate(LENGTHS):
         shooting = _shooting(data, free, length * window, noise)
-        vector = refine(shooting, vector, _reporting(progress, number))
+        vector = refine(shooting, vector, _reporting(progress, number), ROUGH)
         noise = _noise(shooting, vector)
     held = _to_hold(shooting, vector)
     if held:
@@ -85,7 +87,7 @@ def _shooting(data: list[tuple[Measurements, Smoothed]], free: Unknowns, window:
     cut = windows([run for run, _ in data], window)
     states = np.concatenate([each.states for _, each in data])
     spread = SPREAD * _largest([each for _, each in data], "error")
-    return Shooting(free, cut, states[cut.first[:, 0]], spread, noise, natural_scale(free, data))
+    return Shooting(free, cut, states[cut.begin], spread, noise, natural_scale(free, data))
 
 
 def _largest(smoothed: list[Smoothed], what: str) -> Array:
@@ -97,8 +99,8 @@ def _largest(smoothed: list[Smoothed], what: str) -> Array:
 
 def _noise(shooting: Shooting, vector: Array) -> Array:
     """Standard deviation of the residuals of each column, (6,), from those weighted by the noise assumed so far."""
-    samples = len(shooting.cut.measured)
-    size = np.sqrt(np.mean(np.square(shooting.residuals(vector)[:samples]), axis=0))
+    residuals = np.where(np.isfinite(shooting.cut.measured), shooting.residuals(vector)[:, :-1], np.nan)
+    size = np.sqrt(np.nan_to_num(np.nanmean(np.square(residuals), axis=(0, 1))))
     return np.asarray(shooting.noise * np.where(size > 0.0, size, 1.0))
 
 
@@ -118,7 +120,7 @@ def _to_hold(shooting: Shooting, vector: Array) -> dict[str, str]:
             f"the runs do not determine {missing[0]}: {found[missing[0]]}; excite it, or give it by a start vessel"
         )
     rest = [index for index, name in enumerate(names) if name not in found]
-    matrix = uncertainty.covariance(shooting.cut, shooting.residuals(vector), jacobian[:, :, rest])
+    matrix = uncertainty.covariance(shooting.cut, shooting.residuals(vector), jacobian[..., rest])
     chosen = [names[index] for index in rest]
     return found | uncertainty.uninformed(chosen, vector[rest], matrix, shooting.unknowns.fixed, NEVER_HELD)
 
@@ -133,9 +135,9 @@ def _result(
     correlation = uncertainty.correlations(matrix)
     hull = {name: values[name] for name in HULL}
     inputs = {name: values[name] for name in model.inputs}
+    lengths = [len(run.time) for run in runs]
     simulated = shooting.states(vector, shooting.starts)
-    unweighted = shooting.cut.measured - simulated
-    ends = np.cumsum([len(run.time) for run in runs])[:-1]
+    unweighted = unrolled(shooting.cut, shooting.cut.measured - simulated, sum(lengths))
     return Identified(
         replace(model),
         hull,
@@ -144,8 +146,8 @@ def _result(
         correlation,
         tuple(held.items()),
         tuple(uncertainty.strong_correlations(names, correlation)),
-        tuple(np.split(unweighted, ends)),
-        np.where(np.isfinite(shooting.cut.measured).any(axis=0), shooting.noise, np.nan),
+        tuple(np.split(unweighted, np.cumsum(lengths)[:-1])),
+        np.where(np.isfinite(shooting.cut.measured).any(axis=(0, 1)), shooting.noise, np.nan),
         tuple(predict(hull, run, window, inputs) for run in runs),
-        np.column_stack([simulated[:, 3:].min(axis=0), simulated[:, 3:].max(axis=0)]),
+        np.column_stack([simulated[:, :, 3:].min(axis=(0, 1)), simulated[:, :, 3:].max(axis=(0, 1))]),
     )

@@ -9,7 +9,7 @@ from vessel_hsmc_ros.identification.parameter_vector import inputs as inputs_of
 from vessel_hsmc_ros.identification.parameter_vector import vessel
 from vessel_hsmc_ros.identification.smoothing import smooth
 from vessel_hsmc_ros.identification.types import Array, Measurements, Prediction
-from vessel_hsmc_ros.identification.windows import simulated, windows
+from vessel_hsmc_ros.identification.windows import simulated, unrolled, windows
 
 WINDOW = 20.0
 """Default length of a window, s."""
@@ -35,19 +35,16 @@ def predict(
             f"{measurements.name} lasts {duration:.1f} s: a prediction takes at least one window of {window:g} s"
         )
     smoothed = smooth(measurements)
-    cut = windows([measurements], window)
-    # The last window takes the rest of the run: cut it to the length of the others.
-    length = int(np.min(np.diff(cut.first, axis=1)))
-    cut = cut._replace(first=np.column_stack([cut.first[:, 0], cut.first[:, 0] + length]))
-    states = simulated(cut, smoothed.states[cut.first[:, 0]], vessel(values), *inputs_of(inputs or {}))
-    states[cut.first[-1, 1] :] = np.nan
+    cut = windows([measurements], window, exact=True)
+    parts = simulated(cut, smoothed.states[cut.begin], vessel(values), *inputs_of(inputs or {}))
+    states = unrolled(cut, parts, len(measurements.time))
     measured = np.hstack(
         [measurements.pose, np.where(np.isfinite(measurements.velocity), measurements.velocity, smoothed.velocity)]
     )
-    errors = np.stack([(states - measured)[begin:end] for begin, end in cut.first])
+    errors = np.stack([(states - measured)[begin:end] for begin, end in zip(cut.begin, cut.end, strict=True)])
     return Prediction(
         window,
-        measurements.time[cut.first[:, 0]],
+        measurements.time[cut.begin],
         _rms(np.hypot(errors[:, :, 0], errors[:, :, 1])),
         _rms(errors[:, :, 2]),
         _rms(errors[:, :, 3:]),

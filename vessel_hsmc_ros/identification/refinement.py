@@ -5,11 +5,11 @@ projection): for given parameters the best initial states follow from a few Gaus
 only residuals that no initial state can explain.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
@@ -23,6 +23,8 @@ DIVERGED = 1e9
 """Residuals from which on the motion is taken to diverge, in standard deviations of the noise."""
 INNER = 2
 """Gauss-Newton steps for the initial states."""
+MOST = 40
+"""Largest number of evaluations of one refinement."""
 
 
 @dataclass
@@ -50,7 +52,7 @@ class Shooting:
         """The best initial states for the last parameters, (w, 6)."""
 
     def states(self, vector: Array, starts: Array) -> Array:
-        """The simulated motion, (n, 6)."""
+        """The simulated motion, (w, k, 6)."""
         values = self.unknowns.values(vector)
         return simulated(self.cut, starts, vessel(values), *inputs(values))
 
@@ -58,92 +60,85 @@ class Shooting:
         """Weighted residuals of the measurements and of the initial states, with the best initial states.
 
         Returns:
-            Shape (n + w, 6), zero where not measured; all NaN where the motion diverges.
+            Shape (w, k + 1, 6), zero where not measured; the initial states are last. All NaN where the motion diverges.
         """
         starts = self.around
         try:
             errors = self._errors(vector, starts)
             tangent = self._to_starts(vector, starts, errors)
+            basis, triangle = np.linalg.qr(tangent)
             for _ in range(INNER):
-                starts = starts + self._changes(tangent, errors)
+                inner = np.einsum("wai,wa->wi", basis, errors.reshape(len(starts), -1))
+                starts = starts - np.linalg.solve(triangle, inner[:, :, None])[:, :, 0]
                 errors = self._errors(vector, starts)
         except (ParameterError, np.linalg.LinAlgError):  # an inertia matrix without an inverse, a motion that overflows
-            return np.full((len(self.cut.measured) + len(starts), 6), np.nan)
-        self.starts, self._tangent = starts, tangent
-        return errors if np.abs(errors).max() < DIVERGED else np.full_like(errors, np.nan)
+            errors = np.full_like(self.cut.measured[:, :1], np.inf)
+        if not np.abs(errors).max() < DIVERGED:
+            count, samples, columns = self.cut.measured.shape
+            return np.full((count, samples + 1, columns), np.nan)
+        self.starts, self._basis = starts, basis
+        return errors
 
     def jacobian(self, vector: Array) -> Array:
-        """Derivatives of the weighted residuals by the parameters, less what initial states explain, (n + w, 6, p)."""
+        """Derivatives of the last residuals by the parameters, less what initial states explain, (w, k + 1, 6, p)."""
         base, parts = self._errors(vector, self.starts), []
         for index, scale in enumerate(self.scale):
             step = DIFFERENCE * max(abs(vector[index]), scale)
             moved = vector.copy()
             moved[index] += step
             parts.append((self._errors(moved, self.starts) - base) / step)
-        result = np.stack(parts, axis=-1)
-        for rows in self._rows():
-            basis = np.linalg.qr(self._tangent[rows].reshape(-1, 6))[0]
-            part = result[rows].reshape(-1, len(vector))
-            result[rows] = (part - basis @ (basis.T @ part)).reshape(-1, 6, len(vector))
-        return result
+        rows = np.stack(parts, axis=-1).reshape(len(base), -1, len(vector))
+        left = rows - self._basis @ (self._basis.transpose(0, 2, 1) @ rows)
+        return np.asarray(left.reshape(*base.shape, len(vector)))
 
     def _errors(self, vector: Array, starts: Array) -> Array:
         measured = np.nan_to_num((self.cut.measured - self.states(vector, starts)) / self.noise, posinf=np.inf, neginf=-np.inf)
-        return np.concatenate([measured, (self.around - starts) / self.spread])
+        return np.concatenate([measured, ((self.around - starts) / self.spread)[:, None]], axis=1)
 
     def _to_starts(self, vector: Array, starts: Array, base: Array) -> Array:
-        """Derivatives of the residuals by the initial state of their own window, (n + w, 6, 6)."""
+        """Derivatives of the residuals by the initial state of their own window, (w, (k + 1)·6, 6)."""
         parts = []
         for column, step in enumerate(DIFFERENCE * np.maximum(np.abs(starts).max(axis=0), self.spread)):
             moved = starts.copy()
             moved[:, column] += step
             parts.append((self._errors(vector, moved) - base) / step)
-        return np.stack(parts, axis=-1)
-
-    def _changes(self, tangent: Array, errors: Array) -> Array:
-        """The change of each window's initial state that leaves the least residuals, (w, 6)."""
-        found = [np.linalg.lstsq(tangent[rows].reshape(-1, 6), -errors[rows].reshape(-1), rcond=None)[0] for rows in self._rows()]
-        return np.array(found)
-
-    def _rows(self) -> list[NDArray[np.int64]]:
-        """The rows of each window among the residuals: its samples, then its initial state."""
-        samples = len(self.cut.measured)
-        return [np.append(np.arange(begin, end), samples + window) for window, (begin, end) in enumerate(self.cut.first)]
+        return np.stack(parts, axis=-1).reshape(len(base), -1, 6)
 
 
-def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, most: int = 30) -> Array:
+def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, tolerance: float = 1e-7) -> Array:
     """Minimise the weighted residuals within the bounds, from a start.
 
     Args:
         shooting: The residuals; its initial states are the best ones afterwards.
         start: Parameters, (p,).
         progress: Called with the number of each iteration.
-        most: Largest number of iterations.
+        tolerance: Relative change of the sum of squares at which it ends.
 
     Returns:
         Parameters, (p,).
+
+    Raises:
+        IdentificationError: the motion diverges at the start.
     """
     low, high = shooting.unknowns.bounds()
     inside = np.where(np.isfinite(low), np.maximum(start, low + 1e-6 * shooting.scale), start)
-    count = 0
-
-    def derivatives(vector: Array) -> Array:
-        nonlocal count
-        count += 1
-        progress(count)
-        return shooting.jacobian(vector).reshape(-1, len(vector))
-
     if not np.isfinite(shooting.residuals(inside)).all():
         raise IdentificationError("the simulated motion diverges: choose a shorter window, or a model with more damping")
+    iterations = itertools.count(1)
+
+    def derivatives(vector: Array) -> Array:
+        progress(next(iterations))
+        return shooting.jacobian(vector).reshape(-1, len(vector))
+
     found = least_squares(
         lambda vector: shooting.residuals(vector).reshape(-1),
         inside,
         derivatives,
         (low, high),
         x_scale="jac",
-        ftol=1e-7,
+        ftol=tolerance,
         xtol=1e-7,
-        max_nfev=most,
+        max_nfev=MOST,
     )
     shooting.residuals(found.x)
     return np.asarray(found.x)

@@ -24,38 +24,31 @@ def covariance(cut: Windows, residuals: Array, jacobian: Array) -> Array:
 
     Args:
         cut: The windows.
-        residuals: Weighted residuals, (n + w, 6), zero where not measured; those of the initial states are the last.
-        jacobian: Their derivatives without what initial states explain, (n + w, 6, p).
+        residuals: Weighted residuals, (w, k + 1, 6), as `Shooting.residuals` gives them.
+        jacobian: Their derivatives without what initial states explain, (w, k + 1, 6, p).
     """
-    rows = jacobian.reshape(-1, jacobian.shape[2])
+    rows = jacobian.reshape(-1, jacobian.shape[-1])
     measured = np.isfinite(cut.measured)
-    residuals, jacobian = residuals[: len(measured)], jacobian[: len(measured)]
-    count = measured.sum(axis=0) - len(cut.first) - rows.shape[1] / 6.0
-    variance = np.square(residuals).sum(axis=0) / np.maximum(count, 1.0)
+    residuals, jacobian = residuals[:, :-1], jacobian[:, :-1]
+    count = measured.sum(axis=(0, 1)) - len(measured) - rows.shape[1] / 6.0
+    variance = np.square(residuals).sum(axis=(0, 1)) / np.maximum(count, 1.0)
     bread = np.linalg.pinv(rows.T @ rows, hermitian=True)
-    white = np.einsum("nci,c,ncj->ij", jacobian, variance, jacobian)
+    white = np.einsum("wkci,c,wkcj->ij", jacobian, variance, jacobian, optimize=True)
     meat = np.zeros_like(white)
-    for column in np.flatnonzero(measured.any(axis=0)):
-        meat += variance[column] * _coloured(cut, residuals[:, column], jacobian[:, column])
+    for column in np.flatnonzero(measured.any(axis=(0, 1))):
+        meat += variance[column] * _coloured(residuals[:, :, column], jacobian[:, :, column])
     plain, sandwich = bread @ white @ bread, bread @ meat @ bread
     growth = np.sqrt(np.maximum(1.0, np.diag(sandwich) / np.maximum(np.diag(plain), 1e-300)))
     return np.asarray(plain * np.outer(growth, growth))
 
 
-def _coloured(cut: Windows, residuals: Array, jacobian: Array) -> Array:
-    """Jᵀ·G·J for one column of the measurements, with the autocorrelation of its residuals in the windows; (p, p)."""
-    longest = int(np.max(np.diff(cut.first, axis=1)))
-    sums = np.zeros(longest)
-    for begin, end in cut.first:
-        part = residuals[begin:end]
-        sums[: end - begin] += np.correlate(part, part, "full")[end - begin - 1 :]
+def _coloured(residuals: Array, jacobian: Array) -> Array:
+    """Jᵀ·G·J for one column of the measurements, (w, k) and (w, k, p), with the autocorrelation of its residuals; (p, p)."""
+    longest = residuals.shape[1]
+    sums = np.sum([np.correlate(part, part, "full")[longest - 1 :] for part in residuals], axis=0)
     # Bartlett's weights: few products contribute to long lags, and the matrix stays positive.
     correlation = sums / max(sums[0], 1e-300) * np.maximum(0.0, 1.0 - np.arange(longest) / (0.5 * longest))
-    result: Array = np.zeros((jacobian.shape[1], jacobian.shape[1]))
-    for begin, end in cut.first:
-        part = jacobian[begin:end]
-        result += part.T @ toeplitz(correlation[: end - begin]) @ part
-    return result
+    return np.asarray(np.einsum("wki,wkj->ij", jacobian, toeplitz(correlation) @ jacobian, optimize=True))
 
 
 def correlations(matrix: Array) -> Array:
