@@ -75,7 +75,7 @@ def _ship(name: str) -> "tuple[ShipParameters, str]":
     """
     is_file = Path(name).suffix in (".yaml", ".yml")
     if name in vessel_names() or (is_file and _is_vessel_file(Path(name))):
-        values = dict(read_vessel(name).values)
+        values: dict[str, object] = dict(read_vessel(name).values)
         section = {"vessel": name} if not is_file else tree(values)
     elif is_file or name in scenario_names():
         values = _hull_data(load_scenario(name).vessel_sim.vessel)
@@ -118,7 +118,7 @@ def _rows(steps: "Sequence[Step]", run: "Run") -> list[list[str]]:
     for first, last in manoeuvres(steps):
         inside = (run.time >= times[first]) & (run.time < times[last])
         u, v, r = run.state[inside, 3:].T
-        surge, yaw = ([step[i] for step in steps[first:last]] for i in (1, 2))
+        surge, yaw = [step.surge for step in steps[first:last]], [step.yaw for step in steps[first:last]]
         motion = f"{np.hypot(u, v).max():.2f} m/s", f"{np.degrees(abs(r).max()):.1f}°/s"
         rows.append([steps[first].manoeuvre, f"{times[first]:g} to {times[last]:g} s", _range(surge), _range(yaw), *motion])
     return rows

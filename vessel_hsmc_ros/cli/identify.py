@@ -148,7 +148,7 @@ def _write(
 
 
 def _print(runs: "Sequence[Measurements]", found: "Identified", judged: "Sequence[HeldOut]") -> None:
-    """Print the parameters, the prediction errors, and what the runs do not tell."""
+    """Print the parameters, the prediction errors, and what the runs do not determine."""
     from vessel_hsmc_ros.identification.page import ERRORS_HEAD, PARAMETERS_HEAD, errors_table, parameters_table
 
     print_table(PARAMETERS_HEAD[:5], [line[:5] for line in parameters_table(found)])

@@ -31,15 +31,18 @@ def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
     help="A vessel of the library, such as otter, or a vessel file; the options below then change single values of it.",
 )
 @main_data_options
+@click.option("--thrusters", is_flag=True, help="Drive the ship by the thrusters of the vessel.")
 @click.option("--no-check", is_flag=True, help="Do not simulate the new scenario.")
-def init(name: str, vessel: str | None, no_check: bool, **data: Any) -> None:
+def init(name: str, vessel: str | None, thrusters: bool, no_check: bool, **data: Any) -> None:
     """Write NAME.yaml, a complete commented scenario for a ship of your own, and check it by a simulation.
 
     Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states.
     """
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}
-    text = _of_vessel(vessel, path, given) if vessel else scenario_text(path.stem, schema.build(MainData, given, "init"))
+    text = (
+        _of_vessel(vessel, path, given, thrusters) if vessel else scenario_text(path.stem, schema.build(MainData, given, "init"))
+    )
     # Before it is written: a ship may be too extreme for the ranges.
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
     try:
@@ -54,13 +57,14 @@ def init(name: str, vessel: str | None, no_check: bool, **data: Any) -> None:
     print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}")
 
 
-def _of_vessel(vessel: str, path: Path, given: dict[str, float]) -> str:
+def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool) -> str:
     """The scenario of a vessel of the library or of a file.
 
     Args:
         vessel: Its name or path.
         path: The scenario to be written, from which a relative path to the vessel starts.
         given: Main data from the command line.
+        thrusters: Drive the ship by its thrusters.
 
     Raises:
         ParameterError: a datum cannot be changed beside a vessel, or is out of range.
@@ -75,7 +79,7 @@ def _of_vessel(vessel: str, path: Path, given: dict[str, float]) -> str:
     is_file = Path(vessel).suffix in (".yaml", ".yml")
     # Relative to the scenario, so that both files can be moved together.
     reference = os.path.relpath(found.path.resolve(), path.parent.resolve()) if is_file else vessel
-    return scenario_for(found.values, reference, path.stem, own, data["wind"])
+    return scenario_for(found.values, reference, path.stem, own, data["wind"], thrusters)
 
 
 def _check(scenario: Scenario) -> None:

@@ -96,7 +96,7 @@ def render(name: str, runs: Sequence[Measurements], found: Identified, held_out:
 
 
 WINDOWS_TEXT = (
-    "Each window is simulated from the measured state at its start with the recorded wrench. Only errors on held-out runs tell"
+    "Each window is simulated from the measured state at its start with the recorded wrench. Only errors on held-out runs show"
     " how well the ship will be predicted."
 )
 RESIDUALS_TEXT = (
@@ -104,7 +104,7 @@ RESIDUALS_TEXT = (
     " force that the model does not have, such as wind."
 )
 CORRELATIONS_TEXT = (
-    "Two parameters with a correlation near 1 or -1 cannot be told apart by these runs: only their combination is known. Other"
+    "Two parameters with a correlation near 1 or -1 cannot be distinguished by these runs: only their combination is known. Other"
     " manoeuvres separate them; vessel-hsmc excite writes some."
 )
 

@@ -53,7 +53,7 @@ def vessel_text(
 
 
 def known_of(values: Mapping[str, object], estimated: Mapping[str, float]) -> dict[str, object]:
-    """What a start vessel says beyond the estimates, nested as in a vessel file.
+    """What a start vessel states beyond the estimates, nested as in a vessel file.
 
     Args:
         values: Its values by their dotted names in a scenario, `vessel.length`.

@@ -69,7 +69,7 @@ def check_ship(scenario: Scenario) -> ShipCheck:
     known, circle = scenario.controller.vessel, scenario.reference_ship.circle
     # The limits that the law knows: the paper's ship has no others.
     limits = {"surge_force_limit": known.surge_force_limit, "yaw_moment_limit": known.yaw_moment_limit}
-    ship = replace(scenario.vessel_sim.vessel, **limits)
+    ship = replace(scenario.vessel_sim.vessel, **limits)  # type: ignore[arg-type]
     scale = scale_of(ship)
     straight = steady(scenario, scale, 0.0)
     speed, rate = _mean_speed(turn := steady(scenario, scale, scale.N)), float(np.mean(turn.state[_last(turn, 0.1), 5]))

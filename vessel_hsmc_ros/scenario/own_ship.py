@@ -89,6 +89,9 @@ SLOW_RULES = {
     "slope_rule": f"{SLOW:g} of the decay rate a, at most 1.9/T",
     "sway_rule": "nothing is fed forward of the sway acceleration",
 }
+THRUSTERS = """
+    actuators: {kind: thrusters}        # driven by the thrusters of the vessel; wrench: by surge force and yaw moment"""
+
 SLOW_NOTE = """
                                         # A turn carries this hull sideways {rho:.2g} times as much as it turns its course: the
                                         # law waits for the decay of the drift, at the rate a = {a:.2g} 1/s on the circle"""
@@ -121,6 +124,7 @@ def scenario_for(
     name: str = "any_ship",
     changes: Mapping[str, float] = MappingProxyType({}),
     wind: float = 0.0,
+    thrusters: bool = False,
 ) -> str:
     """Write the scenario of a ship whose hull data are known, such as one of the library or an identified one.
 
@@ -130,6 +134,7 @@ def scenario_for(
         name: Name of the ship, for the headline.
         changes: Single hull data of the scenario that differ from the vessel's, by their names.
         wind: Speed of a wind from the west, m/s.
+        thrusters: Drive the ship by its thrusters instead of surge force and yaw moment.
 
     Returns:
         A commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided law.
@@ -141,7 +146,7 @@ def scenario_for(
     changed = "".join(f", {key}: {_number(value)}" for key, value in changes.items())
     section = f"    vessel: {{name: {json.dumps(vessel)}{changed}}}" if changes else f"    vessel: {json.dumps(vessel)}"
     own = {f"{VESSEL}{key}": value for key, value in changes.items()}
-    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, wind)
+    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, wind, thrusters)
 
 
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
@@ -160,15 +165,18 @@ def ship_of(values: Mapping[str, object]) -> ShipParameters:
     return replace(ship, **assumed)
 
 
-def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, object], wind: float) -> str:
+def _filled(
+    name: str, about: str, data: str, vessel: str, values: Mapping[str, object], wind: float, thrusters: bool = False
+) -> str:
     """The scenario from its template, with references and gains scaled to a ship.
 
     Args:
         name, about: Name of the ship, and what it is, for the headline.
-        data: What the head of the file says about its data, as comments.
+        data: What the head of the file states about its data, as comments.
         vessel: The section `vessel`.
         values: Hull data by their dotted names.
         wind: Speed of the wind, m/s.
+        thrusters: Whether thrusters drive the ship.
     """
     ship = ship_of(values)
     scale = scale_of(ship)
@@ -189,6 +197,7 @@ def _filled(name: str, about: str, data: str, vessel: str, values: Mapping[str, 
         radius_rule=radius,
         cruise_rule=speed,
         **(SLOW_RULES if sway.is_slow else FAST_RULES),
+        actuators=THRUSTERS if thrusters else "",
         note=SLOW_NOTE.format(a=sway.a, rho=sway.rho) if sway.is_slow else "",
     )
     return "\n".join(map(_aligned, text.splitlines())) + "\n"

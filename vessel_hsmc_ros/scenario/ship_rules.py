@@ -36,7 +36,7 @@ LARGEST_FROUDE = 1.5
 LARGEST_RHO = 0.85
 """Largest rho with which the law may be faster than the decay of the drift."""
 
-SLOW = 0.4
+SLOW = 0.33
 """Gains on position and heading in terms of a, above LARGEST_RHO."""
 
 LARGEST_SHARE = 0.7

@@ -1,0 +1,35 @@
+"""The tutorial from the data of a boat to the law that steers it: each of its commands works, one after the other."""
+
+import json
+import re
+from pathlib import Path
+
+import yaml
+from harness import Command, executable, run_folder
+
+PAGE = (Path(__file__).parents[2] / "docs" / "own_boat.md").read_text(encoding="utf-8")
+LIMIT = 240.0
+
+
+def test_the_commands_of_the_tutorial_lead_from_data_to_an_identified_boat_under_control(tmp_path: Path) -> None:
+    lines = re.findall(r"^vessel-hsmc .*$", PAGE, re.MULTILINE)
+    assert len(lines) == 8
+    shown = {}
+    for line in lines:
+        name, verb, *arguments = line.split()
+        assert name == "vessel-hsmc"
+        found = [str(path) for text in arguments for path in (sorted(tmp_path.glob(text)) if "*" in text else [text])]
+        command = Command([executable(name), verb, *found], tmp_path, {})
+        assert command.wait(LIMIT) == 0, command.text
+        shown[line] = command.text
+    assert "follows its circle" in shown[lines[1]]
+    for output in re.findall(r"^```text\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL):
+        for line in output.splitlines():
+            assert line.removesuffix("...") in shown[lines[1]]
+    hull = yaml.safe_load((tmp_path / "my_boat_identified.yaml").read_text(encoding="utf-8"))["vessel"]
+    assert abs(hull["surge_inertia"] / 525.0 - 1.0) < 0.2
+    assert abs(hull["yaw_inertia"] / 750.0 - 1.0) < 0.2
+    folder = run_folder(tmp_path / "second_runs")
+    assert folder is not None
+    metrics = json.loads((folder / "run.json").read_text(encoding="utf-8"))["metrics"]
+    assert metrics["position_error_peak_last_quarter"] < 0.08
