@@ -89,7 +89,7 @@ def drawn(seed: int) -> PlantParameters:
             waves=WaveParameters() if seed % 2 else waves,
         ),
         actuators=ActuatorParameters(
-            number(1e4, 1e6), number(1e5, 1e7), number(1e4, 1e6), number(1e5, 1e7), seed % 2, number(0, 2)
+            "wrench", number(1e4, 1e6), number(1e5, 1e7), number(1e4, 1e6), number(1e5, 1e7), seed % 2, number(0, 2)
         ),
         sensors=SensorParameters()
         if seed % 5 == 3

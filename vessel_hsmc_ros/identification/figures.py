@@ -35,7 +35,7 @@ def prediction_picture(prediction: Prediction) -> bytes:
         _lines(track, measured[:, 0], measured[:, 1], broken[:, 0], broken[:, 1])
         track.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
         track.legend(loc="upper right")
-        panel = None
+        panel: Any = None
         for i, (name, unit, factor) in enumerate(COLUMNS):
             panel = picture.add_subplot(grid[i, 1], sharex=panel)
             _lines(panel, time, factor * measured[:, 3 + i], time, factor * broken[:, 3 + i])

@@ -109,7 +109,7 @@ class OpenLoop(KernelLaw[OpenLoopParameters]):
 
     def retune(self, parameters: OpenLoopParameters) -> None:
         """Take new inputs."""
-        lists = parameters.times, parameters.surge_force, parameters.yaw_moment
+        lists = times, surge, yaw = parameters.times, parameters.surge_force, parameters.yaw_moment
         lengths = [len(values) for values in lists]
         if len(set(lengths)) > 1:
             raise ParameterError(
@@ -120,7 +120,7 @@ class OpenLoop(KernelLaw[OpenLoopParameters]):
         for before, after in pairwise(parameters.times):
             if after <= before:
                 raise ParameterError(f"controller.open_loop.times must increase: {after:g} s follows {before:g} s")
-        self.constants = Inputs(*(np.array(values, np.float64) for values in lists), self.period)
+        self.constants = Inputs(np.array(times), np.array(surge), np.array(yaw), self.period)
 
     def reset(self) -> None:
         """Begin again."""
