@@ -38,7 +38,7 @@ def test_the_scenario_commands_the_manoeuvres_and_its_reference_is_the_same_ship
     times = starts(steps)
     assert run.time[-1] == times[-1]
     # The ship has a lag of 0.1 s in its inputs, which the virtual ship does not have.
-    ends = [int(20.0 * time) - 1 for time in times[1:]]
+    ends = [int(50.0 * time) - 1 for time in times[1:]]
     assert run.wrench[ends, 0] == pytest.approx([step.surge * otter.F for step in steps], abs=0.02 * otter.F)
     assert run.wrench[ends, 1] == pytest.approx([step.yaw * otter.N for step in steps], abs=0.02 * otter.N)
     assert np.abs(run.state - run.reference)[: ends[0], :2].max() < 0.1 * otter.L

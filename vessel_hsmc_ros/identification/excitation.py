@@ -21,7 +21,7 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.scenario.ship_rules import Scale
 
-RATES, SAMPLES = (5.0, 10.0, 20.0, 50.0), 15.0
+RATES, SAMPLES = (5.0, 10.0, 20.0, 50.0), 30.0
 """Rates of the messages, Hz; the first one is taken that gives this many samples in T."""
 
 SHORTEST = 0.5
