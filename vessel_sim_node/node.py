@@ -5,7 +5,7 @@ import time
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import AccelStamped, WrenchStamped
+from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
@@ -18,6 +18,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import SimParameters
+from vessel_sim_node.ground_truth import GroundTruth
 from vessel_sim_node.hull_check import bounded
 from vessel_sim_node.simulator import check_command
 from vessel_sim_node.thruster_demands import Demand, ThrusterDemands
@@ -63,19 +64,14 @@ class VesselSimNode(VesselNode):
         if lockstep and self.parameters.vessel.thrusters.needs_speed and topics:  # then the allocation reads it as well
             self.connections.add_publisher(self._odometry_out, "cmd_wrench")
             self.connections.add_publisher(self._odometry_out, "allocated_wrench")
-        self._disturbance_out = self.advertise(WrenchStamped, "disturbance", profile)
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
-        self._dynamics_out = self.advertise(AccelStamped, "dynamics/truth", profile)
-        if not self._plant.odometry_is_true:
-            self._truth_out = self.advertise(Odometry, "odom/truth", profile)
-            self._truth = self.framed(conversions.new_odometry())
+        self._truth = GroundTruth(self, self._plant, profile)
         if not self._demands:
             self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
         for topic in topics:
             self.listen(Float64, topic, partial(self._on_demand, topic), profile)
         self._odometry, self._clock_message = self.framed(conversions.new_odometry()), Clock()
-        self._disturbance, self._applied = self.framed(conversions.new_wrench()), self.framed(conversions.new_wrench())
-        self._dynamics = self.framed(conversions.new_acceleration())
+        self._applied = self.framed(conversions.new_wrench())
         self.connections.allow_one_publisher("odom")
         if lockstep:
             self.connections.allow_one_publisher("/clock")
@@ -114,16 +110,8 @@ class VesselSimNode(VesselNode):
             self.send(self._clock_out, self._clock_message)
 
     def _publish_truth(self) -> None:
-        """Publish the ground truth: disturbance, unforced acceleration and true state; no node waits for it."""
-        stamp = conversions.time_message(self.stamp)
-        self._load = self._plant.disturbance(seconds(self._grid.stamp(self._step)))
-        conversions.write_body_wrench(self._disturbance, stamp, self._load)
-        self.send(self._disturbance_out, self._disturbance)
-        conversions.write_acceleration(self._dynamics, stamp, self._plant.unforced_acceleration())
-        self.send(self._dynamics_out, self._dynamics)
-        if not self._plant.odometry_is_true:
-            conversions.write_odometry(self._truth, stamp, self._plant.state)
-            self.send(self._truth_out, self._truth)
+        """Publish what no sensor measures, and keep the disturbance of this step."""
+        self._load = self._truth.publish(self.stamp, seconds(self._grid.stamp(self._step)))
 
     def _finish_step(self, command: tuple[float, float] | Demand) -> None:
         """Apply a command to the present step and advance to the next; odometry first, because the controller waits for it."""
@@ -160,8 +148,7 @@ class VesselSimNode(VesselNode):
 
     def _on_command(self, message: WrenchStamped) -> None:
         command = conversions.read_wrench(message)
-        if not self._first_command_at:
-            self._first_command_at = time.time()
+        self._first_command_at = self._first_command_at or time.time()
         if not self.parameters.lockstep:
             self._take_command(command)
         # A command with another stamp belongs to another step and must not advance this one.

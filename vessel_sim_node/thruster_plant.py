@@ -7,7 +7,8 @@ from typing import Any
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_sim_node.plant import Wrench
-from vessel_sim_node.simulator import PlantParameters, Simulator
+from vessel_sim_node.plant_parameters import PlantParameters
+from vessel_sim_node.simulator import Simulator
 from vessel_sim_node.step import PlantConstants, PlantState
 from vessel_sim_node.thrusters import Thrusters, ThrusterState, hull_wrench, idle, respond, thrusters_of
 

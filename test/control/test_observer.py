@@ -16,8 +16,9 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters
+from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
 from vessel_sim_node.sensors import SensorParameters
-from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
+from vessel_sim_node.simulator import Simulator
 from vessel_sim_node.waves import WaveParameters
 
 STEP = 50_000_000

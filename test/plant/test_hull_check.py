@@ -11,7 +11,8 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 from vessel_sim_node.hull_check import check_hull, hull_warning, largest_gain, outside
 from vessel_sim_node.plant import ShipParameters, VesselParameters
-from vessel_sim_node.simulator import PlantParameters, Simulator
+from vessel_sim_node.plant_parameters import PlantParameters
+from vessel_sim_node.simulator import Simulator
 
 FITTED: dict[str, Any] = {
     "surge_damping": 0.6555,

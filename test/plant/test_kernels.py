@@ -15,8 +15,9 @@ from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters
 from vessel_sim_node.plant import ShipParameters, acceleration, unforced
+from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
 from vessel_sim_node.sensors import SensorParameters, sampling
-from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator, divergence_of_ship
+from vessel_sim_node.simulator import Simulator, divergence_of_ship
 from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
 from vessel_sim_node.waves import WaveParameters
 

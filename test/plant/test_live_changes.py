@@ -8,7 +8,8 @@ import pytest
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
 from vessel_sim_node.plant import ShipParameters
-from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
+from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
+from vessel_sim_node.simulator import Simulator
 from vessel_sim_node.waves import WaveParameters, drift_force, make_sea, with_waves
 
 PERIOD = 0.01

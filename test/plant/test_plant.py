@@ -16,8 +16,9 @@ from vessel_sim_node.disturbance import (
 )
 from vessel_sim_node.integrate import rk4
 from vessel_sim_node.plant import VesselParameters, acceleration, derivative, unforced_acceleration
+from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
 from vessel_sim_node.sensors import SensorParameters
-from vessel_sim_node.simulator import DisturbanceParameters, PlantParameters, Simulator
+from vessel_sim_node.simulator import Simulator
 from vessel_sim_node.waves import WaveParameters
 
 SHIP = VesselParameters().coefficients()

@@ -25,7 +25,7 @@ from vessel_hsmc_ros.laws import (
 )
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
-from vessel_sim_node.simulator import PlantParameters
+from vessel_sim_node.plant_parameters import PlantParameters
 
 
 def rate(description: str) -> float:

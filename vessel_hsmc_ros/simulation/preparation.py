@@ -16,8 +16,8 @@ from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.control import make_pivot
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.simulation.closed_loop import Constants, Inputs, State
 from vessel_hsmc_ros.simulation.compilation import compiled
+from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, State
 from vessel_hsmc_ros.simulation.thruster_drive import thruster_drive
 from vessel_sim_node.sensors import sampling
 from vessel_sim_node.simulator import Simulator
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 class Schedule(NamedTuple):
-    """The instants of a run; see `closed_loop.Inputs`."""
+    """The instants of a run; see `loop_state.Inputs`."""
 
     stamp: NDArray[np.int64]
     time: Array
@@ -102,7 +102,7 @@ def schedule(
 
 @functools.lru_cache(maxsize=4)
 def reference_of(parameters: ReferenceShipParameters, rate_hz: float, count: int) -> Array:
-    """The motions of a reference as published, and the heading as received; see `closed_loop.Inputs`.
+    """The motions of a reference as published, and the heading as received; see `loop_state.Inputs`.
 
     Args:
         parameters: Parameters of the node reference_ship.
