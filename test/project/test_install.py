@@ -17,6 +17,7 @@ EXECUTABLES = (
     "recorder_node",
     "marker_node",
     "live_node",
+    "thruster_allocation_node",
     "vessel-hsmc",
 )
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")

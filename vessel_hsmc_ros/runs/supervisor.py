@@ -174,8 +174,9 @@ def _monitor(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts,
                 return ExitStatus(0)
             # A node that gave up waiting names itself; the one it waited for has been silent meanwhile and is the likely cause.
             return ExitStatus(1, ended.describe_exit() + _silence(listener, 0.5 * SILENCE_LIMIT))
-        if silent := _silence(listener, SILENCE_LIMIT):
-            return ExitStatus(1, f"the run has stalled{silent}")
+        if _silence(listener, SILENCE_LIMIT):
+            # The first to reach the limit may be a node that waits for one that hangs and is hardly younger.
+            return ExitStatus(1, f"the run has stalled{_silence(listener, 0.5 * SILENCE_LIMIT)}")
         simulated = float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))
         if simulated > 0.0:
             progress(simulated)
