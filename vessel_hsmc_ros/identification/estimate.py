@@ -24,6 +24,11 @@ Progress = Callable[[str, float], None]
 NEVER_HELD = (*POSITIVE, *GAINS, *OFFSETS)
 LENGTHS = (1 / 16, 1 / 4, 1.0)
 """Windows of the refinements, as a share of the final one: over a short time the first ship stays near the measured one."""
+LARGEST_TURN = 0.5
+"""Windows are shortened until the uncertainty of their initial state turns the ship by less, rad: on a hull that does not keep its
+course, small errors become large ones, and residuals have many minima."""
+HALVED = 3
+"""How often at most."""
 ROUGH = 1e-4
 """Tolerance of all refinements but the last."""
 SPREAD = 3.0
@@ -70,15 +75,15 @@ def _refined(
     idle = _required(unexcited(free, data))
     free = _holding(free, idle)
     vector, noise = regress(free, data), _largest(smoothed, "noise")
-    for number, length in enumerate(LENGTHS):
-        shooting = _shooting(data, free, length * window, noise)
+    for number, share in enumerate(LENGTHS):
+        shooting = _fitting(data, free, vector, share * window, noise)
         vector = refine(shooting, vector, _reporting(progress, number), ROUGH)
         noise = _noise(shooting, vector)
     held = _to_hold(shooting, vector)
     if held:
         vector = vector[[name not in held for name in free.names]]
         free = _holding(free, held)
-    shooting = _shooting(data, free, window, noise)
+    shooting = _shooting(data, free, shooting.length, noise)
     vector = refine(shooting, vector, _reporting(progress, len(LENGTHS)))
     shooting.noise = _noise(shooting, vector)
     return shooting, vector, idle | held
@@ -102,7 +107,18 @@ def _shooting(data: list[tuple[Measurements, Smoothed]], free: Unknowns, window:
     cut = windows([run for run, _ in data], window)
     states = np.concatenate([each.states for _, each in data])
     spread = SPREAD * _largest([each for _, each in data], "error")
-    return Shooting(free, cut, states[cut.begin], spread, noise, natural_scale(free, data))
+    return Shooting(free, cut, window, states[cut.begin], spread, noise, natural_scale(free, data))
+
+
+def _fitting(data: list[tuple[Measurements, Smoothed]], free: Unknowns, vector: Array, length: float, noise: Array) -> Shooting:
+    """The residuals over windows of a length, s, halved until the motion does not depend too much on their initial states."""
+    shooting = _shooting(data, free, length, noise)
+    for _ in range(HALVED):
+        if shooting.turn(vector) < LARGEST_TURN:
+            break
+        length /= 2.0
+        shooting = _shooting(data, free, length, noise)
+    return shooting
 
 
 def _largest(smoothed: list[Smoothed], what: str) -> Array:
@@ -156,9 +172,19 @@ def _result(
         dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
         correlation,
         tuple(held.items()),
-        tuple(uncertainty.strong_correlations(names, correlation)),
+        (*_unstable(shooting.length, window), *uncertainty.strong_correlations(names, correlation)),
         tuple(np.split(unweighted, np.cumsum(lengths)[:-1])),
         np.where(np.isfinite(shooting.cut.measured).any(axis=(0, 1)), shooting.noise, np.nan),
         tuple(predict(hull, run, window, inputs) for run in runs),
         np.column_stack([simulated[:, :, 3:].min(axis=(0, 1)), simulated[:, :, 3:].max(axis=(0, 1))]),
     )
+
+
+def _unstable(length: float, window: float) -> list[str]:
+    """A sentence about windows that were shortened."""
+    if length == window:
+        return []
+    return [
+        f"this hull turns a small error into a large one within {window:g} s, as one that does not keep its course: it was"
+        f" identified over windows of {length:g} s, and predictions over {window:g} s fail in some windows with true hull data too"
+    ]

@@ -6,14 +6,15 @@ only residuals that no initial state can explain.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
-from vessel_hsmc_ros.identification.parameter_vector import Unknowns, inputs, vessel
+from vessel_hsmc_ros.identification.models import GAINS
+from vessel_hsmc_ros.identification.parameter_vector import NOT_NEGATIVE, POSITIVE, Unknowns, inputs, vessel
 from vessel_hsmc_ros.identification.types import Array
 from vessel_hsmc_ros.identification.windows import Windows, simulated
 
@@ -25,6 +26,10 @@ INNER = 2
 """Gauss-Newton steps for the initial states."""
 MOST = 40
 """Largest number of evaluations of one refinement."""
+HEAVIER, ATTEMPTS = 4.0, 12
+"""Factor on the inertia where a start makes the motion diverge, and how often it is applied."""
+KEPT = (*NOT_NEGATIVE, *GAINS)
+"""What such a start keeps: it takes energy from the ship, or is a factor."""
 
 
 @dataclass
@@ -34,6 +39,7 @@ class Shooting:
     Attributes:
         unknowns: What is estimated.
         cut: The windows.
+        length: Their length, s.
         around: Initial states of the windows by the smoother, (w, 6).
         spread: How far the initial states may be from these: their standard deviation by column, (6,).
         noise: Standard deviation of each column of the measurements, (6,).
@@ -42,6 +48,7 @@ class Shooting:
 
     unknowns: Unknowns
     cut: Windows
+    length: float
     around: Array
     spread: Array
     noise: Array
@@ -52,10 +59,12 @@ class Shooting:
         """The best initial states for the last parameters, (w, 6)."""
 
     def states(self, vector: Array, starts: Array) -> Array:
-        """The simulated motion, (w, k, 6)."""
+        """The simulated motion, (w, k, 6); infinite from where it diverges."""
         values = self.unknowns.values(vector)
-        return simulated(self.cut, starts, vessel(values), *inputs(values))
+        motion = simulated(self.cut, starts, vessel(values), *inputs(values))
+        return np.where(np.isfinite(motion), motion, np.inf)
 
+    @np.errstate(over="ignore", invalid="ignore")
     def residuals(self, vector: Array) -> Array:
         """Weighted residuals of the measurements and of the initial states, with the best initial states.
 
@@ -69,8 +78,12 @@ class Shooting:
             basis, triangle = np.linalg.qr(tangent)
             for _ in range(INNER):
                 inner = np.einsum("wai,wa->wi", basis, errors.reshape(len(starts), -1))
-                starts = starts - np.linalg.solve(triangle, inner[:, :, None])[:, :, 0]
-                errors = self._errors(vector, starts)
+                moved = starts - np.linalg.solve(triangle, inner[:, :, None])[:, :, 0]
+                tried = self._errors(vector, moved)
+                # Over long windows of an unstable ship the step can be too long.
+                better = np.square(tried).sum(axis=(1, 2)) < np.square(errors).sum(axis=(1, 2))
+                starts = np.where(better[:, None], moved, starts)
+                errors = np.where(better[:, None, None], tried, errors)
         except (ParameterError, np.linalg.LinAlgError):  # an inertia matrix without an inverse, a motion that overflows
             errors = np.full_like(self.cut.measured[:, :1], np.inf)
         if not np.abs(errors).max() < DIVERGED:
@@ -79,6 +92,7 @@ class Shooting:
         self.starts, self._basis = starts, basis
         return errors
 
+    @np.errstate(over="ignore", invalid="ignore")
     def jacobian(self, vector: Array) -> Array:
         """Derivatives of the last residuals by the parameters, less what initial states explain, (w, k + 1, 6, p)."""
         base, parts = self._errors(vector, self.starts), []
@@ -87,11 +101,18 @@ class Shooting:
             moved = vector.copy()
             moved[index] += step
             parts.append((self._errors(moved, self.starts) - base) / step)
-        rows = np.stack(parts, axis=-1).reshape(len(base), -1, len(vector))
+        rows = _derivatives(parts)
         left = rows - self._basis @ (self._basis.transpose(0, 2, 1) @ rows)
         return np.asarray(left.reshape(*base.shape, len(vector)))
 
+    def turn(self, vector: Array) -> float:
+        """By how much the uncertainty of its initial state turns the ship within a window, at most, rad."""
+        tangent = self._to_starts(vector, self.starts, self._errors(vector, self.starts))
+        heading = tangent.reshape(len(self.starts), -1, 6, 6)[:, :-1, 2] * self.noise[2] * self.spread
+        return float(np.sqrt(np.square(heading).sum(axis=2)).max())
+
     def _errors(self, vector: Array, starts: Array) -> Array:
+        """Weighted residuals, (w, k + 1, 6); not finite where the motion diverges."""
         measured = np.nan_to_num((self.cut.measured - self.states(vector, starts)) / self.noise, posinf=np.inf, neginf=-np.inf)
         return np.concatenate([measured, ((self.around - starts) / self.spread)[:, None]], axis=1)
 
@@ -102,7 +123,13 @@ class Shooting:
             moved = starts.copy()
             moved[:, column] += step
             parts.append((self._errors(vector, moved) - base) / step)
-        return np.stack(parts, axis=-1).reshape(len(base), -1, 6)
+        return _derivatives(parts)
+
+
+def _derivatives(parts: Sequence[Array]) -> Array:
+    """Derivatives by each of p numbers, (w, k + 1, 6) each, as (w, (k + 1)·6, p); zero where the motion diverges."""
+    rows = np.stack(parts, axis=-1)
+    return np.where(np.isfinite(rows), rows, 0.0).reshape(len(rows), -1, len(parts))
 
 
 def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, tolerance: float = 1e-7) -> Array:
@@ -118,12 +145,10 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
         Parameters, (p,).
 
     Raises:
-        IdentificationError: the motion diverges at the start.
+        IdentificationError: the motion diverges, whatever the start.
     """
     low, high = shooting.unknowns.bounds()
-    inside = np.where(np.isfinite(low), np.maximum(start, low + 1e-6 * shooting.scale), start)
-    if not np.isfinite(shooting.residuals(inside)).all():
-        raise IdentificationError("the simulated motion diverges: choose a shorter window, or a model with more damping")
+    inside = _finite(shooting, np.where(np.isfinite(low), np.maximum(start, low + 1e-6 * shooting.scale), start))
     iterations = itertools.count(1)
 
     def derivatives(vector: Array) -> Array:
@@ -142,3 +167,20 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
     )
     shooting.residuals(found.x)
     return np.asarray(found.x)
+
+
+def _finite(shooting: Shooting, start: Array) -> Array:
+    """A start from which no simulated motion diverges: the given one, or one with more inertia and less coupling.
+
+    Without coupling the energy of a ship does not grow, and the heavier it is the longer it keeps its velocity.
+
+    Raises:
+        IdentificationError: there is none.
+    """
+    names = shooting.unknowns.names
+    factors = np.array([HEAVIER if name in POSITIVE else 1.0 if name in KEPT else 1.0 / HEAVIER for name in names])
+    for _ in range(ATTEMPTS):
+        if np.isfinite(shooting.residuals(start)).all():
+            return start
+        start = start * factors
+    raise IdentificationError("the simulated motion diverges: choose a shorter --window, or a model with fewer parameters")

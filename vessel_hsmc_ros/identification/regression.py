@@ -1,13 +1,15 @@
 """Linear regression for the hull parameters: M·dnu + C(nu)·nu + D(nu)·nu = wrench is linear in all of them.
 
-Each parameter has a column: the wrench that the ship takes with this parameter one and all others zero. Noise in the smoothed
-accelerations biases the result, so it only starts the refinement.
+Each parameter has a column: the wrench that the ship takes with this parameter one and all others zero. Both sides are averaged
+over a moving window, which makes differences of velocities out of the noisy accelerations. What noise is left biases the result,
+so it only starts the refinement.
 """
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.optimize import lsq_linear
 
 from vessel_hsmc_ros.identification.models import GAINS, OFFSETS
@@ -16,6 +18,10 @@ from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
 from vessel_hsmc_ros.identification.types import Array, Measurements
 from vessel_sim_node.plant import damping_force
 
+AVERAGED = 4.0
+"""Length over which both sides are averaged, in bandwidths of the smoother."""
+SMALL = 1e-3
+"""Share of the largest input below which an equation has none."""
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
 
 
@@ -58,32 +64,45 @@ def columns(names: Sequence[str], run: Measurements, smoothed: Smoothed) -> Arra
 
 
 def regress(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
-    """Least squares of all runs within the bounds, each of the three equations weighted by its residuals, (p,)."""
+    """Least squares of all runs within the bounds, each of the three equations weighted by its input, (p,)."""
     everything = (*HULL, *GAINS, *OFFSETS)
     fixed = unknowns.values(np.zeros(len(unknowns.names)))
     free = [everything.index(name) for name in unknowns.names]
     rest = np.array([0.0 if name in unknowns.names else fixed[name] for name in everything])
-    full = np.concatenate([columns(everything, *run) for run in runs])
+    full = np.concatenate([averaged(columns(everything, *run), *run) for run in runs])
     m23, m32 = everything.index("sway_yaw_inertia"), everything.index("yaw_sway_inertia")
     if rest[m32] == 0.0:
         # m32 = m23: one number with both columns.
         full[:, :, m23] += full[:, :, m32]
-    matrix, target = full[:, :, free], -full @ rest
-    return _weighted(matrix, target, unknowns.bounds())
+    matrix, target = full[:, :, free] / input_size(runs)[:, None], -full @ rest / input_size(runs)
+    rows = matrix.reshape(-1, len(free))
+    scale = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    low, high = unknowns.bounds()
+    return np.asarray(lsq_linear(rows / scale, target.reshape(-1), (low * scale, high * scale)).x / scale)
 
 
-def _weighted(matrix: Array, target: Array, bounds: tuple[Array, Array]) -> Array:
-    """Solve for (p,) from (n, 3, p) and (n, 3); the weights are those of the residuals of a first solution."""
-    weights = 1.0 / np.maximum(np.std(np.abs(matrix).sum(axis=2), axis=0), 1e-300)
-    solution = np.zeros(matrix.shape[2])
-    for _ in range(3):
-        rows, right = (matrix * weights[:, None]).reshape(-1, matrix.shape[2]), (target * weights).reshape(-1)
-        scale = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-        low, high = bounds
-        solution = lsq_linear(rows / scale, right, (low * scale, high * scale)).x / scale
-        errors = np.sqrt(np.mean(np.square(matrix @ solution - target), axis=0))
-        weights = 1.0 / np.maximum(errors, 1e-9 * errors.max() + 1e-300)
-    return solution
+def averaged(values: Array, run: Measurements, smoothed: Smoothed) -> Array:
+    """Moving averages over `AVERAGED` bandwidths of the smoother, without those that reach beyond the run.
+
+    Args:
+        values: One for each sample, (n, ...).
+        run, smoothed: The run.
+    """
+    samples = round(AVERAGED * smoothed.bandwidth / float(np.median(np.diff(run.time))))
+    samples = min(samples, len(values) // 4)
+    return uniform_filter1d(values, samples, axis=0)[samples // 2 : len(values) - samples // 2]
+
+
+def input_size(runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
+    """Root mean square wrench, (3,); a force without an input has the size of the other one.
+
+    An equation without an input has nothing but unknowns: weighted by its own residuals, it would make all of them zero.
+    """
+    surge, sway, yaw = np.sqrt(np.mean(np.square(np.concatenate([run.wrench for run, _ in runs])), axis=0)).tolist()
+    force = max(surge, sway)
+    found = np.array([surge, sway, yaw])
+    # Without forces, or without a moment, the moment of a lever of 1 m.
+    return np.where(found > SMALL * max(force, yaw), found, np.array([force or yaw, force or yaw, force or yaw]))
 
 
 def natural_scale(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
