@@ -1,4 +1,4 @@
-"""`python -m vessel_hsmc_ros.simulation.compile` compiles every law beforehand, in two processes, and keeps the machine code.
+"""`python -m vessel_hsmc_ros.simulation.compile` compiles laws and references beforehand, and keeps the machine code.
 
 `make setup` calls it, so that the first simulation need not wait.
 """
@@ -6,19 +6,42 @@
 import logging
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
+from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.simulation.compilation import available
+from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
+from vessel_hsmc_ros.simulation.preparation import reference_of
 from vessel_hsmc_ros.simulation.undefined import is_compilable
 
-OFTEN = ("guided", True)
-"""The law that is often used with the observer."""
+THRUSTERS = share_directory() / "config" / "thrusters" / "case2_thrusters.yaml"
+
+
+class Program(NamedTuple):
+    """A closed loop that is compiled on its own: a law, with the observer or not, driven by thrusters or by a wrench."""
+
+    law: str
+    observed: bool = False
+    by_thrusters: bool = False
+
+    def __str__(self) -> str:
+        """As `make setup` shows it."""
+        return f"law {self.law}{' with thrusters' * self.by_thrusters}{' with the observer' * self.observed}"
+
+
+OFTEN = (Program("guided", observed=True), Program("guided", by_thrusters=True))
+"""Programs that are often used, besides each law alone."""
+
+MODES = ("course", "goal", "path", "circle")
+"""A mode of the reference for each of its kernels; that of the virtual ship is compiled with the laws."""
 
 
 def compilable_laws() -> dict[str, type[KernelLaw[Any]]]:
@@ -27,20 +50,16 @@ def compilable_laws() -> dict[str, type[KernelLaw[Any]]]:
     return {name: cls for name, cls in classes.items() if issubclass(cls, KernelLaw) and is_compilable(cls)}
 
 
-def compile_law(name: str, observed: bool = False) -> float:
-    """Compile the loop with a law, unless it is stored.
+def compile_program(program: Program) -> None:
+    """Compile a program, unless it is stored."""
+    name = THRUSTERS if program.by_thrusters else "case2_tracking"
+    changes = {"controller.law": program.law, "controller.observer.enabled": program.observed}
+    make_loop(load_scenario(name, changes), 2).advance(2)
 
-    Args:
-        name: Name of the law.
-        observed: With the observer.
 
-    Returns:
-        The time that it has taken, s.
-    """
-    started = time.perf_counter()
-    scenario = load_scenario("case2_tracking", {"controller.law": name, "controller.observer.enabled": observed})
-    make_loop(scenario, 2).advance(2)
-    return time.perf_counter() - started
+def compile_reference(mode: str) -> None:
+    """Compile the reference of a mode, unless it is stored."""
+    reference_of(_reference_ship(mode), 100.0, 2)
 
 
 def is_compiled(scenario: Scenario) -> bool:
@@ -53,29 +72,56 @@ def ensure_compiled(scenarios: Iterable[Scenario]) -> None:
     if not available():
         return
     known = compilable_laws()
-    for name, observed in {(each.controller.law, each.controller.observer.enabled) for each in scenarios}:
-        if name in known and not compiled_loop(known[name], observed).stored:
-            compile_law(name, observed)
+    for program in {_program(each) for each in scenarios}:
+        if program.law in known and not _is_stored(program):
+            compile_program(program)
 
 
 def main(names: Sequence[str] = ()) -> None:
     """Compile what is not stored in two processes, and print what each has taken.
 
     Args:
-        names: Of the laws, without the observer and with it; by default all that can be compiled, the guided law also with it.
+        names: Of the laws, without the observer and with it; by default all that can be compiled, what is often used, and the
+            references.
     """
     if not available():
         return
-    known = compilable_laws()
-    wanted = [(name, observed) for name in names for observed in (False, True)] or [*((name, False) for name in known), OFTEN]
-    chosen = [(name, observed) for name, observed in wanted if not compiled_loop(known[name], observed).stored]
-    if not chosen:
+    wanted = [Program(name, observed) for name in names for observed in (False, True)]
+    wanted = wanted or [*map(Program, compilable_laws()), *OFTEN]
+    jobs = {str(program): partial(compile_program, program) for program in wanted if not _is_stored(program)}
+    modes = [] if names else [mode for mode in MODES if not _is_reference_stored(mode)]
+    jobs |= {f"reference {mode}": partial(compile_reference, mode) for mode in modes}
+    if not jobs:
         return
-    print("Compiling the control laws, about a minute ...", flush=True)
+    print("Compiling the control laws, about two minutes ...", flush=True)
     logging.disable(logging.WARNING)  # of each process, that it compiles
     with ProcessPoolExecutor(2, initializer=logging.disable, initargs=(logging.WARNING,)) as pool:
-        for (name, observed), duration in zip(chosen, pool.map(compile_law, *zip(*chosen, strict=True)), strict=True):
-            print(f"law {name}{' with the observer' * observed}: {duration:.1f} s", flush=True)
+        for title, duration in zip(jobs, pool.map(_timed, jobs.values()), strict=True):
+            print(f"{title}: {duration:.1f} s", flush=True)
+
+
+def _program(scenario: Scenario) -> Program:
+    controller = scenario.controller
+    return Program(controller.law, controller.observer.enabled, scenario.vessel_sim.by_thrusters)
+
+
+def _is_stored(program: Program) -> bool:
+    return compiled_loop(compilable_laws()[program.law], program.observed, program.by_thrusters).stored
+
+
+def _reference_ship(mode: str) -> ReferenceParameters:
+    return load_scenario("waypoints", {"reference_ship.mode": mode}).reference_ship
+
+
+def _is_reference_stored(mode: str) -> bool:
+    reference: Any = make_reference(_reference_ship(mode), 0.01)
+    return compiled(reference.follow).stored
+
+
+def _timed(job: Callable[[], None]) -> float:
+    started = time.perf_counter()
+    job()
+    return time.perf_counter() - started
 
 
 if __name__ == "__main__":
