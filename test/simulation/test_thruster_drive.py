@@ -34,7 +34,7 @@ def test_case_2_by_two_propellers_is_the_run_by_a_wrench() -> None:
     """As long as the propellers are strong enough, which are exact but for rounding errors."""
     runs = []
     for kind in ("thrusters", "wrench"):
-        changes = {"vessel_sim.duration": 20.0, "controller.law": "guided", "vessel_sim.actuators.kind": kind}
+        changes = {"vessel_sim.duration": 5.0, "controller.law": "guided", "vessel_sim.actuators.kind": kind}
         loop = ClosedLoop(load_scenario(CASE2, changes), interpreted=True)
         loop.run()
         runs.append(loop.result())
