@@ -3,15 +3,19 @@
 from pathlib import Path
 from typing import Any
 
+import pytest
 from harness import run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.cli.command import execute
 from vessel_hsmc_ros.report.from_bag import of_bag
 
 LIMIT, NAMESPACE = 60.0, "moving"
 
 
-def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any, tmp_path: Path) -> None:
+def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(
+    start: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "route.csv").write_text("40,10\n60,-20\n", encoding="utf-8")
     settings = ("--set", "vessel_sim.duration=0")
     run = start("vessel-hsmc", "run", "waypoints", "--real-time", "--namespace", NAMESPACE, *settings)
@@ -22,11 +26,12 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any, tmp
         ("path", tmp_path / "route.csv"),
         ("call", "reset"),
     )
-    for action in actions:
-        done = start("vessel-hsmc", *action, "--namespace", NAMESPACE)
-        assert done.wait(LIMIT) == 0, done.text
-    watched = start("vessel-hsmc", "watch", "--once", "--namespace", NAMESPACE)
-    assert watched.wait(LIMIT) == 0, watched.text
+    runs = run.output.parent / "runs"
+    run.until(lambda: (found := run_folder(runs)) and (found / "bag" / "bag_0.mcap").exists(), LIMIT)
+    for action in (*actions, ("watch", "--once")):  # in this process, whose imports they share
+        monkeypatch.setattr("sys.argv", ["vessel-hsmc", *map(str, action), "--namespace", NAMESPACE])
+        assert execute() == 0, (action, capsys.readouterr(), run.text)
+    watched = capsys.readouterr().out
     shown = (
         "time",
         "ship",
@@ -39,10 +44,10 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(start: Any, tmp
         "controller",
         "event",
     )
-    assert all(f"{name} " in watched.text for name in shown), watched.text
+    assert all(f"{name} " in watched for name in shown), watched
     run.popen.send_signal(2)
     assert run.wait(LIMIT) == 130, run.text
-    folder = run_folder(run.output.parent / "runs")
+    folder = run_folder(runs)
     assert folder is not None
     bag = open_bag(folder / "bag")
     assert [(event.node, event.kind) for event in bag.events()] == [
