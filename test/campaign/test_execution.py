@@ -10,10 +10,11 @@ from campaigns import campaign_file
 from click import UsageError
 from click.testing import CliRunner, Result
 
+from vessel_hsmc_ros.campaign import cluster
 from vessel_hsmc_ros.campaign.dataset import Dataset, read_rows
 from vessel_hsmc_ros.campaign.execute import run_campaign
 from vessel_hsmc_ros.campaign.plan import Campaign
-from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.cli.command import cli, execute
 from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, RunError
 
 pytest.importorskip("pyarrow")
@@ -151,6 +152,19 @@ def test_a_scheduler_without_a_complete_address_is_refused(tmp_path: Path, addre
     with pytest.raises(ParameterError, match=f"--scheduler {address} is not allowed"):
         run_campaign(campaign_file(tmp_path), tmp_path / "out", scheduler=address)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_scheduler_that_does_not_answer_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(cluster, "CONNECT_LIMIT", 1.0)
+    file = campaign_file(tmp_path, runs=1)
+    arguments = ["campaign", file, "--output", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9"]
+    monkeypatch.setattr("sys.argv", ["vessel-hsmc", *map(str, arguments)])
+    assert execute() == 1
+    (line,) = capsys.readouterr().err.splitlines()[-1:]
+    assert line == "error: no Dask scheduler answers at tcp://127.0.0.1:9 within 1 s"
 
 
 def test_a_file_system_that_refuses_is_one_line(tmp_path: Path) -> None:

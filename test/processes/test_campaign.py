@@ -112,14 +112,6 @@ def test_a_cluster_writes_the_same_bytes_also_when_a_worker_is_killed(
     assert contents(tmp_path / "out") == expected
 
 
-def test_a_scheduler_that_does_not_answer_is_one_line(start: Start, tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
-    file = campaign_file(tmp_path, runs=1)
-    command = start("vessel-hsmc", "campaign", file, "--output", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
-    assert command.wait(90.0) == 1
-    assert command.text.splitlines()[1:] == ["error: no Dask scheduler answers at tcp://127.0.0.1:9 within 10 s"]
-
-
 def test_a_row_is_repeated_by_the_nodes_bit_identically(start: Start, tmp_path: Path) -> None:
     pytest.importorskip("rclpy")
     draw = {
@@ -129,9 +121,9 @@ def test_a_row_is_repeated_by_the_nodes_bit_identically(start: Start, tmp_path: 
     }
     changes: dict[str, Any] = {
         "set": {"vessel_sim.duration": 1.0, "controller.observer.enabled": True},
-        "laws": ["guided", "los_pid"],
+        **{"laws": ["guided"], "runs": 3},
     }
     folder = run_campaign(campaign_file(tmp_path, scenario="realistic", draw=draw, **changes), tmp_path / "out", workers=1)
-    command = start("vessel-hsmc", "run", "--campaign", folder, "--run", "6")
+    command = start("vessel-hsmc", "run", "--campaign", folder, "--run", "2")
     assert command.wait(120.0) == 0, command.text
-    assert "all metrics are bit-identical to those of row 6 of the campaign" in command.text
+    assert "all metrics are bit-identical to those of row 2 of the campaign" in command.text
