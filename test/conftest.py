@@ -90,7 +90,10 @@ KINDS = {
 """The mark of the tests in each folder; those of all other folders work on files."""
 
 
-LONG = ("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "laws/test_guided.py", "nodes")
+LONG = (
+    *("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "laws/test_guided.py", "nodes"),
+    *("control", "simulation", "manoeuvres", "runs", "identification", "laws"),
+)
 """Folders and files with the longest tests: they come first, so that both processes end at about the same time."""
 
 

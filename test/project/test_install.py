@@ -53,8 +53,9 @@ def data(top: str) -> set[Path]:
 
 def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tmp_path: Path) -> None:
     prefix = tmp_path / "venv"
-    check_output(sys.executable, "-m", "venv", prefix, cwd=tmp_path)
-    check_output(prefix / "bin" / "python", "-m", "pip", "install", "-qq", "--no-deps", source, cwd=tmp_path)
+    check_output(sys.executable, "-m", "venv", "--without-pip", prefix, cwd=tmp_path)
+    pip = (sys.executable, "-m", "pip", "--python", prefix / "bin" / "python")
+    check_output(*pip, "install", "-qq", "--no-deps", source, cwd=tmp_path)
     packages = next(prefix.glob("lib/python3.*/site-packages"))
     assert {path for path in modules() | assets() if not (packages / path).is_file()} == set()
     share = prefix / "share" / "vessel_hsmc_ros"
