@@ -75,7 +75,7 @@ def test_a_motion_that_diverges_from_every_start_is_an_error(monkeypatch: pytest
         refine(shooting(otter(10.0), 2.0), np.ones(12))
 
 
-def test_windows_are_shortened_for_a_hull_that_does_not_keep_its_course_and_the_result_says_so() -> None:
+def test_windows_are_shortened_for_a_hull_that_does_not_keep_its_course_with_a_warning() -> None:
     found = identify([otter(10.0)], model("linear"), window=20.0)
     assert any("within 20 s" in line for line in found.warnings)
     assert not any("within 20 s" in line for line in identify([otter(10.0)], model("linear"), window=2.0).warnings)
