@@ -163,6 +163,7 @@ def test_a_vessel_without_limits_keeps_those_of_each_node() -> None:
 
 def test_the_allocation_takes_the_thrusters_of_the_vessel_that_the_scenario_names() -> None:
     text = "/**: {ros__parameters: {vessel: otter}}\nvessel_sim: {ros__parameters: {actuators: {kind: thrusters}}}\n"
+    text += "reference_ship: {ros__parameters: {surge_force: 50.0, yaw_moment: 5.0}}\n"
     scenario = parse_scenario(text, "s")
     assert scenario.thruster_allocation.vessel.thrusters.names == ("port", "starboard")
     assert scenario.thruster_allocation.vessel.thrusters == scenario.vessel_sim.vessel.thrusters
