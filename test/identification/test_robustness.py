@@ -49,7 +49,10 @@ def test_the_regression_starts_near_a_ship_without_an_input_in_sway(name: str, r
 def test_manoeuvres_at_10_hz_identify_the_ship_by_each_model(name: str) -> None:
     found = identify([otter(10.0)], model(name), window=5.0)
     for parameter, true in OTTER.items():
-        assert found.values[parameter] == pytest.approx(true, rel=0.25)
+        # The linear model puts the Otter's quadratic damping into what it has: its sway and yaw are other numbers.
+        if name != "linear" or parameter.startswith("surge"):
+            assert found.values[parameter] == pytest.approx(true, rel=0.15)
+        assert 0.0 < found.values[parameter] < 3.0 * true
 
 
 def shooting(run: Measurements, length: float) -> Shooting:
@@ -74,7 +77,7 @@ def test_a_motion_that_diverges_from_every_start_is_an_error(monkeypatch: pytest
         refine(shooting(otter(10.0), 2.0), np.ones(12))
 
 
-def test_windows_are_shortened_for_a_hull_that_does_not_keep_its_course_and_the_result_says_so() -> None:
+def test_windows_are_shortened_for_a_hull_that_does_not_keep_its_course_with_a_warning() -> None:
     found = identify([otter(10.0)], model("linear"), window=20.0)
     assert any("within 20 s" in line for line in found.warnings)
     assert not any("within 20 s" in line for line in identify([otter(10.0)], model("linear"), window=2.0).warnings)

@@ -25,7 +25,8 @@ def test_the_commands_of_the_tutorial_lead_from_data_to_an_identified_boat_under
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lines = re.findall(r"^vessel-hsmc .*$", PAGE, re.MULTILINE)
-    assert len(lines) == 8
+    assert len(lines) == 10
+    init = next(line for line in lines if line.startswith("vessel-hsmc init my_boat"))
     monkeypatch.chdir(tmp_path)
     shown = {}
     for line in lines:
@@ -35,13 +36,15 @@ def test_the_commands_of_the_tutorial_lead_from_data_to_an_identified_boat_under
         monkeypatch.setattr("sys.argv", ["vessel-hsmc", *found])
         assert exit_code() == 0, (line, capsys.readouterr())
         shown[line] = capsys.readouterr().out
-    assert "follows its circle" in shown[lines[1]]
+    assert "follows its circle" in shown[init]
     for output in re.findall(r"^```text\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL):
         for line in output.splitlines():
-            assert line.removesuffix("...") in shown[lines[1]]
+            assert line.removesuffix("...") in shown[init]
     hull = yaml.safe_load((tmp_path / "my_boat_identified.yaml").read_text(encoding="utf-8"))["vessel"]
-    assert abs(hull["surge_inertia"] / 525.0 - 1.0) < 0.2
-    assert abs(hull["yaw_inertia"] / 750.0 - 1.0) < 0.2
+    assert abs(hull["surge_inertia"] / 525.0 - 1.0) < 0.02
+    assert abs(hull["yaw_inertia"] / 750.0 - 1.0) < 0.02
+    document = yaml.safe_load((tmp_path / "my_boat_identified.yaml").read_text(encoding="utf-8"))
+    assert any("my_boat_offline, position on held-out data" in line for line in document["checks"]["verified"])
     folder = run_folder(tmp_path / "second_runs")
     assert folder is not None
     metrics = json.loads((folder / "run.json").read_text(encoding="utf-8"))["metrics"]

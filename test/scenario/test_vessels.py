@@ -159,3 +159,11 @@ def test_a_vessel_without_limits_keeps_those_of_each_node() -> None:
     unlimited = load_scenario(CALM, {"vessel": "otter"}).changed({"vessel": "paper_ship"})
     assert unlimited.vessel_sim.actuators.surge_force_limit == math.inf
     assert unlimited.controller.vessel.surge_force_limit == 2e5
+
+
+def test_the_allocation_takes_the_thrusters_of_the_vessel_that_the_scenario_names() -> None:
+    text = "/**: {ros__parameters: {vessel: otter}}\nvessel_sim: {ros__parameters: {actuators: {kind: thrusters}}}\n"
+    text += "reference_ship: {ros__parameters: {surge_force: 50.0, yaw_moment: 5.0}}\n"
+    scenario = parse_scenario(text, "s")
+    assert scenario.thruster_allocation.vessel.thrusters.names == ("port", "starboard")
+    assert scenario.thruster_allocation.vessel.thrusters == scenario.vessel_sim.vessel.thrusters

@@ -25,8 +25,8 @@ NEVER_HELD = (*POSITIVE, *GAINS, *OFFSETS)
 LENGTHS = (1 / 16, 1 / 4, 1.0)
 """Windows of the refinements, as a share of the final one: over a short time the first ship stays near the measured one."""
 LARGEST_TURN = 0.5
-"""Windows are shortened until the uncertainty of their initial state turns the ship by less, rad: on a hull that does not keep its
-course, small errors become large ones, and residuals have many minima."""
+"""Windows are shortened until the uncertainty of their initial state turns the ship by less, rad: on a hull that does not keep
+its course, small errors become large ones, and residuals have many minima."""
 HALVED = 3
 """How often at most."""
 ROUGH = 1e-4
@@ -186,5 +186,5 @@ def _unstable(length: float, window: float) -> list[str]:
         return []
     return [
         f"this hull turns a small error into a large one within {window:g} s, as one that does not keep its course: it was"
-        f" identified over windows of {length:g} s, and predictions over {window:g} s fail in some windows with true hull data too"
+        f" identified over windows of {length:g} s, and even true hull data fail to predict some windows of {window:g} s"
     ]

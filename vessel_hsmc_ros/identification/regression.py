@@ -21,7 +21,7 @@ from vessel_sim_node.plant import damping_force
 AVERAGED = 4.0
 """Length over which both sides are averaged, in bandwidths of the smoother."""
 SMALL = 1e-3
-"""Share of the largest input below which an equation has none."""
+"""Share of the larger force below which an equation has no input."""
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
 
 
@@ -90,7 +90,8 @@ def averaged(values: Array, run: Measurements, smoothed: Smoothed) -> Array:
     """
     samples = round(AVERAGED * smoothed.bandwidth / float(np.median(np.diff(run.time))))
     samples = min(samples, len(values) // 4)
-    return uniform_filter1d(values, samples, axis=0)[samples // 2 : len(values) - samples // 2]
+    filtered: Array = uniform_filter1d(values, samples, axis=0)
+    return filtered[samples // 2 : len(values) - samples // 2]
 
 
 def input_size(runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
@@ -99,10 +100,9 @@ def input_size(runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
     An equation without an input has nothing but unknowns: weighted by its own residuals, it would make all of them zero.
     """
     surge, sway, yaw = np.sqrt(np.mean(np.square(np.concatenate([run.wrench for run, _ in runs])), axis=0)).tolist()
-    force = max(surge, sway)
-    found = np.array([surge, sway, yaw])
-    # Without forces, or without a moment, the moment of a lever of 1 m.
-    return np.where(found > SMALL * max(force, yaw), found, np.array([force or yaw, force or yaw, force or yaw]))
+    # Without any force, or without a moment, as by a lever of 1 m.
+    force = max(surge, sway) or yaw
+    return np.array([surge if surge > SMALL * force else force, sway if sway > SMALL * force else force, yaw or force])
 
 
 def natural_scale(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:

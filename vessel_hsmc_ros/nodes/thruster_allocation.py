@@ -56,8 +56,9 @@ class ThrusterAllocationNode(VesselNode):
             (self.advertise(Float64, topic, profile, partner="odom"), i, part) for topic, i, part in self._layout.topics()
         ]
         thrusters = self._layout.thrusters()
+        # Not advertised: hardware may take these, but no node of the loop does, and the start must not wait for one.
         self._speeds_out = [
-            (self.advertise(Float64, f"thrusters/{t.name}/shaft_speed", profile), i, t)
+            (self.create_publisher(Float64, f"thrusters/{t.name}/shaft_speed", profile), i, t)
             for i, t in enumerate(thrusters)
             if t.thrust_coefficient_ahead and t.thrust_coefficient_astern
         ]

@@ -8,7 +8,7 @@ from functools import cache
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.hull import DrawnHull, Hull
+from vessel_hsmc_ros.core.hull import DrawnHull, Hull, NamedVessel
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.laws import (
@@ -127,7 +127,7 @@ def _restored(values: dict[str, schema.Value]) -> ControllerParameters:
 
 
 @dataclass(frozen=True)
-class FittedThrusters:
+class FittedThrusters(NamedVessel):
     """The part of the hull data that the allocation takes."""
 
     thrusters: ThrusterLayout = group(ThrusterLayout)
