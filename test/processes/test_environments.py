@@ -11,12 +11,14 @@ import pytest
 from harness import BIN, Command
 from mounting import READ_ONLY, mounted
 
+from vessel_hsmc_ros.cli.command import execute
+
 Start = Callable[..., Command]
 
 C_LOCALE = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 SECOND = ["--set", "vessel_sim.duration=1"]
 LAWS = ["hierarchical", "guided"]
-COMPARE = ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS)]
+COMPARE = ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS), "--jobs", "1"]
 
 VERBS = {
     "help": ["--help"],
@@ -113,18 +115,24 @@ def read_only(tmp_path: Path) -> Iterator[Path]:
         ["compare", "case2_tracking"],
         ["demo"],
         ["reproduce"],
-        ["report", "../bag"],
+        ["report", "bag"],
     ],
     ids=lambda arguments: arguments[0],
 )
 def test_a_read_only_output_is_refused_in_one_line_before_anything_is_computed(
-    start: Start, tmp_path: Path, read_only: Path, arguments: list[str]
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    read_only: Path,
+    arguments: list[str],
 ) -> None:
     bag_making.write_run(tmp_path / "bag", 20)
     target = read_only / ("page.html" if arguments[0] == "report" else "new")
-    command = start("vessel-hsmc", *arguments, "--output", target)
-    assert command.wait(20.0) == 1
-    (line,) = command.text.splitlines()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["vessel-hsmc", *arguments, "--output", str(target)])
+    assert execute() == 1
+    shown = capsys.readouterr()
+    (line,) = (shown.out + shown.err).splitlines()
     assert line.startswith("error: ")
     assert str(read_only) in line
     assert line.endswith("Read-only file system")

@@ -68,7 +68,7 @@ def check_nothing_left(pids: Any) -> Any:
     assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
 
 
-@pytest.mark.parametrize("name", taking_part(by_thrusters=False))
+@pytest.mark.parametrize("name", ["controller", "recorder"])
 def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
@@ -82,23 +82,17 @@ def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     assert json.loads((folder / "run.json").read_text())["exit_code"] == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start: Any, number: int) -> None:
+@pytest.mark.parametrize(("number", "send"), [(signal.SIGINT, os.killpg), (signal.SIGTERM, os.kill)])
+def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start: Any, number: int, send: Any) -> None:
+    """By Ctrl-C, which a terminal sends to the process group, or by a signal to the command alone."""
     command, folder = started(start)
     nodes = nodes_of(command)
-    command.popen.send_signal(number)
+    send(command.popen.pid, number)
     assert command.wait(20.0) == 128 + number
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
     assert "0 dropped" in (folder / "logs" / "recorder.log").read_text()
-
-
-def test_a_ctrl_c_sent_to_the_process_group_ends_the_run_in_order(start: Any) -> None:
-    command, folder = started(start)
-    os.killpg(command.popen.pid, signal.SIGINT)
-    assert command.wait(20.0) == 130
-    check_bag(folder)
 
 
 def test_a_hanging_node_ends_the_run_and_is_named(start: Any) -> None:
@@ -121,15 +115,6 @@ def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start:
         assert time.monotonic() < end, "nodes outlive the command that started them"
         time.sleep(0.05)
     check_bag(folder)
-
-
-def test_a_second_run_in_the_same_domain_and_namespace_is_refused_and_the_first_goes_on(start: Any) -> None:
-    first, _ = started(start)
-    second = start("vessel-hsmc", "run", "case2_tracking")
-    assert second.wait(20.0) == 1
-    assert "error: another run uses ROS domain" in second.text
-    assert run_folder(second.output.parent / "runs") is None
-    assert first.popen.poll() is None
 
 
 def test_run_without_ros_names_what_is_missing(start: Any) -> None:
@@ -245,11 +230,15 @@ def test_repeated_sigint_during_shutdown_does_not_change_the_exit_code(start: An
     assert command.popen.returncode == 0, command.text
 
 
-def test_a_plant_started_into_a_running_lockstep_run_refuses_and_the_run_goes_on(start: Any) -> None:
+def test_a_second_run_and_a_second_plant_in_the_same_domain_are_refused_and_the_first_run_goes_on(start: Any) -> None:
     run, folder = started(start)
-    second = start("vessel_sim_node", "--ros-args", "-p", "lockstep:=true")
+    second = start("vessel-hsmc", "run", "case2_tracking")
+    plant = start("vessel_sim_node", "--ros-args", "-p", "lockstep:=true")
     assert second.wait(20.0) == 1
-    assert "has 2 publishers and takes one: does another run use this ROS domain" in second.text.splitlines()[-1]
+    assert "error: another run uses ROS domain" in second.text
+    assert run_folder(second.output.parent / "runs") is None
+    assert plant.wait(20.0) == 1
+    assert "has 2 publishers and takes one: does another run use this ROS domain" in plant.text.splitlines()[-1]
     before = bag_size(folder)
     run.until(lambda: bag_size(folder) > before, 10.0)
     run.popen.send_signal(signal.SIGINT)

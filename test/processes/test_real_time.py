@@ -35,15 +35,19 @@ def finish(command: Any, deadline: float) -> tuple[Any, Any]:
 
 def test_a_real_time_run_is_complete_and_follows_the_lockstep_run(start: Any) -> None:
     """Its pace is measured by benchmarks/real_time.py: a busy machine makes it late."""
-    command = begin(start, 8)
+    command = begin(start, 5)
     bag, summary = finish(command, 60.0)
     run = bag.run(SHIP)
     assert summary["mode"] == "real time"
     assert summary["messages_dropped"] == 0
     np.testing.assert_allclose(np.diff(run.time), 0.01, atol=1e-9)
-    assert len(run.time) == 801
+    assert len(run.time) == 501
     assert "/clock" not in bag.topics
-    offline = simulate(load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 8.0}))
+    log = (folder_of(command) / "logs" / "controller.log").read_text()
+    assert "law guided at 100 Hz; real time" in log
+    assert "[ERROR]" not in log  # its end is none
+    assert "[FATAL]" not in log
+    offline = simulate(load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 5.0}))
     distance, expected = (position_error(r.state, r.reference)[-1] for r in (run, offline))
     assert distance == pytest.approx(expected, rel=0.3)  # late steps differ from run to run
     folder = folder_of(command)
@@ -51,19 +55,10 @@ def test_a_real_time_run_is_complete_and_follows_the_lockstep_run(start: Any) ->
     assert 'id="jitter"' in (folder / "report.html").read_text(encoding="utf-8")
 
 
-def test_the_end_of_a_real_time_run_is_no_error(start: Any) -> None:
-    command = begin(start, 1)
-    assert command.wait(60.0) == 0, command.text
-    log = (folder_of(command) / "logs" / "controller.log").read_text()
-    assert "law guided at 100 Hz; real time" in log
-    assert "[ERROR]" not in log
-    assert "[FATAL]" not in log
-
-
 def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start: Any) -> None:
-    alpha = begin(start, 10, "--namespace", "alpha")
+    alpha = begin(start, 6, "--namespace", "alpha")
     beta = begin(
-        start, 10, "--namespace", "fleet/beta", "--set", "vessel_sim.initial_pose=[500.0, 0.0, 0.0]",
+        start, 6, "--namespace", "fleet/beta", "--set", "vessel_sim.initial_pose=[500.0, 0.0, 0.0]",
         "--set", "reference_ship.initial_pose=[510.0, 0.0, 0.0]", "--set", "reference_ship.yaw_moment=-1e6",
     )  # fmt: skip
     for command, prefix, x in ((alpha, "/alpha/", 0.0), (beta, "/fleet/beta/", 500.0)):
@@ -75,7 +70,7 @@ def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start: Any) -> 
         }
         assert summary["messages_dropped"] == 0
         run = bag.run(SHIP)
-        assert len(run.time) == 1001
+        assert len(run.time) == 601
         assert np.all(np.abs(run.state[:, 0] - x) < 100.0)
         assert bag.diagnostics().keys() == {"vessel_sim", "controller", "reference_ship", "recorder"}
         distance = position_error(run.state, run.reference)

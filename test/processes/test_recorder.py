@@ -95,7 +95,7 @@ def witness() -> Any:
 
 @pytest.mark.parametrize("turn", range(2))
 def test_after_sigkill_every_reader_finds_all_but_the_last_second(start: Any, witness: Any, turn: Any) -> None:
-    moment = random.Random(turn).uniform(2.0, 15.0)  # noqa: S311
+    moment = random.Random(turn).uniform(2.0, 8.0)  # noqa: S311
     command = start("vessel-hsmc", "run", "case2_tracking")
     witness.until(command, int(moment * 1e9))
     nodes = children(command.popen.pid)

@@ -25,11 +25,11 @@ from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_sim_node.plant import VesselParameters
 
-DURATION = 20.0
+DURATION = 8.0
 COMMAND_LIMIT = 60.0
 """Time limit of a command, s."""
 
-STEPS = 2000
+STEPS = 800
 CHANGES = ["--set", f"vessel_sim.duration={DURATION}"]
 TYPES = {
     "/odom": "nav_msgs/msg/Odometry",
@@ -235,7 +235,7 @@ def test_every_recorded_command_is_recomputed_bit_identically(recorded: Recorded
     shutil.copytree(recorded[1] / "bag", tmp_path / "bag")  # the bag alone
     done = vessel_hsmc("replay", "bag", "--verify", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "2001 commands over 20 s: max |delta tau| = 0 N, 0 N·m" in done.stdout
+    assert "801 commands over 8 s: max |delta tau| = 0 N, 0 N·m" in done.stdout
     done = vessel_hsmc("replay", "bag", "--verify", "--set", "controller.hierarchical.sway_weight=0.002", cwd=tmp_path)
     assert done.returncode == 1
     assert "commands differ, the first at t = 0 s" in done.stdout
