@@ -17,7 +17,7 @@ def test_a_node_that_is_not_connected_reports_what_it_waits_for(bench: Any) -> N
     statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
     bench.start(ControllerNode)
     bench.publisher(ReferenceState, "reference")
-    expected = "waiting for a publisher of /odom, a node that reads /cmd_wrench and publishes /odom"
+    expected = "waiting for a publisher of /odom, a node that reads /cmd_wrench and publishes /odom or /allocated_wrench"
     bench.until(lambda: statuses and statuses[-1].status[0].message == expected)
     assert statuses[-1].status[0].level == DiagnosticStatus.WARN
 

@@ -53,8 +53,10 @@ def test_named_files_exist(page: Path) -> None:
 def test_commands_with_a_scenario_are_valid(page: Path) -> None:
     """Load the scenario of every `vessel-hsmc run` and `simulate`, with its changes."""
     text = page.read_text(encoding="utf-8")
-    for scenario, rest in re.findall(r"vessel-hsmc (?:run|simulate) +([a-z]\w*)([^`\n#|]*)", text):
-        assert load_scenario(scenario, parse_changes(tuple(re.findall(r"--set (\S+=\S+)", rest)))).name == scenario
+    for scenario, rest in re.findall(r"vessel-hsmc (?:run|simulate) +([a-z][\w/.]*)([^`\n#|]*)", text):
+        file = ROOT / scenario
+        changes = parse_changes(tuple(re.findall(r"--set (\S+=\S+)", rest)))
+        assert load_scenario(file if file.is_file() else scenario, changes).name == file.stem
 
 
 def exists(dotted: str) -> bool:
