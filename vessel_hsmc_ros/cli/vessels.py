@@ -25,7 +25,7 @@ def vessels(name: str | None, markdown: bool) -> None:
     elif markdown:
         print_line(vessel_table.markdown())
     else:
-        print_table(vessel_table.HEAD, vessel_table.overview(vessel_table.library()), text_columns=3)
+        print_table(vessel_table.HEAD, vessel_table.overview(vessel_table.published_vessels()), text_columns=3)
         print_line(USE)
 
 

@@ -19,7 +19,7 @@ INFORMATION = {each.name: each.metadata for each in fields(Figures)}
 """Unit and meaning of each figure."""
 
 
-def library() -> list[LibraryVessel]:
+def published_vessels() -> list[LibraryVessel]:
     """The vessels that come with the package."""
     return [read_vessel(name) for name in vessel_names()]
 
@@ -54,7 +54,7 @@ def details(vessel: LibraryVessel) -> list[Row]:
 
 def markdown() -> str:
     """Overview and comparison as tables of Markdown, for the docs."""
-    tables = ((HEAD, overview(library())), (COMPARED, comparison(library())))
+    tables = ((HEAD, overview(published_vessels())), (COMPARED, comparison(published_vessels())))
     return "\n\n".join(_markdown(head, rows) for head, rows in tables)
 
 
