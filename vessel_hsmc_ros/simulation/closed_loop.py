@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
 from vessel_hsmc_ros.simulation.loop_state import Array, Constants, Inputs, Kept, State
 from vessel_sim_node.plant import Wrench, acceleration, unforced
-from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure
+from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure, shown
 from vessel_sim_node.step import advance as advance_plant
 
 DONE, UNDEFINED, DIVERGED = 0, 1, 2
@@ -71,7 +71,7 @@ def desired_motion(reference: Array, i: int) -> Motion:
 def received(plant: PlantState, constants: PlantConstants) -> tuple[Motion, Motion]:
     """State and measurement as their messages give them."""
     state = published(plant.motion)
-    return state, (state if constants.odometry_is_true else published(plant.measured))
+    return state, (state if constants.odometry_is_true else published(shown(plant, constants)))
 
 
 @kernel
@@ -96,7 +96,7 @@ def keep(
     write(row, 21, wrench)
     write(row, 23, acceleration(disturbing, c.vessel))
     write(row, 26, unforced(state.motion, c.vessel, c.current))
-    row[29], row[30] = state.motion.psi, state.measured.psi
+    row[29], row[30] = state.motion.psi, shown(state, c).psi
     write(row, 31, disturbing)
     row[34] = state.tau[1]
 
