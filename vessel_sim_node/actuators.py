@@ -12,10 +12,10 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put, whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_sim_node.delay_line import DelayLine, delayed, fill, put, whole_periods
 
 
 def lag(what: str) -> float:
@@ -36,12 +36,12 @@ def dead_time(what: str) -> float:
 
 @dataclass(frozen=True)
 class ActuatorParameters:
-    """What drives the ship, and limits, lags and dead times of surge force and yaw moment; by default there are none, as in the paper."""
+    """What drives the ship, and limits, lags and dead times of its force and moment; by default none, as in the paper."""
 
     kind: str = parameter(
         "wrench",
-        "What drives the ship: wrench takes cmd_wrench as it is, within the limits, lags and dead times of this group; thrusters takes the"
-        " demands of vessel.thrusters.",
+        "What drives the ship: wrench takes cmd_wrench as it is, with the limits, lags and dead times of this group;"
+        " thrusters takes the demands of vessel.thrusters, without them.",
         choices=("wrench", "thrusters"),
     )
     surge_force_limit: float = parameter(math.inf, "Largest surge force, in either direction.", unit="N", low=0.0, high=math.inf)

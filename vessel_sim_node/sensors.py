@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
-from vessel_sim_node.delay_line import whole_periods
 
 
 def deviation(description: str, unit: str = "") -> float:
@@ -59,7 +59,7 @@ class SensorParameters:
         "Age of the measurements that odometry shows, which its stamp tells; rounded to whole periods of the plant.",
         unit="s",
         low=0.0,
-        high=60.0,
+        high=10.0,
     )
 
     def perfect(self) -> bool:

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vessel_hsmc_ros.core.delay_line import delay_line
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.delay_line import delay_line
 from vessel_sim_node.disturbance import Gust
 from vessel_sim_node.hull_check import check_hull, outside
 from vessel_sim_node.hull_parameters import ShipParameters, divergence

@@ -3,10 +3,10 @@
 import math
 from typing import Any, NamedTuple
 
+from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_sim_node.actuators import Actuator, actuate, arrived
-from vessel_sim_node.delay_line import DelayLine, delayed, fill, put
 from vessel_sim_node.disturbance import Gust, Periodic, Wind, next_gust, periodic_wrench, total, wind_wrench
 from vessel_sim_node.integrate import rk4_step
 from vessel_sim_node.plant import Vessel, Wrench
