@@ -55,7 +55,7 @@ class ControllerNode(VesselNode):
         self._start = 0
         self._phase: Timer | None = None
         self._odometry: tuple[int, Motion] | None = None
-        self._clock = StepClock(self, self._answer)
+        self._steps = StepClock(self, self._answer)
         self._references: dict[int, tuple[Motion, Acceleration]] = {}
         self._inputs = InputMonitor(self, {"odom": "odometry", "reference": "reference"}, p.input_timeout)
         self._updates = 0
@@ -136,7 +136,7 @@ class ControllerNode(VesselNode):
         if self._odometry is None or not self.connected:
             return
         measured_at, state = self._odometry
-        if (stamp := self._clock.step_of(measured_at, self.stamp)) is None:
+        if (stamp := self._steps.step_of(measured_at, self.stamp)) is None:
             return
         terms = None
         if self._loop.due(stamp):
