@@ -1,6 +1,7 @@
 """Dead time of the actuators and delay of the odometry: known answers."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,7 +71,7 @@ def test_odometry_shows_the_motion_of_its_delay_ago_and_at_the_start_the_first_o
 
 def test_a_delay_changes_no_measurement() -> None:
     """Noise and sampling belong to the time of the measurement."""
-    noisy = {"position_noise": 0.3, "heading_noise": 0.01, "velocity_noise": 0.1, "position_rate_hz": 5.0}
+    noisy: dict[str, Any] = {"position_noise": 0.3, "heading_noise": 0.01, "velocity_noise": 0.1, "position_rate_hz": 5.0}
     _, prompt, _ = odometry(SensorParameters(**noisy))
     _, late, _ = odometry(SensorParameters(**noisy, delay=0.2))
     np.testing.assert_array_equal(late[10:], prompt[:-10])

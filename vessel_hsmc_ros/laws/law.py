@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,8 @@ class Law(ABC, Generic[Parameters]):
 
     Attributes:
         name: Value of `controller.law` that selects the law, and name of the group of its parameters.
-        takes_age: Whether `step` takes the age of the motion as well, because the law predicts the motion over it.
+        takes_age: Whether `step` takes the age of the motion as well, because the law predicts the motion over it; a class that
+            defines `step` declares it anew.
         tracks: Whether the law tracks the position of the reference; comparisons leave out those that do not.
         parameters: The present parameters, unless the law redefines `retune`.
         vessel, period: As constructed.
@@ -40,6 +41,12 @@ class Law(ABC, Generic[Parameters]):
     name: ClassVar[str] = ""
     takes_age: ClassVar[bool] = False
     tracks: ClassVar[bool] = True
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        # A variant of a law that takes the age may define a step without it.
+        if "step" in vars(cls) and "takes_age" not in vars(cls):
+            cls.takes_age = False
 
     def __init__(self, parameters: Parameters, vessel: KnownVessel, period: float) -> None:
         self.vessel = vessel

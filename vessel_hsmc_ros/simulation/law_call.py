@@ -13,7 +13,7 @@ Answer = tuple[tuple[float, float], Any, Any]
 
 
 @kernel
-def step(*_inputs: Any) -> Any:
+def step(*_inputs: Any) -> Answer:
     """Stands for the kernel of a law."""
     return (math.nan, math.nan), (), ()
 
