@@ -51,6 +51,9 @@ SATURATED = 0.95
 LONGEST_ROLL = 12
 """Number of prediction steps through a dead time, however many periods it has."""
 
+LONGEST_AGE = 2.0
+"""Age of a measurement up to which the motion is predicted over it, s."""
+
 
 @kernel
 def bounded(m: Motion) -> Motion:
@@ -103,24 +106,41 @@ def forget_across(f: Estimates, m: Memory, g: Gains) -> None:
 
 
 @kernel
-def ahead(motion: Motion, f: Estimates, m: Memory, g: Gains) -> tuple[Motion, float, float]:
-    """The motion at which the present command arrives at the hull, and the wrench that acts just before.
+def delays(age: float, m: Memory, g: Gains) -> tuple[int, int]:
+    """The periods from a measurement until the present commands of force and moment arrive at the hull.
 
-    All commands that arrive until then are known, and the networks' outputs are held: the motion is predicted through the dead
-    time of the slower input.
+    For the law, the age of a measurement is a dead time: it lets the ship act on the command of that long ago.
 
     Args:
-        motion: State of the ship.
-        f: Outputs of the networks.
+        age: Age of the measurement, s.
         m: Internal state with the queue of commands.
         g: Gains.
     """
-    tau_1, tau_2, n = m.tau_1, m.tau_2, max(g.surge.delay, g.yaw.delay)
+    late, most = int(age / g.T + 0.5), m.queue.shape[1] - 1 - max(g.surge.delay, g.yaw.delay)
+    late = late if late < most else most
+    return g.surge.delay + late, g.yaw.delay + late
+
+
+@kernel
+def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
+    """The motion at which the present command arrives at the hull, and the wrench that acts just before.
+
+    All commands that arrive until then are known, and the networks' outputs are held: the motion is predicted through the delay
+    of the slower input.
+
+    Args:
+        motion: State of the ship at the time of the measurement.
+        f: Outputs of the networks.
+        n_1, n_2: Delays of force and moment from `delays`.
+        m: Internal state with the queue of commands.
+        g: Gains.
+    """
+    tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
     stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
     for i in range(n):
         # The faster input's command of periods to come is not known: its last one is held.
-        tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(g.surge.delay - i, 1)), g.surge)
-        tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(g.yaw.delay - i, 1)), g.yaw)
+        tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(n_1 - i, 1)), g.surge)
+        tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
         count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
         if count == stride or i == n - 1:
             motion = predict(motion, f.fu + sum_1 / count / g.m11, f.fv, f.fr + sum_2 / count / g.m33, g.T * count)
@@ -201,7 +221,7 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants, age: float = 0.0
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: correct the prediction, adapt the networks, predict through the dead time, compute commands and wrench.
 
@@ -209,6 +229,7 @@ def step(
         motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
         m: Internal state; its arrays are written in place.
         constants: Gains and neurons.
+        age: How long ago ship and reference were in these states, s.
 
     Returns:
         The wrench, its terms, and the internal state.
@@ -225,10 +246,11 @@ def step(
     learn(measured, m, g)
     f = outputs(m.W, m.H, m.scratch)
     forget_across(f, m, g)
-    later, tau_1, tau_2 = ahead(motion, f, m, g)
+    n_1, n_2 = delays(age, m, g)
+    later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
     goal = desired
-    if m.queue.shape[1] > 1:
-        goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * (m.queue.shape[1] - 1))
+    if max(n_1, n_2) > 0:
+        goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
     c, filtered = command(later, goal, acceleration, f, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
@@ -237,8 +259,8 @@ def step(
     wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.queue[1, column], g.yaw.limit, g)
     m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
     wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
-    tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, g.surge.delay), g.surge)
-    tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, g.yaw.delay), g.yaw)
+    tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
+    tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
     predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
@@ -262,6 +284,7 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
     """
 
     name = "guided"
+    takes_age = True
     kernel = staticmethod(step)
     terms = StepTerms
     networks = ("surge", "sway", "yaw")
@@ -274,4 +297,4 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
         g = self.constants.gains
-        self.memory = initial(len(self.neurons.mu), max(g.surge.delay, g.yaw.delay))
+        self.memory = initial(len(self.neurons.mu), max(g.surge.delay, g.yaw.delay) + math.ceil(LONGEST_AGE / g.T))

@@ -34,7 +34,7 @@ class Memory(NamedTuple):
         H: Activations, shape (l,), written in place.
         scratch: Working memory, shape (3, l).
         growth: Working memory, shape (3, 1): the change of the weights, divided by H.
-        queue: The last commands of surge force and yaw moment, (2, n + 1) for a dead time of n periods, written in place.
+        queue: The last commands of surge force and yaw moment, (2, n + 1) for delays up to n periods, written in place.
     """
 
     started: bool
@@ -58,7 +58,7 @@ class Constants(NamedTuple):
 
 
 def initial(neurons: int, delay: int) -> Memory:
-    """The internal state before the first step, for a number of neurons and a dead time in periods."""
+    """The internal state before the first step, for a number of neurons and the longest delay in periods."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
     arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), np.zeros((2, delay + 1))
