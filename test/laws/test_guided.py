@@ -12,7 +12,8 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
-from vessel_hsmc_ros.laws.guided import GuidedController, command, forget_across, learn
+from vessel_hsmc_ros.laws.guided import GuidedController, command
+from vessel_hsmc_ros.laws.guided_learning import forget_across, learn
 from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_state import Filter, initial
 from vessel_hsmc_ros.laws.network import Estimates
