@@ -40,7 +40,7 @@ from vessel_hsmc_ros.laws.guided_learning import forget_across, learn
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Estimates, activate, outputs
+from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
 
 LARGEST = 1e12
@@ -153,9 +153,10 @@ def step(
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
-    learn(measured, m, g)
+    HH = output(m.H, m.H, m.scratch)
+    learn(measured, HH, m, g)
     f = outputs(m.W, m.H, m.scratch)
-    forget_across(f, m, g)
+    forget_across(f, HH, m, g)
     n_1, n_2 = delays(age, m, g)
     later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
     goal = desired
