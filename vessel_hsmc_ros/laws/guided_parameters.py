@@ -1,6 +1,5 @@
 """The gains of the guided law, derived from the declared vessel or set by hand; docs/guided.md gives the reason for each."""
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,10 +8,9 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.applied_wrench import Channel, channel
-from vessel_hsmc_ros.laws.guided_rule import DERIVED, dynamics, unit_time, with_derived
+from vessel_hsmc_ros.laws.guided_rule import DERIVED, Input, derived_gains, dynamics, unit_time
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.network import NetworkParameters
-
 
 POSITIVE = (
     "position_gain",
@@ -119,6 +117,20 @@ class Gains(NamedTuple):
     z_h: float
 
 
+def by_hand_or_derived(parameters: GuidedParameters, vessel: KnownVessel) -> GuidedParameters:
+    """The gains as numbers: those set by hand, and the derived ones.
+
+    Raises:
+        ParameterError: a gain that appears in a denominator is zero.
+    """
+    derived = {name: value for name, value in derived_gains(vessel).items() if getattr(parameters, name) < 0.0}
+    chosen = schema.changed(parameters, derived, "controller.guided")
+    for name in POSITIVE:
+        if getattr(chosen, name) == 0.0:
+            raise ParameterError(f"controller.guided.{name} = 0.0 is not allowed: it takes a number above 0, or -1 to derive it")
+    return chosen
+
+
 def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> Gains:
     """The constants of the law for a ship and a control period.
 
@@ -134,11 +146,7 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
         ParameterError: a gain that appears in a denominator is zero.
     """
     T = period
-    numbers = with_derived(parameters, vessel)
-    for name in POSITIVE:
-        if numbers[name] == 0.0:
-            raise ParameterError(f"controller.guided.{name} = 0.0 is not allowed: it takes a number above 0, or -1 to derive it")
-    given = schema.symbols(dataclasses.replace(parameters, **numbers))
+    given = schema.symbols(by_hand_or_derived(parameters, vessel))
     poles = {name.replace("w_", "z_"): math.exp(-given.pop(name) * T) for name in ("w_u", "w_v", "w_r", "w_p", "w_h")}
     # At S1 = S1_max the reaching term k1·S1 alone needs the entire yaw moment.
     full = vessel.yaw_moment_limit / vessel.yaw_inertia
@@ -146,17 +154,16 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     # expm1 keeps full precision for k·T near zero, where 1 - exp(-k·T) would cancel.
     for name in ("k1", "k2"):
         given[name] = -math.expm1(-given[name] * T) / T
-    return Gains(
-        **given,
-        **poles,
-        **_thresholds(vessel),
-        **_channels(vessel, T),
-        **schema.symbols(vessel),
-        a_max=a_max,
-        S1_max=S1_max,
-        T=T,
-        step_c=-math.expm1(-given["lambda_c"] * T) / T,
-    )
+    constants = {**given, **poles, **_thresholds(vessel), **schema.symbols(vessel)}
+    constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
+    inputs = dynamics(vessel)
+    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    surge, yaw = (_channel(each, limit, T) for each, limit in zip((inputs.surge, inputs.yaw), limits, strict=True))
+    return Gains(surge=surge, yaw=yaw, **constants)
+
+
+def _channel(known: Input, limit: float, period: float) -> Channel:
+    return channel(limit, known.lag, known.remaining, known.rate, known.dead_time, period)
 
 
 def _thresholds(vessel: KnownVessel) -> dict[str, float]:
@@ -171,12 +178,3 @@ def _thresholds(vessel: KnownVessel) -> dict[str, float]:
         "U_xi": 0.0144 * speed,
         "leak": 0.046 / T,
     }
-
-
-def _channels(vessel: KnownVessel, period: float) -> dict[str, Channel]:
-    """The known dynamics of surge force and yaw moment."""
-    d = dynamics(vessel)
-    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
-    of = zip(limits, d.lag, d.remaining, d.rate, d.dead_time, strict=True)
-    surge, yaw = (channel(*each, period) for each in of)
-    return {"surge": surge, "yaw": yaw}

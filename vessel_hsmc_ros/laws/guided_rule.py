@@ -1,4 +1,4 @@
-"""The gains of the guided law for any ship: dimensionless numbers times the units of the ship, slower where its actuators are slow.
+"""The gains of the guided law for any ship: dimensionless numbers times its units, slower where its actuators are slow.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -13,11 +13,10 @@ A gain is its number for instant actuators to the power 1 - s times that for slo
 as slow. docs/guided.md states where the numbers come from.
 """
 
-import dataclasses
 import math
 from typing import NamedTuple
 
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.known_vessel import ControlledVessel, KnownVessel
 
 DERIVED = -1.0
 """The value of a gain that follows from the declared vessel."""
@@ -45,21 +44,21 @@ class Rule(NamedTuple):
 
 
 RULES = {
-    "position_gain": Rule(1.52, 0.69, 0.51, 0, -1, True),
+    "position_gain": Rule(1.52, 0.69, 0.523, 0, -1, True),
     "approach_speed": Rule(0.173, 0.173, 0.173, 1, -1),
-    "drift_gain": Rule(0.233, 0.233, 0.233, 0, -2, True),
+    "drift_gain": Rule(0.233, 0.233, 0.165, 0, -2, True),
     "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
-    "heading_surface_slope": Rule(1.93, 1.29, 0.645, 0, -1, True),
-    "sway_share": Rule(0.62, 0.62, 0.85),
-    "turn_acceleration_share": Rule(0.4, 0.05, 0.05),
-    "turn_rate_limit": Rule(1.15, 0.37, 0.37, 0, -1, True),
-    "command_bandwidth": Rule(9.2, 4.6, 1.34, 0, -1, True),
-    "command_integral": Rule(0.1, 0.1, 0.1),
-    "yaw_reaching_gain": Rule(8.3, 8.3, 8.3, 0, -1, True),
-    "surge_reaching_gain": Rule(6.45, 6.45, 6.45, 0, -1, True),
+    "heading_surface_slope": Rule(1.93, 1.29, 0.639, 0, -1, True),
+    "sway_share": Rule(0.62, 0.62, 0.667),
+    "turn_acceleration_share": Rule(0.4, 0.05, 0.048),
+    "turn_rate_limit": Rule(1.15, 0.37, 0.303, 0, -1, True),
+    "command_bandwidth": Rule(9.2, 4.6, 1.32, 0, -1, True),
+    "command_integral": Rule(0.1, 0.1, 0.082),
+    "yaw_reaching_gain": Rule(8.3, 8.3, 8.8, 0, -1, True),
+    "surge_reaching_gain": Rule(6.45, 6.45, 7.1, 0, -1, True),
     "surge_learning_rate": Rule(9.2, 9.2, 9.2, 0, -1, True),
-    "sway_learning_rate": Rule(13.8, 13.8, 13.8, 0, -1, True),
-    "yaw_learning_rate": Rule(8.3, 8.3, 8.3, 0, -1, True),
+    "sway_learning_rate": Rule(13.8, 13.8, 20.0, 0, -1, True),
+    "yaw_learning_rate": Rule(8.3, 8.3, 8.5, 0, -1, True),
     "position_filter": Rule(6.9, 6.9, 6.9, 0, -1),
     "heading_filter": Rule(13.8, 13.8, 13.8, 0, -1),
     "slew_time": Rule(0.0, 0.0, 0.0, 0, 1),
@@ -73,21 +72,35 @@ RULES = {
 """The rule of each gain of the guided law, by its name."""
 
 
-class Dynamics(NamedTuple):
-    """What the law takes the two inputs for: surge first, then yaw.
+class Input(NamedTuple):
+    """What the law takes an input for.
 
     Attributes:
-        lag, remaining: T_l, and the lag that remains with the lead, s.
-        rate: Largest rates of change, N/s and N·m/s, or infinity.
-        dead_time: Dead times, s.
-        s, q: Slowness and stretch.
-        declared: Whether anything is declared of them.
+        lag: T_l, s.
+        remaining: The lag that remains with the lead against it, s.
+        rate: Largest rate of change, N/s or N·m/s, or infinity.
+        dead_time: Dead time, s.
+        full: Time from zero to the limit, s.
     """
 
-    lag: tuple[float, float]
-    remaining: tuple[float, float]
-    rate: tuple[float, float]
-    dead_time: tuple[float, float]
+    lag: float
+    remaining: float
+    rate: float
+    dead_time: float
+    full: float
+
+
+class Dynamics(NamedTuple):
+    """The dynamics of the two inputs.
+
+    Attributes:
+        surge, yaw: Of surge force and yaw moment.
+        s, q: Slowness and stretch.
+        declared: Whether any lag or rate is declared.
+    """
+
+    surge: Input
+    yaw: Input
     s: float
     q: float
     declared: bool
@@ -101,21 +114,30 @@ def unit_time(vessel: KnownVessel) -> float:
 def dynamics(vessel: KnownVessel) -> Dynamics:
     """The dynamics of the inputs with assumptions for what is not declared."""
     T = unit_time(vessel)
-    lags, dead = (vessel.surge_lag, vessel.yaw_lag), (vessel.surge_dead_time, vessel.yaw_dead_time)
-    rates, limits = (vessel.surge_force_rate, vessel.yaw_moment_rate), (vessel.surge_force_limit, vessel.yaw_moment_limit)
-    declared = any(value >= 0.0 for value in (*lags, *rates))
-    lag = tuple(each if each >= 0.0 else ASSUMED_LAG * T for each in lags)
-    dead_time = tuple(max(each, 0.0) for each in dead)
-    rate = tuple(each if each > 0.0 else math.inf for each in rates)
+    surge = _input(vessel.surge_lag, vessel.surge_force_rate, vessel.surge_dead_time, vessel.surge_force_limit, T)
+    yaw = _input(vessel.yaw_lag, vessel.yaw_moment_rate, vessel.yaw_dead_time, vessel.yaw_moment_limit, T)
+    slowest = max(surge.lag + surge.dead_time, yaw.lag + yaw.dead_time) / T
+    longest = max(surge.full, yaw.full) / T
+    # Where the pivot is known within a fifth, the moment accelerates the controlled point by a fifth of x_p.
+    x_p = vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0
+    s = max(_ramp(slowest, 0.04, 0.1), _ramp(longest, 0.25, 0.6), _ramp(x_p / vessel.length, 0.12, 0.2))
+    declared = any(each >= 0.0 for each in (vessel.surge_lag, vessel.yaw_lag, vessel.surge_force_rate, vessel.yaw_moment_rate))
+    return Dynamics(surge, yaw, s if declared else 1.0, max(1.0, slowest / 0.8, longest / 4.0), declared)
+
+
+def _input(lag: float, rate: float, dead_time: float, limit: float, T: float) -> Input:
+    """What the law takes an input for.
+
+    Args:
+        lag, rate, dead_time: As declared, negative where they are not.
+        limit: Largest magnitude.
+        T: Unit of time, s.
+    """
+    assumed = lag if lag >= 0.0 else ASSUMED_LAG * T
     # Of a lag that is not known no more than half is led against: too much lead would be worse than none.
-    left = tuple(
-        max(0.2 * each, min(each, 0.065 * T)) if known >= 0.0 else 0.5 * each for each, known in zip(lag, lags, strict=True)
-    )
-    full = max(limit / each for limit, each in zip(limits, rate, strict=True))
-    slowest = max(lag) + max(dead_time)
-    s = max(_ramp(slowest / T, 0.04, 0.1), _ramp(full / T, 0.25, 0.6))
-    q = max(1.0, slowest / (0.45 * T), full / (2.2 * T))
-    return Dynamics(lag, left, rate, dead_time, s if declared else 1.0, q, declared)
+    remaining = max(0.2 * lag, min(lag, 0.05 * T)) if lag >= 0.0 else 0.5 * assumed
+    fastest = rate if rate > 0.0 else math.inf
+    return Input(assumed, remaining, fastest, max(dead_time, 0.0), limit / fastest)
 
 
 def _ramp(value: float, low: float, high: float) -> float:
@@ -137,13 +159,7 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
     return number * vessel.length**rule.length * T**rule.time
 
 
-def with_derived(parameters: object, vessel: KnownVessel) -> dict[str, float]:
-    """The gains of a law by their names, with the rule's values for those that are not set by hand.
-
-    Args:
-        parameters: A dataclass with a field for each rule.
-        vessel: What is declared of the ship.
-    """
+def derived_gains(vessel: KnownVessel) -> dict[str, float]:
+    """All gains of the rule for a ship, by their names."""
     d = dynamics(vessel)
-    given = {field.name: getattr(parameters, field.name) for field in dataclasses.fields(parameters) if field.name in RULES}  # type: ignore[arg-type]
-    return {name: derived(name, vessel, d) if value < 0.0 else value for name, value in given.items()}
+    return {name: derived(name, vessel, d) for name in RULES}

@@ -12,7 +12,6 @@ A yaw moment N accelerates sway and yaw by M·(v', r') = (e·N, N). The pivot at
 sway velocity v + x_p·r, which N does not accelerate; and r' = N/m_p with m_p = m33 - x_p·m32. docs/pivot.md derives both.
 """
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -126,14 +125,25 @@ class KnownVessel(NamedVessel):
         at_origin = self.controlled_point == "origin" or (self.controlled_point == "ahead" and x_p < 0.0)
         return 0.0 if at_origin else x_p
 
-    def as_controlled(self) -> "KnownVessel":
+    def as_controlled(self) -> "ControlledVessel":
         """The same vessel as a law knows it: its yaw inertia is m_p, and where the pivot is controlled there is no coupling.
 
         Raises:
             ParameterError: as `pivot`.
         """
         x_p, m32 = self.pivot, self.yaw_sway_inertia or self.sway_yaw_inertia
-        known = dataclasses.replace(self, yaw_inertia=self.yaw_inertia - x_p * m32)
-        if not self.controlled:
-            return known
-        return dataclasses.replace(known, sway_yaw_inertia=0.0, yaw_sway_inertia=0.0, sway_force_per_yaw_moment=0.0)
+        known = {**vars(self), "yaw_inertia": self.yaw_inertia - x_p * m32}
+        if self.controlled:
+            known |= {"sway_yaw_inertia": 0.0, "yaw_sway_inertia": 0.0, "sway_force_per_yaw_moment": 0.0}
+        return ControlledVessel(**known, ahead=self.controlled)
+
+
+@dataclass(frozen=True)
+class ControlledVessel(KnownVessel):
+    """A vessel as a law knows it at the point that it controls.
+
+    Attributes:
+        ahead: Distance of that point ahead of the origin, m.
+    """
+
+    ahead: float = 0.0
