@@ -56,7 +56,7 @@ class SensorParameters:
     measures_velocity: bool = parameter(True, "Whether velocities are measured; if not, odometry reports them as zero.")
     delay: float = parameter(
         0.0,
-        "Age of the measurements that odometry shows, which its stamp tells; rounded to whole periods of the plant.",
+        "Age of the measurements that odometry shows, whose times are its stamps; rounded to whole periods of the plant.",
         unit="s",
         low=0.0,
         high=10.0,

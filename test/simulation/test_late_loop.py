@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, extrapolate
-from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.laws import LAWS, Law, Terms
 from vessel_hsmc_ros.laws.pd import PdParameters
 from vessel_hsmc_ros.runs.offline import ClosedLoop, simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
@@ -90,3 +90,23 @@ def test_a_law_that_takes_no_age_gets_ship_and_reference_of_the_same_time() -> N
     motion, desired, _ = seen[40]
     assert motion == as_motion(run.state[35])
     np.testing.assert_allclose(desired, run.reference[35], atol=0.01)
+
+
+def tracking_error(**changes: float) -> float:
+    """The largest distance of the guided law from its reference in the last 20 s of 160 s; the actuators are declared ideal."""
+    ideal: dict[str, Any] = {
+        f"controller.vessel.{name}": 0.0 for name in ("surge_lag", "yaw_lag", "surge_dead_time", "yaw_dead_time")
+    }
+    ideal |= {f"controller.vessel.{name}": float("inf") for name in ("surge_force_rate", "yaw_moment_rate")}
+    given = {name.replace("__", "."): value for name, value in changes.items()}
+    scenario = load_scenario(
+        "case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 160.0, **RATES, **ideal, **given}
+    )
+    run = simulate(scenario, interpreted=True)
+    return float(np.hypot(*(run.state - run.reference)[-400:, :2].T).max())
+
+
+def test_the_guided_law_tracks_with_odometry_a_second_late_as_with_prompt_odometry(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert tracking_error(vessel_sim__sensors__delay=1.0) < 2.0 * tracking_error()
+    monkeypatch.setattr(LAWS["guided"].controller, "takes_age", False)
+    assert tracking_error(vessel_sim__sensors__delay=1.0) > 0.3

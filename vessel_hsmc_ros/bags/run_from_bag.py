@@ -150,7 +150,7 @@ def matched(stamps: Stamps, series: Series) -> tuple[NDArray[np.intp], NDArray[n
 def shown_at(measured_at: Stamps, steps: Stamps) -> Stamps:
     """The times of the steps in which the plant has published its odometry, whose stamps are those of late measurements.
 
-    The plant repeats its first measurement until it is as old as the delay: so the repetitions tell the delay in steps.
+    The plant repeats its first measurement until it is as old as the delay: so the repetitions show the delay in steps.
 
     Args:
         measured_at: Stamps of the odometry, ascending, (n,) ns.
