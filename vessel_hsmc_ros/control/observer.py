@@ -5,11 +5,14 @@ The filter predicts by the model of `observer_model`, whose symbols it shares, a
 Source of the method, disturbances and waves as states: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control.
 """
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.observer_actuators import actuators
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, estimate, initial_state, observe
 from vessel_hsmc_ros.control.observer_model import model
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
@@ -18,16 +21,58 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
 Array = NDArray[np.float64]
 
-START = np.array([1.0, 1.0, 0.05, 0.1, 0.1, 0.01, 0.2, 0.2])
-"""Initial standard deviations of u, v, r, b and w."""
+NONE = -1.0
+"""Marks a parameter as not set: it is derived from the units of the ship."""
+
+
+class Units(NamedTuple):
+    """The ship's own units: time sqrt(m_p/tau_2max), speed length/time, and the largest accelerations by surge force and moment."""
+
+    time: float
+    speed: float
+    acceleration: float
+    yaw_acceleration: float
+
+
+def units(vessel: KnownVessel) -> Units:
+    """The units of a ship."""
+    m_p = vessel.as_controlled().yaw_inertia
+    time = math.sqrt(m_p / vessel.yaw_moment_limit)
+    return Units(time, vessel.length / time, vessel.surge_force_limit / vessel.surge_inertia, vessel.yaw_moment_limit / m_p)
+
+
+def chosen(value: float, derived: float) -> float:
+    """A parameter as set, or what is derived for it."""
+    return derived if value == NONE else value
+
+
+def walks(p: ObserverParameters, ship: Units) -> list[float]:
+    """Intensities of the process noise of u, v, r, b, w, ln d and c: standard deviations of the change in one second."""
+    per = 1.0 / math.sqrt(ship.time)
+    speed = chosen(p.velocity_walk, 0.003 * ship.speed * per)
+    yaw_rate = chosen(p.yaw_rate_walk, 0.002 / ship.time * per)
+    force = chosen(p.force_walk, 0.012 * ship.acceleration * per)
+    moment = chosen(p.moment_walk, 0.03 * ship.yaw_acceleration * per)
+    weather = chosen(p.weather_walk, 0.004 * ship.acceleration * per)
+    current = chosen(p.current_walk, 0.001 * ship.speed * per)
+    damping = [0.04 * per if decay == NONE else 0.0 for decay in (p.surge_decay, p.sway_decay, p.yaw_decay)]
+    return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + [weather] * 2 + damping + [current] * 2
+
+
+def deviations(p: ObserverParameters, ship: Units) -> list[float]:
+    """Initial standard deviations of the same states."""
+    speed, yaw_rate, current = 0.15 * ship.speed, 0.25 / ship.time, 0.1 * ship.speed
+    force, moment = 0.06 * ship.acceleration, 0.2 * ship.yaw_acceleration
+    damping = [1.0 if decay == NONE else 0.0 for decay in (p.surge_decay, p.sway_decay, p.yaw_decay)]
+    return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + [force] * 2 + damping + [current] * 2
 
 
 def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:
     """The constants of the filter, which works with variances; the parameters are standard deviations."""
-    m = model(p)
+    m, ship = model(p, vessel), units(vessel)
     noise = np.array([p.position_noise, p.position_noise, p.heading_noise]) ** 2
-    levels = [p.velocity_walk] * 2 + [p.yaw_rate_walk] + [p.force_walk] * 2 + [p.moment_walk] + [p.weather_walk] * 2
-    intensity, start = np.array([0.0] * 3 + levels) ** 2, np.concatenate((noise, START**2))
+    intensity = np.array([0.0] * 3 + walks(p, ship)) ** 2
+    start = np.concatenate((noise, np.array(deviations(p, ship)) ** 2))
     if m.waves:
         wave_variance = np.array([p.wave_position, p.wave_position, p.wave_heading]) ** 2
         # The white noise on ddxi whose stationary variance of dxi is wave_variance: 4·zeta·omega_0·variance; that of xi is
@@ -35,9 +80,11 @@ def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:
         intensity = np.concatenate((intensity, np.zeros(3), 4.0 * m.zeta * m.omega_0 * wave_variance))
         start = np.concatenate((start, wave_variance / m.omega_0**2, wave_variance))
     x, y, psi = noise.tolist()
-    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    d_1, d_2, d_3 = (math.log(max(chosen(d, 0.8 / ship.time), 1e-9)) for d in (p.surge_decay, p.sway_decay, p.yaw_decay))
     inertia = vessel.surge_inertia, vessel.as_controlled().yaw_inertia, vessel.pivot
-    return ObserverConstants(p.enabled, m, (x, y, psi), np.diag(intensity), start, *inertia, *limits, p.actuator_lag)
+    return ObserverConstants(
+        p.enabled, m, (x, y, psi), np.diag(intensity), start, (d_1, d_2, d_3), *inertia, actuators(p, vessel)
+    )
 
 
 class Observer:

@@ -6,15 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.observer_model import DXI, PSI, Model, V, propagate, propagate_covariance
+from vessel_hsmc_ros.control.observer_actuators import Actuators, Commands, Wrench, actuated, no_commands
+from vessel_hsmc_ros.control.observer_model import D1, DXI, PSI, Model, V, propagate, propagate_covariance
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
-from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.timing import seconds
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
-Wrench = tuple[float, float]
 
 LONGEST_HOLD = 2.0
 """An unchanged measurement counts as a repetition of the last sample for this long, s."""
@@ -35,10 +34,10 @@ class ObserverConstants(NamedTuple):
         noise: Variances of a sample of x, y and psi.
         Q: Intensity of the process noise, shape (n, n).
         start: Initial variances of the states, shape (n,).
+        decay: Initial ln d_1, ln d_2, ln d_3.
         m11, m_p: Known inertia; m_p is that which the yaw moment accelerates.
         x_p: Distance of the known pivot point ahead of the origin, m.
-        force_limit, moment_limit: Known limits of the wrench.
-        lag: T_l, s; 0 for none.
+        actuators: What is known of the actuators.
     """
 
     enabled: bool
@@ -46,12 +45,11 @@ class ObserverConstants(NamedTuple):
     noise: tuple[float, float, float]
     Q: Array
     start: Array
+    decay: tuple[float, float, float]
     m11: float
     m_p: float
     x_p: float
-    force_limit: float
-    moment_limit: float
-    lag: float
+    actuators: Actuators
 
 
 class ObserverState(NamedTuple):
@@ -65,7 +63,8 @@ class ObserverState(NamedTuple):
         started: Whether a measurement has initialised the filter.
         stamp: Time of the estimate, ns.
         accepted_at: When all new samples were accepted for the last time, ns.
-        applied: Wrench after limits and lag, N, N·m.
+        applied: Wrench on the hull, N, N·m.
+        commands: The latest commands.
     """
 
     x: Array
@@ -76,12 +75,13 @@ class ObserverState(NamedTuple):
     stamp: int
     accepted_at: int
     applied: Wrench
+    commands: Commands
 
 
 def initial_state(c: ObserverConstants) -> ObserverState:
     """The state before the first measurement."""
-    n = len(c.start)
-    return ObserverState(np.zeros(n), np.zeros((n, n)), np.zeros(3), np.zeros(2, np.int64), False, 0, 0, (0.0, 0.0))
+    n, ring = len(c.start), no_commands(c.actuators)
+    return ObserverState(np.zeros(n), np.zeros((n, n)), np.zeros(3), np.zeros(2, np.int64), False, 0, 0, (0.0, 0.0), ring)
 
 
 @kernel
@@ -103,7 +103,7 @@ def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: Observe
     applied = s.applied
     if stamp > s.stamp:
         dt = seconds(stamp - s.stamp)
-        applied = actuated(applied, wrench, dt, c)
+        applied = actuated(applied, s.stamp, wrench, dt, s.commands, c.actuators)
         predict(s.x, s.P, applied, dt, c)
     # Position and heading are separate sensors with rates of their own, so each is tested for a new sample on its own.
     new_position, new_heading = is_new_position(stamp, pose, s), is_new_heading(stamp, pose, s)
@@ -118,7 +118,7 @@ def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: Observe
             accepted_at = stamp
         elif seconds(stamp - accepted_at) > LONGEST_HOLD:
             return begin(stamp, pose, s, c)
-    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, max(stamp, s.stamp), accepted_at, applied)
+    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, max(stamp, s.stamp), accepted_at, applied, s.commands)
 
 
 @kernel
@@ -137,9 +137,10 @@ def begin(stamp: int, pose: Pose, s: ObserverState, c: ObserverConstants) -> Obs
         s.P[i, i] = c.start[i]
     for i in range(3):
         s.x[i] = pose[i]
+        s.x[D1 + i] = c.decay[i]
         s.held[i] = math.nan  # equal to no sample
     s.sampled_at[:] = stamp
-    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, stamp, stamp, (0.0, 0.0))
+    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, stamp, stamp, s.applied, s.commands)
 
 
 @kernel
@@ -149,7 +150,7 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
     Args:
         x: States.
         P: Covariance, symmetric.
-        applied: Wrench after limits and lag, N, N·m.
+        applied: Wrench on the hull, N, N·m.
         dt: Time step, s.
         c: Constants.
     """
@@ -160,23 +161,6 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
     if c.x_p != 0.0:  # the yaw moment turns the ship about the pivot point
         x[V] -= dt * c.x_p * turning
     P += dt * c.Q
-
-
-@kernel
-def actuated(last: Wrench, wrench: Wrench, dt: float, c: ObserverConstants) -> Wrench:
-    """The wrench at the end of dt after the known limits and the actuator lag.
-
-    Args:
-        last: The wrench at its beginning, N, N·m.
-        wrench: Commanded wrench, N, N·m.
-        dt: Time step, s.
-        c: Constants.
-    """
-    force, moment = clip(wrench[0], c.force_limit), clip(wrench[1], c.moment_limit)
-    if c.lag == 0.0:
-        return force, moment
-    share = -math.expm1(-dt / c.lag)
-    return last[0] + share * (force - last[0]), last[1] + share * (moment - last[1])
 
 
 @kernel
