@@ -21,9 +21,11 @@ actuator is saturated. The law knows m11, m33 and the limits. docs/guided.md der
 
 import math
 
+from vessel_hsmc_ros.core.arrays import multiply
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.laws.guidance import (
     approach_rate,
     calmness,
@@ -43,8 +45,11 @@ from vessel_hsmc_ros.laws.predictor import correct, predict
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
 
-LARGEST_INNOVATION = 1.0, 1.0, 0.2
-"""Innovations are saturated at these, m/s, m/s, rad/s, before the networks adapt to them: an outlier must not dominate."""
+SATURATED = 0.95
+"""Share of its limit above which an input counts as saturated."""
+
+LONGEST_ROLL = 12
+"""Number of prediction steps through a dead time, however many periods it has."""
 
 
 @kernel
@@ -59,21 +64,68 @@ def bounded(m: Motion) -> Motion:
 def learn(measured: Motion, m: Memory, g: Gains) -> None:
     """Adapt the weights in place, W += (1 - z)²/T·e·H/(HᵀH), to the innovation e.
 
-    A saturated actuator does not deliver what the prediction assumes, so its network is not adapted.
+    A saturated actuator may not deliver what the prediction assumes, so its network is not adapted.
 
     Args:
         measured: Measured state of the ship.
         m: Internal state with the activations at this step and the prediction for it.
         g: Gains.
     """
-    p, (largest_u, largest_v, largest_r) = m.predicted, LARGEST_INNOVATION
+    p = m.predicted
     # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
     # small constant prevents a division by zero far from all centres, where H vanishes.
     scale = 1.0 / (g.T * (output(m.H, m.H, m.scratch) + 1e-6))
-    m.growth[0, 0] = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, largest_u)
-    m.growth[1, 0] = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, largest_v)
-    m.growth[2, 0] = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, largest_r)
+    cut_1, cut_2 = abs(m.tau_1) > SATURATED * g.surge.limit, abs(m.tau_2) > SATURATED * g.yaw.limit
+    # Innovations are saturated before the networks adapt to them: an outlier must not dominate.
+    m.growth[0, 0] = 0.0 if cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, g.e_max)
+    m.growth[1, 0] = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, g.e_max)
+    m.growth[2, 0] = 0.0 if cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, g.e_r_max)
     adapt(m.W, m.growth, m.H, m.scratch)
+
+
+@kernel
+def forget_across(f: Estimates, m: Memory, g: Gains) -> None:
+    """Let the weights across H decay in place, W -= leak·T·(W - (WᵀH)·H/(HᵀH)); the outputs WᵀH stay.
+
+    The innovation says nothing about the weights across H, but noise drives them: without the decay they would grow for ever.
+
+    Args:
+        f: Outputs of the networks.
+        m: Internal state.
+        g: Gains.
+    """
+    share = g.leak * g.T
+    scale = share / (output(m.H, m.H, m.scratch) + 1e-6)
+    for i in range(len(m.W)):
+        multiply(m.W[i], 1.0 - share, m.W[i])
+    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = scale * f.fu, scale * f.fv, scale * f.fr
+    adapt(m.W, m.growth, m.H, m.scratch)
+
+
+@kernel
+def ahead(motion: Motion, f: Estimates, m: Memory, g: Gains) -> tuple[Motion, float, float]:
+    """The motion at which the present command arrives at the hull, and the wrench that acts just before.
+
+    All commands that arrive until then are known, and the networks' outputs are held: the motion is predicted through the dead
+    time of the slower input.
+
+    Args:
+        motion: State of the ship.
+        f: Outputs of the networks.
+        m: Internal state with the queue of commands.
+        g: Gains.
+    """
+    tau_1, tau_2, n = m.tau_1, m.tau_2, max(g.surge.delay, g.yaw.delay)
+    stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
+    for i in range(n):
+        # The faster input's command of periods to come is not known: its last one is held.
+        tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(g.surge.delay - i, 1)), g.surge)
+        tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(g.yaw.delay - i, 1)), g.yaw)
+        count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
+        if count == stride or i == n - 1:
+            motion = predict(motion, f.fu + sum_1 / count / g.m11, f.fv, f.fr + sum_2 / count / g.m33, g.T * count)
+            count, sum_1, sum_2 = 0, 0.0, 0.0
+    return motion, tau_1, tau_2
 
 
 @kernel
@@ -151,7 +203,7 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
 def step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period: correct the prediction, adapt the networks, compute commands and wrench, predict.
+    """One period: correct the prediction, adapt the networks, predict through the dead time, compute commands and wrench.
 
     Args:
         motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
@@ -166,24 +218,35 @@ def step(
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
-        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.W, m.H, m.scratch, m.growth)
+        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.head, m.W, m.H, m.scratch, m.growth, m.queue)
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
     learn(measured, m, g)
     f = outputs(m.W, m.H, m.scratch)
-    c, filtered = command(motion, desired, acceleration, f, m, g)
+    forget_across(f, m, g)
+    later, tau_1, tau_2 = ahead(motion, f, m, g)
+    goal = desired
+    if m.queue.shape[1] > 1:
+        goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * (m.queue.shape[1] - 1))
+    c, filtered = command(later, goal, acceleration, f, m, g)
 
-    S1, S2 = motion.r - c.r_c, motion.u - c.u_c
-    tau_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), m.tau_1, g.tau_1max, g)
-    tau_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.tau_2, g.tau_2max, g)
+    S1, S2 = later.r - c.r_c, later.u - c.u_c
+    column = m.head - 1 if m.head > 0 else m.queue.shape[1] - 1
+    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), m.queue[0, column], g.surge.limit, g)
+    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.queue[1, column], g.yaw.limit, g)
+    m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
+    wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
+    tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, g.surge.delay), g.surge)
+    tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, g.yaw.delay), g.yaw)
+    head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
     predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
         1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
     )  # fmt: skip
-    return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H, m.scratch, m.growth)
+    return wrench, terms, Memory(True, predicted, filtered, tau_1, tau_2, head, m.W, m.H, m.scratch, m.growth, m.queue)
 
 
 class GuidedController(AdaptiveLaw[GuidedParameters]):
@@ -210,4 +273,5 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
 
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
-        self.memory = initial(len(self.neurons.mu))
+        g = self.constants.gains
+        self.memory = initial(len(self.neurons.mu), max(g.surge.delay, g.yaw.delay))

@@ -32,16 +32,24 @@ def coupling(description: str) -> float:
     return parameter(0.0, description, unit="kg·m", low=-1e15, high=1e15)
 
 
+NOT_DECLARED = -1.0
+"""The value of what is not known of an actuator: laws then count it as slow, not as instantaneous."""
+
+
 def rate(what: str, unit: str) -> float:
-    """Declare the largest rate of change of an actuator, unlimited by default."""
+    """Declare the largest rate of change of an actuator, not declared by default."""
     return parameter(
-        math.inf, f"Largest rate of change of the {what}; not used by the laws yet.", unit=unit, low=0.0, high=math.inf
+        NOT_DECLARED,
+        f"Largest rate of change of the {what}; inf: no limit; negative: not declared.",
+        unit=unit,
+        low=NOT_DECLARED,
+        high=math.inf,
     )
 
 
 def delay(what: str) -> float:
-    """Declare a time constant or a dead time of an actuator, zero by default."""
-    return parameter(0.0, f"{what}; not used by the laws yet.", unit="s", low=0.0, high=1e3)
+    """Declare a time constant or a dead time of an actuator, not declared by default."""
+    return parameter(NOT_DECLARED, f"{what}; 0: none; negative: not declared.", unit="s", low=NOT_DECLARED, high=1e3)
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,9 @@ class KnownVessel(NamedVessel):
     surge_force_limit: float = limit("surge force", "N", 2e5, 1e12)
     yaw_moment_limit: float = limit("yaw moment", "N·m", 3e6, 1e15)
     # The parameters below have no symbols: laws build their gains from those of the vessel.
-    length: float = parameter(32.0, "Length of the hull; not used by the laws yet.", unit="m", low=1e-3, high=1e4)
+    length: float = parameter(
+        32.0, "Length of the hull, the unit of length of the guided law's gains.", unit="m", low=1e-3, high=1e4
+    )
     sway_inertia: float = parameter(
         177.9e3, "Mass with added mass in sway, m22, for the pivot point.", unit="kg", low=1e-3, high=1e12
     )
