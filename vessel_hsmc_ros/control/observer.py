@@ -47,16 +47,15 @@ def chosen(value: float, derived: float) -> float:
 
 
 def walks(p: ObserverParameters, ship: Units) -> list[float]:
-    """Intensities of the process noise of u, v, r, b, w, ln d and c: standard deviations of the change in one second."""
+    """Intensities of the process noise of u, v, r, b, ln d and c: standard deviations of the change in one second."""
     per = 1.0 / math.sqrt(ship.time)
     speed = chosen(p.velocity_walk, 0.003 * ship.speed * per)
     yaw_rate = chosen(p.yaw_rate_walk, 0.002 / ship.time * per)
     force = chosen(p.force_walk, 0.012 * ship.acceleration * per)
     moment = chosen(p.moment_walk, 0.03 * ship.yaw_acceleration * per)
-    weather = chosen(p.weather_walk, 0.004 * ship.acceleration * per)
-    current = chosen(p.current_walk, 0.001 * ship.speed * per)
+    current = chosen(p.weather_walk, 0.001 * ship.speed * per)
     damping = [0.04 * per if decay == NONE else 0.0 for decay in (p.surge_decay, p.sway_decay, p.yaw_decay)]
-    return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + [weather] * 2 + damping + [current] * 2
+    return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + damping + [current] * 2
 
 
 def deviations(p: ObserverParameters, ship: Units) -> list[float]:
@@ -64,7 +63,7 @@ def deviations(p: ObserverParameters, ship: Units) -> list[float]:
     speed, yaw_rate, current = 0.15 * ship.speed, 0.25 / ship.time, 0.1 * ship.speed
     force, moment = 0.06 * ship.acceleration, 0.2 * ship.yaw_acceleration
     damping = [1.0 if decay == NONE else 0.0 for decay in (p.surge_decay, p.sway_decay, p.yaw_decay)]
-    return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + [force] * 2 + damping + [current] * 2
+    return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + damping + [current] * 2
 
 
 def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:

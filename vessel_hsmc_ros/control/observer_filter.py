@@ -16,7 +16,12 @@ Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
 
 LONGEST_HOLD = 2.0
-"""An unchanged measurement counts as a repetition of the last sample for this long, s."""
+"""An unchanged measurement counts as a repetition of the last sample, which carries no information, for this long, s."""
+
+HELD_GATE = 3.0
+"""Innovation gate of a measurement that has been unchanged for longer, in standard deviations.
+
+Within it the ship lies still and the measurement is true; beyond it the ship has moved on and the sensor has failed."""
 
 GATE = 20.0
 """Innovation gate, in standard deviations: a measurement beyond it is rejected as an outlier.
@@ -106,13 +111,14 @@ def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: Observe
         applied = actuated(applied, s.stamp, wrench, dt, s.commands, c.actuators)
         predict(s.x, s.P, applied, dt, c)
     # Position and heading are separate sensors with rates of their own, so each is tested for a new sample on its own.
-    new_position, new_heading = is_new_position(stamp, pose, s), is_new_heading(stamp, pose, s)
+    position_gate, heading_gate = gate_of_position(stamp, pose, s), gate_of_heading(stamp, pose, s)
     accepted = True
     for i in range(3):
-        if new_heading if i == PSI else new_position:
-            accepted = correct(i, pose[i], s.x, s.P, c) and accepted
+        gate = heading_gate if i == PSI else position_gate
+        if gate > 0.0 and not correct(i, pose[i], gate, s.x, s.P, c) and gate == GATE:
+            accepted = False
     accepted_at = s.accepted_at
-    if new_position or new_heading:
+    if position_gate > 0.0 or heading_gate > 0.0:
         s.P[:] = 0.5 * (s.P + s.P.T)  # rounding must not make it unsymmetric
         if accepted:
             accepted_at = stamp
@@ -164,8 +170,8 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
 
 
 @kernel
-def is_new_position(stamp: int, pose: Pose, s: ObserverState) -> bool:
-    """Whether the measured position is a new sample; it is then held.
+def gate_of_position(stamp: int, pose: Pose, s: ObserverState) -> float:
+    """Innovation gate of the measured position, which is then held; 0 for one that repeats a sample and is not to be used.
 
     A measurement that only repeats an earlier sample is not used again: it is old, and its noise is not independent.
 
@@ -176,22 +182,23 @@ def is_new_position(stamp: int, pose: Pose, s: ObserverState) -> bool:
     """
     same = s.held[0] == pose[0] and s.held[1] == pose[1]
     if same and seconds(stamp - int(s.sampled_at[0])) < LONGEST_HOLD:
-        return False
+        return 0.0
     s.held[0], s.held[1], s.sampled_at[0] = pose[0], pose[1], stamp
-    return True
+    return HELD_GATE if same else GATE
 
 
 @kernel
-def is_new_heading(stamp: int, pose: Pose, s: ObserverState) -> bool:
-    """Whether the measured heading is a new sample; see `is_new_position`."""
-    if s.held[2] == pose[2] and seconds(stamp - int(s.sampled_at[1])) < LONGEST_HOLD:
-        return False
+def gate_of_heading(stamp: int, pose: Pose, s: ObserverState) -> float:
+    """Innovation gate of the measured heading; see `gate_of_position`."""
+    same = s.held[2] == pose[2]
+    if same and seconds(stamp - int(s.sampled_at[1])) < LONGEST_HOLD:
+        return 0.0
     s.held[2], s.sampled_at[1] = pose[2], stamp
-    return True
+    return HELD_GATE if same else GATE
 
 
 @kernel
-def correct(i: int, measured: float, x: Array, P: Array, c: ObserverConstants) -> bool:
+def correct(i: int, measured: float, gate: float, x: Array, P: Array, c: ObserverConstants) -> bool:
     """Correct by one scalar measurement of state i plus wave motion, unless it is an outlier; in place.
 
     Correcting by x, y and psi one after the other is exact, because their noises are independent.
@@ -199,6 +206,7 @@ def correct(i: int, measured: float, x: Array, P: Array, c: ObserverConstants) -
     Args:
         i: Index of the state.
         measured: The measurement.
+        gate: Largest innovation to accept, in standard deviations.
         x: States.
         P: Covariance.
         c: Constants.
@@ -213,7 +221,7 @@ def correct(i: int, measured: float, x: Array, P: Array, c: ObserverConstants) -
         variance += float(column[DXI + i])
     variance += float(column[i])
     difference = wrap(measured - expected) if i == PSI else measured - expected
-    if difference * difference > GATE * GATE * variance:  # the innovation over its standard deviation
+    if difference * difference > gate * gate * variance:  # the innovation over its standard deviation
         return False
     # Kalman gain of a scalar measurement: the innovation variance is a number, so no matrix is inverted.
     gain = column / variance

@@ -6,9 +6,8 @@
 | nu = (u, v, r) | body velocities over ground | m/s, m/s, rad/s |
 | u_r, v_r | body velocities through the water, (u, v) - R(psi)ᵀ·c | m/s |
 | b | body-fixed disturbance: damping beyond d_1 to d_3, errors of the inertia | m/s², rad/s² |
-| w_E, w_N | earth-fixed disturbance: wind, wave drift | m/s² |
 | d_1, d_2, d_3 | linear damping of u_r, v_r, r, by its natural logarithm, so that it stays positive | 1/s |
-| c_E, c_N | current | m/s |
+| c_E, c_N | current, and what wind and wave drift do as if they were one | m/s |
 | xi, dxi | states of the wave filter; dxi is the wave-frequency part of position and heading | s·m, s·rad; m, rad |
 | omega_0, zeta | frequency and damping ratio of the wave filter | rad/s, - |
 | tau_1, tau_2 | commanded wrench after the known limits, dead times, lags and rates | N, N·m |
@@ -17,16 +16,15 @@
 
 The model is Newton's second law in the body-fixed frame, with the Coriolis forces and the Munk moment of the known inertia,
 
-    dp = R(psi)·(u, v)   du = v·r  + k_u·v_r·r + tau_1/m11     - d_1·u_r + b_u + w_E·cos psi + w_N·sin psi
-    dpsi = r             dv = -u·r + k_v·u_r·r - x_p·tau_2/m_p - d_2·v_r + b_v - w_E·sin psi + w_N·cos psi
+    dp = R(psi)·(u, v)   du = v·r  + k_u·v_r·r + tau_1/m11     - d_1·u_r + b_u      db, dc, d(ln d) = noise
+    dpsi = r             dv = -u·r + k_v·u_r·r - x_p·tau_2/m_p - d_2·v_r + b_v
                          dr = k_r·u_r·v_r      + tau_2/m_p     - d_3·r   + b_r
-    db, dw, dc, d(ln d) = noise          ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi + noise
-    measured: p + dxi_p + noise, psi + dxi_psi + noise
+    measured: p + dxi_p + noise, psi + dxi_psi + noise       ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi + noise
 
 with k_u = m22/m11 - 1, k_v = 1 - m11/m22, k_r = (m11 - m22)/m_p: the current is constant in the earth-fixed frame, so that the
 rotation of the body frame acts on nu, and what added mass adds to it on the velocity through the water.
 
-The states are in the order p, psi, u, v, r, b, w, ln d, c and, with waves, xi, dxi.
+The states are in the order p, psi, u, v, r, b, ln d, c and, with waves, xi, dxi.
 """
 
 import math
@@ -41,10 +39,10 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
 Array = NDArray[np.float64]
 
-PSI, U, V, R, BU, BV, BR, WE, WN, D1, D2, D3, CE, CN = range(2, 16)
+PSI, U, V, R, BU, BV, BR, D1, D2, D3, CE, CN = range(2, 14)
 """Indices of the states after the position."""
 
-XI, DXI = 16, 19
+XI, DXI = 14, 17
 """Indices of the first states of xi and dxi, three each."""
 
 
@@ -77,13 +75,13 @@ def through_water(x: Array) -> tuple[float, float]:
 
 @kernel
 def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
-    """Advance the states of the vessel model by dt, with b, w, d and c constant, and those of the wave filter; in place.
+    """Advance the states of the vessel model by dt, with b, d and c constant, and those of the wave filter; in place.
 
     The velocities are integrated in the earth-fixed frame, where the terms v·r and -u·r vanish: integrated by Euler steps in the
     body frame, they would add kinetic energy in a turn.
 
     Args:
-        x: States, shape (16,), with waves (22,).
+        x: States, shape (14,), with waves (20,).
         surge, yaw: Accelerations by the wrench, tau_1/m11 [m/s²] and tau_2/m_p [rad/s²].
         dt: Time step, s.
         m: Constants of the model.
@@ -98,7 +96,7 @@ def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
     along = surge + float(x[BU]) + m.k_u * v_r * r - decay_u / dt * u_r
     aside = float(x[BV]) + m.k_v * u_r * r - decay_v / dt * v_r
     force_east, force_north = rotated(middle, along, aside)
-    change_east, change_north = dt * (force_east + float(x[WE])), dt * (force_north + float(x[WN]))
+    change_east, change_north = dt * force_east, dt * force_north
     x[0] += dt * (east + 0.5 * change_east)
     x[1] += dt * (north + 0.5 * change_north)
     x[PSI], x[R] = end, r + dt * turn
@@ -185,13 +183,12 @@ class Jacobian(NamedTuple):
 @kernel
 def jacobian(x: Array, dt: float, m: Model) -> Jacobian:
     """The Jacobian of `propagate` at the states x before the step."""
-    psi, u, v, r, w_e, w_n = float(x[PSI]), float(x[U]), float(x[V]), float(x[R]), float(x[WE]), float(x[WN])
+    u, v, r = float(x[U]), float(x[V]), float(x[R])
     u_r, v_r = through_water(x)
     u_c, v_c, turn = u - u_r, v - v_r, dt * r
-    middle = psi + 0.5 * turn
+    middle = float(x[PSI]) + 0.5 * turn
     c, s = dt * math.cos(middle), dt * math.sin(middle)
     decay_u, decay_v, decay_r = decays(x, dt)
-    # c·(decay/dt) is the derivative by the current; to first order dt·d is decay.
     loss_u, loss_v, k_u, k_v, k_r = decay_u / dt, decay_v / dt, m.k_u * r, m.k_v * r, m.k_r
     return Jacobian(
         dt,
@@ -202,13 +199,13 @@ def jacobian(x: Array, dt: float, m: Model) -> Jacobian:
         decay_r,
         -u * s - v * c,
         u * c - v * s,
-        w_n * c - w_e * s + decay_u * v_c + dt * k_u * u_c,
+        decay_u * v_c + dt * k_u * u_c,
         turn + dt * k_u,
         dt * (v + m.k_u * v_r),
         -decay_u * u_r,
         loss_u * c + k_u * s,
         loss_u * s - k_u * c,
-        -w_e * c - w_n * s - decay_v * u_c - dt * k_v * v_c,
+        -decay_v * u_c - dt * k_v * v_c,
         dt * k_v - turn,
         dt * (m.k_v * u_r - u),
         -decay_v * v_r,
@@ -226,15 +223,15 @@ def jacobian(x: Array, dt: float, m: Model) -> Jacobian:
 @kernel
 def change(M: Array, g: Jacobian) -> Array:
     """G·M for a matrix M with one row a state: the first six rows, because the others are zero."""
-    psi, u, v, r, w_e, w_n, c_e, c_n = M[PSI], M[U], M[V], M[R], M[WE], M[WN], M[CE], M[CN]
+    psi, u, v, r, c_e, c_n = M[PSI], M[U], M[V], M[R], M[CE], M[CN]
     rows = np.empty((BU, M.shape[1]))
     rows[0] = g.x_psi * psi + g.c * u - g.s * v
     rows[1] = g.y_psi * psi + g.s * u + g.c * v
     rows[PSI] = g.dt * r
     own = g.u_psi * psi - g.decay_u * u + g.u_v * v + g.u_r * r + g.u_d * M[D1] + g.u_ce * c_e + g.u_cn * c_n
-    rows[U] = own + g.dt * M[BU] + g.c * w_e + g.s * w_n
+    rows[U] = own + g.dt * M[BU]
     own = g.v_psi * psi + g.v_u * u - g.decay_v * v + g.v_r * r + g.v_d * M[D2] + g.v_ce * c_e + g.v_cn * c_n
-    rows[V] = own + g.dt * M[BV] - g.s * w_e + g.c * w_n
+    rows[V] = own + g.dt * M[BV]
     own = g.r_psi * psi + g.r_u * u + g.r_v * v - g.decay_r * r + g.r_d * M[D3] + g.r_ce * c_e + g.r_cn * c_n
     rows[R] = own + g.dt * M[BR]
     return rows
