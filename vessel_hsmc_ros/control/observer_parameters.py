@@ -21,6 +21,17 @@ def walk(what: str, unit: str) -> float:
     )
 
 
+def wave(what: str, unit: str) -> float:
+    """Declare the standard deviation of the wave-frequency motion; -1, the default, derives it from period and length."""
+    return parameter(
+        -1.0,
+        f"Standard deviation of the wave-frequency motion in {what}; -1: that of a fully developed sea of the wave period.",
+        unit=unit,
+        low=-1.0,
+        high=1e6,
+    )
+
+
 def decay(what: str, symbol: str) -> float:
     """Declare the linear damping of a velocity; -1, the default, estimates it.
 
@@ -60,5 +71,5 @@ class ObserverParameters:
         0.0, "Peak period of the waves to filter out; 0 for no wave filter.", unit="s", low=0.0, high=60.0
     )
     wave_damping: float = parameter(0.1, "Damping ratio of the wave filter.", low=0.01, high=0.9)
-    wave_position: float = tuning(0.2, "Standard deviation of the wave-frequency motion in x and in y.", "m")
-    wave_heading: float = tuning(0.01, "Standard deviation of the wave-frequency motion in heading.", "rad")
+    wave_position: float = wave("x and in y", "m")
+    wave_heading: float = wave("heading", "rad")
