@@ -19,8 +19,8 @@ doi:10.1007/s11071-015-2551-x. Rebuilt from its description for the model (6).
 c = dp_d - k·L·tanh((p - p_d)/L), S1 = e_u, S2 = de_v + 2·l2·e_v. As printed, the law tracks velocities: k = 0, and the surfaces
 have integrals, S1 = e_u + l1·int e_u and S2 = de_v + 2·l2·e_v + l2²·int e_v. These are integrals in a turning frame, so the
 position keeps a constant offset.
-tau_1 and tau_2 set dS1 = -k1·sat(S1/phi1) and dS2 = -k2·sat(S2/phi2). The law is singular at b = 0: it needs a ship under way, whose
-inertias differ. abs(b) is kept above b_min.
+tau_1 and tau_2 set dS1 = -k1·sat(S1/phi1) and dS2 = -k2·sat(S2/phi2). The law is singular at b = 0: it needs a ship under way
+whose inertias differ. abs(b) is kept above b_min.
 """
 
 import math
@@ -157,9 +157,7 @@ def demanded(motion: Motion, own: Acceleration, desired: Motion, acceleration: A
 
 
 @kernel
-def yaw_acceleration(
-    motion: Motion, own: Acceleration, c: tuple[Vector, ...], sway_integral: float, g: Gains
-) -> float:
+def yaw_acceleration(motion: Motion, own: Acceleration, c: tuple[Vector, ...], sway_integral: float, g: Gains) -> float:
     """The yaw acceleration that sets dS2 = -k2·sat(S2/phi2).
 
     Args:

@@ -6,17 +6,17 @@ doi:10.1109/TCST.2018.2834518. Derived anew for the model (6); the current obser
 
 | symbol | meaning | unit |
 |---|---|---|
-| l | distance of the hand position ahead of the origin | m |
+| l_h | distance of the hand position ahead of the origin | m |
 | h, h_d | hand position of ship and reference | m |
 | e | hand-position error h - h_d | m |
 | k_p, k_v, k_i | gains on the error, its rate and its integral | 1/s², 1/s, 1/s³ |
 | e_max | largest error that the proportional term uses | m |
 | f_u, f_v, f_r | modelled accelerations without actuators | m/s², m/s², rad/s² |
 
-ddh = R·(f_u + tau_1/m11 - r·(v + l·r), f_v + l·(f_r + tau_2/m33) + r·u): the matrix diag(1/m11, l/m33) of the inputs is regular
-for all inertias. The law demands ddh = R·b = ddh_d - k_v·de - k_p·sat(e) - k_i·int e. The heading is free; on a straight line at
-constant speed it is stable for every l > 0 where m11 <= m22. The origin of the ship follows that of the reference as far as
-both have the same drift angle.
+ddh = R·(f_u + tau_1/m11 - r·(v + l_h·r), f_v + l_h·(f_r + tau_2/m33) + r·u): the matrix diag(1/m11, l_h/m33) of the inputs is
+regular for all inertias. The law demands ddh = ddh_d - k_v·de - k_p·sat(e) - k_i·int e, where sat limits the length of e to
+e_max. The heading is free; on a straight line at constant speed it is stable for every l_h > 0 where m11 <= m22. The origin of
+the ship follows that of the reference as far as both have the same drift angle.
 """
 
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ def gain(default: float, description: str, unit: str, symbol: str, low: float = 
 class HandPositionParameters:
     """Gains, tuned as docs/baselines.md describes, and the damping that the law needs to know."""
 
-    hand_distance: float = gain(1.0, "Distance of the hand position ahead of the origin.", "m", "l", low=1e-3)
+    hand_distance: float = gain(1.0, "Distance of the hand position ahead of the origin.", "m", "l_h", low=1e-3)
     position_gain: float = gain(0.3, "Gain on the error of the hand position.", "1/s²", "k_p")
     velocity_gain: float = gain(1.0, "Gain on the rate of the error.", "1/s", "k_v")
     integral_gain: float = gain(0.05, "Gain on the integral of the error.", "1/s³", "k_i")
@@ -55,7 +55,7 @@ class HandPositionParameters:
 class Gains(NamedTuple):
     """The constants of the law by their symbols."""
 
-    l: float
+    l_h: float
     k_p: float
     k_v: float
     k_i: float
@@ -98,14 +98,14 @@ def step(
     s = g.ship
     f = free_acceleration(motion, s)
     # The acceleration that the hand position would have without actuators.
-    h, h_d = point_ahead(motion, f, g.l), point_ahead(desired, acceleration, g.l)
+    h, h_d = point_ahead(motion, f, g.l_h), point_ahead(desired, acceleration, g.l_h)
     e_x, e_y = h.position.x - h_d.position.x, h.position.y - h_d.position.y
     distance = magnitude(e_x, e_y)
     share = g.e_max / distance if distance > g.e_max else 1.0
     wanted_x = h_d.acceleration.x - g.k_v * (h.velocity.x - h_d.velocity.x) - g.k_p * share * e_x - g.k_i * m.integral.x
     wanted_y = h_d.acceleration.y - g.k_v * (h.velocity.y - h_d.velocity.y) - g.k_p * share * e_y - g.k_i * m.integral.y
     lacking = rotated(wanted_x - h.acceleration.x, wanted_y - h.acceleration.y, -motion.psi)
-    demand_1, demand_2 = s.m11 * lacking.x, s.m33 * lacking.y / g.l
+    demand_1, demand_2 = s.m11 * lacking.x, s.m33 * lacking.y / g.l_h
     tau_1, tau_2 = clip(demand_1, s.tau_1max), clip(demand_2, s.tau_2max)
     cut_1, cut_2 = tau_1 != demand_1, tau_2 != demand_2
     # Anti-windup: the integral takes no error in while an actuator or the error is saturated.

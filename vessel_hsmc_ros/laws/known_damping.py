@@ -80,7 +80,7 @@ def drag(velocity: float, linear: float, quadratic: float, cubic: float) -> floa
 
 @kernel
 def drag_slope(velocity: float, linear: float, quadratic: float, cubic: float) -> float:
-    """The derivative d + 2·d2·|v| + 3·d3·v² of the damping force with respect to the velocity; the arguments are those of `drag`."""
+    """The derivative d + 2·d2·|v| + 3·d3·v² of the damping force by the velocity; the arguments are those of `drag`."""
     return linear + 2.0 * quadratic * abs(velocity) + 3.0 * cubic * velocity * velocity
 
 

@@ -35,26 +35,26 @@ def rotated(x: float, y: float, angle: float) -> Vector:
 
 
 @kernel
-def point_ahead(motion: Motion, acceleration: Acceleration, l: float) -> PointMotion:
-    """The motion of the point l ahead of the origin.
+def point_ahead(motion: Motion, acceleration: Acceleration, distance: float) -> PointMotion:
+    """The motion of the point a distance l ahead of the origin.
 
     h = p + R·(l, 0), dh = R·(u, v + l·r), ddh = R·(du - r·(v + l·r), dv + l·dr + r·u).
 
     Args:
         motion: State of the ship.
         acceleration: Derivatives of its body velocities.
-        l: Distance of the point ahead of the origin, m.
+        distance: Distance l of the point ahead of the origin, m.
 
     Returns:
         Position, velocity and acceleration, earth-fixed.
     """
-    ahead = rotated(l, 0.0, motion.psi)
-    sideways = motion.v + l * motion.r
+    ahead = rotated(distance, 0.0, motion.psi)
+    sideways = motion.v + distance * motion.r
     return PointMotion(
         Vector(motion.x + ahead.x, motion.y + ahead.y),
         rotated(motion.u, sideways, motion.psi),
         rotated(
-            acceleration.du - motion.r * sideways, acceleration.dv + l * acceleration.dr + motion.r * motion.u, motion.psi
+            acceleration.du - motion.r * sideways, acceleration.dv + distance * acceleration.dr + motion.r * motion.u, motion.psi
         ),
     )
 
