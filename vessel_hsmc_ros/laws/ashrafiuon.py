@@ -55,14 +55,14 @@ class AshrafiuonParameters:
         choices=("position", "as_printed"),
     )
     surge_slope: float = gain(0.1, "Slope of the surge surface; used as printed only.", "1/s", "l1")
-    sway_slope: float = gain(0.6, "Slope of the sway surface.", "1/s", "l2")
-    surge_gain: float = gain(1.0, "Switching gain of the surge surface.", "m/s²", "k1")
-    sway_gain: float = gain(0.5, "Switching gain of the sway surface.", "m/s³", "k2")
-    surge_boundary: float = gain(0.05, "Boundary layer of the surge surface.", "m/s", "phi1", low=1e-6)
-    sway_boundary: float = gain(0.05, "Boundary layer of the sway surface.", "m/s²", "phi2", low=1e-6)
-    position_gain: float = gain(0.25, "Gain on the position error; not used as printed.", "1/s", "k")
-    position_scale: float = gain(10.0, "Position error at which its term saturates.", "m", "L", low=1e-3)
-    least_control_gain: float = gain(0.2, "Smallest magnitude of b, against the singularity.", "m/s", "b_min", low=1e-3)
+    sway_slope: float = gain(1.2, "Slope of the sway surface.", "1/s", "l2")
+    surge_gain: float = gain(0.4, "Switching gain of the surge surface.", "m/s²", "k1")
+    sway_gain: float = gain(0.25, "Switching gain of the sway surface.", "m/s³", "k2")
+    surge_boundary: float = gain(0.016, "Boundary layer of the surge surface.", "m/s", "phi1", low=1e-6)
+    sway_boundary: float = gain(0.064, "Boundary layer of the sway surface.", "m/s²", "phi2", low=1e-6)
+    position_gain: float = gain(0.74, "Gain on the position error; not used as printed.", "1/s", "k")
+    position_scale: float = gain(14.0, "Position error at which its term saturates.", "m", "L", low=1e-3)
+    least_control_gain: float = gain(0.27, "Smallest magnitude of b, against the singularity.", "m/s", "b_min", low=1e-3)
     model: KnownDamping = group(KnownDamping)
 
 

@@ -49,16 +49,18 @@ def gain(default: float, description: str, unit: str, symbol: str, low: float = 
 class BacksteppingParameters:
     """Gains, tuned as docs/baselines.md describes, and the damping that the law needs to know."""
 
-    along_gain: float = gain(0.5, "Gain from the along-hull error to the surge velocity.", "1/s", "k1")
-    along_scale: float = gain(10.0, "Along-hull error above which that gain decreases.", "m", "X", low=1e-3)
-    heading_gain: float = gain(0.5, "Gain on the heading error from the course to the reference.", "1/s", "k2")
-    surge_gain: float = gain(1.0, "Gain on the error of the surge velocity.", "1/s", "k3")
-    yaw_gain: float = gain(2.0, "Gain on the error of the yaw rate.", "1/s", "k4")
-    speed_weight: float = gain(0.1, "Weight of the cross error in the heading per squared speed of the reference.", "s²/m²", "l1")
-    excitation: float = gain(0.1, "Amplitude of the excitation of that weight.", "", "l2")
-    excitation_frequency: float = gain(0.2, "Frequency of the excitation.", "rad/s", "l3")
-    error_scale: float = gain(1.0, "Error above which the heading turns to the reference.", "m", "L", low=1e-3)
-    filter_time: float = gain(0.3, "Time constant of the filters of the virtual controls.", "s", "T_f", low=1e-3)
+    along_gain: float = gain(3.0, "Gain from the along-hull error to the surge velocity.", "1/s", "k1")
+    along_scale: float = gain(14.0, "Along-hull error above which that gain decreases.", "m", "X", low=1e-3)
+    heading_gain: float = gain(0.093, "Gain on the heading error from the course to the reference.", "1/s", "k2")
+    surge_gain: float = gain(0.82, "Gain on the error of the surge velocity.", "1/s", "k3")
+    yaw_gain: float = gain(6.6, "Gain on the error of the yaw rate.", "1/s", "k4")
+    speed_weight: float = gain(
+        0.28, "Weight of the cross error in the heading per squared speed of the reference.", "s²/m²", "l1"
+    )
+    excitation: float = gain(0.4, "Amplitude of the excitation of that weight.", "", "l2")
+    excitation_frequency: float = gain(0.47, "Frequency of the excitation.", "rad/s", "l3")
+    error_scale: float = gain(1.2, "Error above which the heading turns to the reference.", "m", "L", low=1e-3)
+    filter_time: float = gain(0.38, "Time constant of the filters of the virtual controls.", "s", "T_f", low=1e-3)
     model: KnownDamping = group(KnownDamping)
 
 

@@ -44,11 +44,11 @@ def gain(default: float, description: str, unit: str, symbol: str, low: float = 
 class HandPositionParameters:
     """Gains, tuned as docs/baselines.md describes, and the damping that the law needs to know."""
 
-    hand_distance: float = gain(1.0, "Distance of the hand position ahead of the origin.", "m", "l_h", low=1e-3)
-    position_gain: float = gain(0.3, "Gain on the error of the hand position.", "1/s²", "k_p")
-    velocity_gain: float = gain(1.0, "Gain on the rate of the error.", "1/s", "k_v")
-    integral_gain: float = gain(0.05, "Gain on the integral of the error.", "1/s³", "k_i")
-    largest_error: float = gain(10.0, "Largest error that the proportional term uses.", "m", "e_max", low=1e-3)
+    hand_distance: float = gain(1.5, "Distance of the hand position ahead of the origin.", "m", "l_h", low=1e-3)
+    position_gain: float = gain(0.35, "Gain on the error of the hand position.", "1/s²", "k_p")
+    velocity_gain: float = gain(1.7, "Gain on the rate of the error.", "1/s", "k_v")
+    integral_gain: float = gain(0.14, "Gain on the integral of the error.", "1/s³", "k_i")
+    largest_error: float = gain(25.0, "Largest error that the proportional term uses.", "m", "e_max", low=1e-3)
     model: KnownDamping = group(KnownDamping)
 
 
