@@ -28,6 +28,9 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "course": [*NETWORKS, *SWITCHING],
     "pd": [{}],
     "los_pid": [{}, {"surge_force_limit": 5e3}],
+    "ashrafiuon": [{}, {"surfaces": "as_printed"}, {"surge_force_limit": 5e3}],
+    "backstepping": [{}, {"surge_force_limit": 5e3}],
+    "hand_position": [{}, {"surge_force_limit": 5e3}],
     "manoeuvre": [{"kind": kind, "approach_time": 0.1, "hold_time": 0.02, "steps": 3} for kind in KINDS],
     "open_loop": [{"times": (0.0, 0.1, 0.2), "surge_force": (1.0, 2.0, 3.0), "yaw_moment": (4.0, 5.0, 6.0)}],
 }

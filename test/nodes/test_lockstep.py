@@ -38,7 +38,7 @@ def run_nodes(bench: Any, scenario: Any) -> Any:
     return state, np.array([conv.read_wrench(message) for message in taken["/applied_wrench"]])
 
 
-@pytest.mark.parametrize("law", ["los_pid", "nmpc"])
+@pytest.mark.parametrize("law", ["los_pid", "hand_position", "nmpc"])
 def test_a_run_of_the_nodes_is_bit_identical_with_the_offline_run(bench: Any, law: Any) -> None:
     if law == "nmpc":
         pytest.importorskip("casadi")
