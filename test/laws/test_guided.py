@@ -38,7 +38,7 @@ courses = st.lists(st.tuples(moderate, moderate), min_size=2, max_size=6)
 
 
 INSTANT = KnownVessel(surge_lag=0.0, yaw_lag=0.0)
-"""The ship of these tests has no lags, and the law is told."""
+"""The ship of these tests has no lags, and the law knows it."""
 
 
 def controller(period=T, **parameters):

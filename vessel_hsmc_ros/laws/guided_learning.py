@@ -36,7 +36,7 @@ def learn(measured: Motion, HH: float, m: Memory, g: Gains) -> None:
 def forget_across(f: Estimates, HH: float, m: Memory, g: Gains) -> None:
     """Let the weights across H decay in place, W -= leak·T·(W - (WᵀH)·H/(HᵀH)); the outputs WᵀH stay.
 
-    The innovation says nothing about the weights across H, but noise drives them: without the decay they would grow for ever.
+    The innovation has no information on the weights across H, but noise drives them: without the decay they would grow for ever.
 
     Args:
         f: Outputs of the networks.
