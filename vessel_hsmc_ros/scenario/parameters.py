@@ -91,11 +91,7 @@ class ControllerParameters(CommonParameters):
     law: str = choice_of_law(tuple(LAWS.built_in))
     rate_hz: float = rate("Rate of the control law.")
     input_timeout: float = parameter(
-        0.5,
-        "In real time, the age of odometry or reference after which the wrench is set to zero.",
-        unit="s",
-        low=0.01,
-        high=60.0,
+        0.5, "In real time, the age of odometry or reference from which on the wrench is zero.", unit="s", low=0.01, high=60.0
     )
     vessel: KnownVessel = group(KnownVessel)
     observer: ObserverParameters = group(ObserverParameters)
