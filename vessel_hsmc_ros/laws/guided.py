@@ -21,7 +21,6 @@ actuator is saturated. The law knows m11, m33 and the limits. docs/guided.md der
 
 import math
 
-from vessel_hsmc_ros.core.arrays import multiply
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
@@ -36,20 +35,16 @@ from vessel_hsmc_ros.laws.guidance import (
     resolve,
     velocity_command,
 )
+from vessel_hsmc_ros.laws.guided_delays import ahead, delays
+from vessel_hsmc_ros.laws.guided_learning import forget_across, learn
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Estimates, activate, adapt, output, outputs
+from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
-
-SATURATED = 0.95
-"""Share of its limit above which an input counts as saturated."""
-
-LONGEST_ROLL = 12
-"""Number of prediction steps through a dead time, however many periods it has."""
 
 LONGEST_AGE = 2.0
 """Age of a measurement up to which the motion is predicted over it, s."""
@@ -61,91 +56,6 @@ def bounded(m: Motion) -> Motion:
     # remainder is exact for every finite angle; it only selects the representation of the same heading.
     psi = math.remainder(m.psi, TURN)
     return Motion(clip(m.x, LARGEST), clip(m.y, LARGEST), psi, clip(m.u, LARGEST), clip(m.v, LARGEST), clip(m.r, LARGEST))
-
-
-@kernel
-def learn(measured: Motion, m: Memory, g: Gains) -> None:
-    """Adapt the weights in place, W += (1 - z)²/T·e·H/(HᵀH), to the innovation e.
-
-    A saturated actuator may not deliver what the prediction assumes, so its network is not adapted.
-
-    Args:
-        measured: Measured state of the ship.
-        m: Internal state with the activations at this step and the prediction for it.
-        g: Gains.
-    """
-    p = m.predicted
-    # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
-    # small constant prevents a division by zero far from all centres, where H vanishes.
-    scale = 1.0 / (g.T * (output(m.H, m.H, m.scratch) + 1e-6))
-    cut_1, cut_2 = abs(m.tau_1) > SATURATED * g.surge.limit, abs(m.tau_2) > SATURATED * g.yaw.limit
-    # Innovations are saturated before the networks adapt to them: an outlier must not dominate.
-    m.growth[0, 0] = 0.0 if cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, g.e_max)
-    m.growth[1, 0] = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, g.e_max)
-    m.growth[2, 0] = 0.0 if cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, g.e_r_max)
-    adapt(m.W, m.growth, m.H, m.scratch)
-
-
-@kernel
-def forget_across(f: Estimates, m: Memory, g: Gains) -> None:
-    """Let the weights across H decay in place, W -= leak·T·(W - (WᵀH)·H/(HᵀH)); the outputs WᵀH stay.
-
-    The innovation says nothing about the weights across H, but noise drives them: without the decay they would grow for ever.
-
-    Args:
-        f: Outputs of the networks.
-        m: Internal state.
-        g: Gains.
-    """
-    share = g.leak * g.T
-    scale = share / (output(m.H, m.H, m.scratch) + 1e-6)
-    for i in range(len(m.W)):
-        multiply(m.W[i], 1.0 - share, m.W[i])
-    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = scale * f.fu, scale * f.fv, scale * f.fr
-    adapt(m.W, m.growth, m.H, m.scratch)
-
-
-@kernel
-def delays(age: float, m: Memory, g: Gains) -> tuple[int, int]:
-    """The periods from a measurement until the present commands of force and moment arrive at the hull.
-
-    For the law, the age of a measurement is a dead time: it lets the ship act on the command of that long ago.
-
-    Args:
-        age: Age of the measurement, s.
-        m: Internal state with the queue of commands.
-        g: Gains.
-    """
-    late, most = int(age / g.T + 0.5), m.queue.shape[1] - 1 - max(g.surge.delay, g.yaw.delay)
-    late = late if late < most else most
-    return g.surge.delay + late, g.yaw.delay + late
-
-
-@kernel
-def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
-    """The motion at which the present command arrives at the hull, and the wrench that acts just before.
-
-    All commands that arrive until then are known, and the networks' outputs are held: the motion is predicted through the delay
-    of the slower input.
-
-    Args:
-        motion: State of the ship at the time of the measurement.
-        f: Outputs of the networks.
-        n_1, n_2: Delays of force and moment from `delays`.
-        m: Internal state with the queue of commands.
-        g: Gains.
-    """
-    tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
-    stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
-    for i in range(n):
-        # The faster input's command of periods to come is not known: its last one is held.
-        tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(n_1 - i, 1)), g.surge)
-        tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
-        count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
-        if count == stride or i == n - 1:
-            motion = predict(motion, f.fu + sum_1 / count / g.m11, f.fv, f.fr + sum_2 / count / g.m33, g.T * count)
-            count, sum_1, sum_2 = 0, 0.0, 0.0
-    return motion, tau_1, tau_2
 
 
 @kernel
@@ -239,13 +149,14 @@ def step(
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
-        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.head, m.W, m.H, m.scratch, m.growth, m.queue)
+        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.head, m.W, m.H, m.scratch, m.growth, m.queue)
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
-    learn(measured, m, g)
+    HH = output(m.H, m.H, m.scratch)
+    learn(measured, HH, m, g)
     f = outputs(m.W, m.H, m.scratch)
-    forget_across(f, m, g)
+    forget_across(f, HH, m, g)
     n_1, n_2 = delays(age, m, g)
     later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
     goal = desired
@@ -268,7 +179,8 @@ def step(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
         1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
     )  # fmt: skip
-    return wrench, terms, Memory(True, predicted, filtered, tau_1, tau_2, head, m.W, m.H, m.scratch, m.growth, m.queue)
+    left = Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, head, m.W, m.H, m.scratch, m.growth, m.queue)
+    return wrench, terms, left
 
 
 class GuidedController(AdaptiveLaw[GuidedParameters]):

@@ -29,6 +29,7 @@ class Memory(NamedTuple):
         predicted: The motion predicted for the next step.
         filter: State of the command filter.
         tau_1, tau_2: The wrench that acts on the hull since the last step, as modelled.
+        cut_1, cut_2: Whether the force and the moment that the last step demanded were beyond their limits.
         head: Column of the present period in `queue`.
         W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
         H: Activations, shape (l,), written in place.
@@ -42,6 +43,8 @@ class Memory(NamedTuple):
     filter: Filter
     tau_1: float
     tau_2: float
+    cut_1: bool
+    cut_2: bool
     head: int
     W: Array
     H: Array
@@ -62,7 +65,7 @@ def initial(neurons: int, delay: int) -> Memory:
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
     arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), np.zeros((2, delay + 1))
-    return Memory(False, nowhere, filter_, 0.0, 0.0, 0, *arrays)
+    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, 0, *arrays)
 
 
 class Command(NamedTuple):
