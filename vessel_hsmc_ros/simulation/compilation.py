@@ -72,7 +72,7 @@ class Compiled:
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code; arguments with defaults may be left out."""
         if (missing := self._function.__code__.co_argcount - len(arguments)) > 0:
-            arguments += self._function.__defaults__[-missing:]
+            arguments += (self._function.__defaults__ or ())[-missing:]
         if self._call is None:
             with _loading:
                 self._call = self._call or self._loaded(arguments)
