@@ -32,6 +32,11 @@ def test_far_from_the_line_it_adapts_at_a_bounded_rate() -> None:
     assert aim("ilos", 1e6, 0.0).drift_rate < 1e-4
 
 
+def test_the_drift_angle_is_bounded_but_may_return() -> None:
+    assert aim("alos", 10.0, 0.5).drift_rate == aim("alos", -10.0, -0.5).drift_rate == 0.0
+    assert aim("alos", -10.0, 0.5).drift_rate < 0.0
+
+
 def test_the_drift_angle_is_subtracted_from_the_heading_and_astern_added() -> None:
     assert aim("alos", 0.0, 0.1).offset == pytest.approx(-0.1)
     assert aim("alos", 0.0, 0.1, ahead=-1.0).offset == pytest.approx(0.1)

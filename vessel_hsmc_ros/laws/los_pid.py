@@ -37,6 +37,9 @@ from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
 RESTING_SPEED = 0.05
 """Below this speed of the reference the law changes to station keeping, m/s."""
 
+LARGEST_DRIFT = 0.5
+"""Bound of the drift angle that the adaptive guidance estimates: far from the line it would wind up."""
+
 
 class Gains(NamedTuple):
     """The constants of the law by their symbols."""
@@ -119,7 +122,9 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     u_c = u_d - clip(g.k_x * x_e, g.v_e)
     if g.adaptive:
         # With gamma = k_s·|dp_d|/D² the drift angle s is for small errors the s/D of the integral guidance, at the same rate.
-        return Aim(-ahead * (drift + math.atan(y_e / D)), u_c, g.k_s * speed * y_e / (D * magnitude(D, y_e)))
+        outwards = abs(drift) >= LARGEST_DRIFT and drift * y_e > 0.0
+        rate = 0.0 if outwards else g.k_s * speed * y_e / (D * magnitude(D, y_e))
+        return Aim(-ahead * (drift + math.atan(y_e / D)), u_c, rate)
     compensated = y_e + drift
     return Aim(-ahead * math.atan(compensated / D), u_c, g.k_s * speed * D * y_e / (D * D + compensated * compensated))
 
