@@ -6,7 +6,7 @@ import math
 import pytest
 
 from vessel_hsmc_ros.paper.cases import CASES
-from vessel_hsmc_ros.paper.checks import Check, formatted
+from vessel_hsmc_ros.paper.checks import Check, Claim, formatted
 from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.numbers import Numbers
@@ -77,6 +77,32 @@ def test_a_check_may_have_a_lower_and_an_upper_threshold() -> None:
     for value, holds in ((10.0, False), (100.0, True), (130.0, False), (math.nan, False)):
         assert check.holds({"course_pd": Numbers(heading_settling_time=value)}) is holds
     assert check.measured({"course_pd": Numbers(heading_settling_time=95.0)}) == "time 95 s (required: < 126 s and > 63 s)"
+
+
+def test_of_several_runs_the_best_counts() -> None:
+    check = Check("error", "circle", "position_error_late", below=1.0, also=("circle_learning", "circle_60"))
+    results = {name: Numbers() for name in NAMES} | {
+        "circle": Numbers(position_error_late=2.0),
+        "circle_learning": Numbers(position_error_late=0.5),
+    }
+    assert check.value(results) == 0.5
+    assert check.holds(results)
+    assert check.measured(results) == "error 2, 0.5, never (required of the best: < 1)"
+    assert not dataclasses.replace(check, below=None, above=3.0).holds(results)
+
+
+def test_an_answer_names_what_holds_by_construction_and_what_holds_narrowly() -> None:
+    def answer(value: float, other: float = 0.1, **properties: bool) -> str:
+        checks = [Check("error", run, "position_error_late", below=1.0) for run in ("circle", "straight")]
+        results = {"circle": Numbers(position_error_late=value), "straight": Numbers(position_error_late=other)}
+        return Claim("here", "it tracks", tuple(checks), **properties).answer(results)
+
+    assert answer(0.5) == "yes"
+    assert answer(0.9) == answer(0.5, 0.9) == "yes, narrowly"
+    assert answer(1.1) == "no, narrowly"
+    assert answer(1.1, 5.0) == answer(5.0) == answer(math.nan) == "no"
+    assert answer(0.5, by_construction=True) == "by construction"
+    assert answer(5.0, by_construction=True) == "no"
 
 
 def test_the_page_has_a_row_for_each_claim_and_finding() -> None:

@@ -56,11 +56,20 @@ def test_the_reduced_dynamics_predict_the_lateral_error_of_the_closed_loop(circl
 
 
 def test_the_growth_rate_is_zero_on_a_straight_line_and_positive_in_a_turn() -> None:
-    assert growth_rate(0.0, VESSEL) == 0.0
-    rate, damping, r = growth_rate(0.125, VESSEL), VESSEL.d_v / VESSEL.m22, 0.125
+    assert growth_rate(0.0, 0.0, VESSEL) == 0.0
+    rate, damping, r = growth_rate(0.125, 0.0, VESSEL), VESSEL.d_v / VESSEL.m22, 0.125
     assert rate > 0.0
     assert rate * rate + damping * rate == pytest.approx(VESSEL.m11 / VESSEL.m22 * r * r)
-    assert growth_rate(-r, VESSEL) == rate
+    assert growth_rate(-r, 0.0, VESSEL) == rate
+
+
+def test_the_growth_rate_has_the_slope_of_the_damping_at_the_sway_velocity() -> None:
+    v, step = -0.22, 1e-5
+    drag = [value * (VESSEL.d_v + VESSEL.d_v2 * abs(value) + VESSEL.d_v3 * value * value) for value in (v - step, v + step)]
+    slope = (drag[1] - drag[0]) / (2.0 * step) / VESSEL.m22
+    rate, r = growth_rate(0.125, v, VESSEL), 0.125
+    assert rate * rate + slope * rate == pytest.approx(VESSEL.m11 / VESSEL.m22 * r * r)
+    assert rate == pytest.approx(0.01142, abs=2e-5)
 
 
 def test_a_small_lateral_error_in_a_turn_grows_at_the_growth_rate() -> None:
@@ -77,7 +86,7 @@ def test_a_small_lateral_error_in_a_turn_grows_at_the_growth_rate() -> None:
     start = np.array([x[0], y[0] + 1e-4, 0.0, v])
     error = lateral_error(np.array(time), turn, np.zeros(4001), start, PRINTED._replace(a=0.0), VESSEL)
     grown = math.log(error[-1] / error[1000]) / (time[-1] - time[2000])
-    assert grown == pytest.approx(growth_rate(r, VESSEL), rel=0.02)
+    assert grown == pytest.approx(growth_rate(r, v, VESSEL), rel=0.02)
 
 
 def test_a_diverging_prediction_ends_in_nan() -> None:

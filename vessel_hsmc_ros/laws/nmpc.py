@@ -1,4 +1,4 @@
-"""Nonlinear model predictive control with a perfect model: the upper bound that the other laws are compared with.
+"""Nonlinear model predictive control with a perfect model: a reference for laws that do not know the ship.
 
 | symbol | meaning | unit |
 |---|---|---|

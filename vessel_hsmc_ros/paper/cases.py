@@ -8,16 +8,17 @@ CALM: Mapping[str, object] = {
     "vessel_sim.disturbance.periodic.sway_force": 0.0,
     "vessel_sim.disturbance.periodic.yaw_moment": 0.0,
 }
-NO_LEARNING: Mapping[str, object] = {
-    "controller.hierarchical.sway_adaptation_gain": 0.0,
-    "controller.hierarchical.yaw_adaptation_gain": 0.0,
-    "controller.hierarchical.surge_adaptation_gain": 0.0,
-}
 
-LEARNING: Mapping[str, object] = {
-    "controller.hierarchical.sway_adaptation_gain": 0.01,
-    "controller.hierarchical.surge_adaptation_gain": 1.0,
-}
+
+def learning(sway: float, yaw: float, surge: float) -> Mapping[str, object]:
+    """Set the adaptation gains of the networks for f_v, f_r and f_u."""
+    gains = {"sway": sway, "yaw": yaw, "surge": surge}
+    return {f"controller.hierarchical.{name}_adaptation_gain": gain for name, gain in gains.items()}
+
+
+NO_LEARNING = learning(0.0, 0.0, 0.0)
+LEARNING = learning(0.01, 0.001, 1.0)
+FASTER = learning(1.0, 0.02, 10.0)
 
 
 def switching(gain: float) -> Mapping[str, object]:
@@ -65,14 +66,28 @@ class Case:
         return not (self.exact or self.rate_hz or self.ends)
 
 
-SHORT: Mapping[str, object] = {"vessel_sim.duration": 60.0}
+DURATION = "vessel_sim.duration"
+SHORT: Mapping[str, object] = {DURATION: 60.0}
 TRACKING, STRAIGHT, SLALOM = "case2_tracking", "case2_straight", "case2_slalom"
 LIMITS: Mapping[str, object] = {
     "vessel_sim.actuators.surge_force_limit": 2e5,
     "vessel_sim.actuators.yaw_moment_limit": 3e6,
 }
 SWAY_WEIGHT = "controller.hierarchical.sway_weight"
-ETA_OF_34 = 2.0
+# 0.299 rad/s² and 0.213 m/s² at the largest z1 and z2 of the circle, rounded up. Without networks eta1 must exceed b·|f_r| too,
+# in all 1.9 rad/s² on the circle.
+ETA_OF_34, ETA_WITHOUT_NETWORKS = 0.3, 2.0
+ADAPTATION_GAINS = (0.01, 0.1, 1.0, 100.0)
+"""Adaptation gains of the course's network beside the scenario's, 1/s."""
+
+STIFF: Mapping[str, object] = {"controller.pd.heading_gain": 2.3e7, "controller.pd.yaw_rate_gain": 7.6e7}
+"""Gains of a PD controller that is not tuned to resemble the paper's figures."""
+
+
+def course_learning(gain: float) -> str:
+    """Name of the disturbed course with an adaptation gain."""
+    return f"course_disturbed_learning_{gain:g}"
+
 
 CASES: tuple[Case, ...] = (
     Case("course", "course, sliding mode and networks, calm", "case1_course"),
@@ -86,15 +101,29 @@ CASES: tuple[Case, ...] = (
     Case("stabilisation_calm", "stabilisation, calm", "case3_calm"),
     Case("circle_calm", "circle, calm", TRACKING, CALM),
     Case("straight_calm", "straight line, calm", STRAIGHT, CALM),
-    Case("slalom_long", "slalom, disturbed, 800 s", SLALOM, {"vessel_sim.duration": 800.0}),
+    Case("slalom_long", "slalom, disturbed, 800 s", SLALOM, {DURATION: 800.0}),
     Case(
         "course_disturbed_no_learning",
         "course, sliding mode, adaptation gain 0, disturbed",
         "case1_course_disturbed",
         {"controller.course.adaptation_gain": 0.0},
     ),
+    *(
+        Case(
+            course_learning(gain),
+            f"course, sliding mode, adaptation gain {gain:g}, disturbed",
+            "case1_course_disturbed",
+            {"controller.course.adaptation_gain": gain},
+        )
+        for gain in ADAPTATION_GAINS
+    ),
+    Case("course_pd_stiff", "course, PD with stiff gains, calm", "case1_pd", STIFF),
+    Case("course_pd_stiff_disturbed", "course, PD with stiff gains, disturbed", "case1_pd_disturbed", STIFF),
     Case("circle_no_learning", "circle, adaptation gains 0", TRACKING, NO_LEARNING),
     Case("circle_learning", "circle, networks of f_u and f_v that learn faster", TRACKING, LEARNING),
+    Case("circle_learning_10", "circle, adaptation gains ten times larger", TRACKING, learning(0.01, 0.01, 0.01)),
+    Case("circle_learning_faster", "circle, networks that learn faster still", TRACKING, FASTER),
+    Case("circle_learning_120", "circle, 120 s, networks that learn faster still", TRACKING, {**FASTER, DURATION: 120.0}),
     Case(
         "circle_as_printed",
         "circle, adaptation by (29) as printed",
@@ -113,19 +142,22 @@ CASES: tuple[Case, ...] = (
     Case("circle_limited", "circle, actuators limited to 2e5 N and 3e6 N·m", TRACKING, LIMITS),
     Case("circle_60", "circle, 60 s", TRACKING, SHORT),
     Case("circle_steep", "circle, 60 s, slopes c doubled", TRACKING, {**SHORT, **slopes(0.6)}),
-    Case("circle_switching", "circle, 60 s, switching gains of 2", TRACKING, {**SHORT, **switching(ETA_OF_34)}),
+    *(
+        Case(f"circle_switching_{gain:g}", f"circle, 60 s, switching gains of {gain:g}", TRACKING, {**SHORT, **switching(gain)})
+        for gain in (0.1, ETA_OF_34, ETA_WITHOUT_NETWORKS)
+    ),
     Case("circle_no_learning_60", "circle, 60 s, adaptation gains 0", TRACKING, {**SHORT, **NO_LEARNING}),
     Case(
         "circle_no_learning_switching",
-        "circle, 60 s, adaptation gains 0, switching gains of 2",
+        f"circle, 60 s, adaptation gains 0, switching gains of {ETA_WITHOUT_NETWORKS:g}",
         TRACKING,
-        {**SHORT, **NO_LEARNING, **switching(ETA_OF_34)},
+        {**SHORT, **NO_LEARNING, **switching(ETA_WITHOUT_NETWORKS)},
     ),
     Case("circle_exact", "circle, the ship known exactly", TRACKING, exact=True),
     Case("straight_exact", "straight line, the ship known exactly", STRAIGHT, exact=True),
     Case("slalom_exact", "slalom, the ship known exactly", SLALOM, exact=True),
     Case("circle_exact_calm", "circle, the ship known exactly, calm", TRACKING, CALM, exact=True),
-    Case("straight_a_0.1", "straight line, a = 0.1", STRAIGHT, {SWAY_WEIGHT: 0.1, "vessel_sim.duration": 800.0}, ends=True),
+    Case("straight_a_0.1", "straight line, a = 0.1", STRAIGHT, {SWAY_WEIGHT: 0.1, DURATION: 800.0}, ends=True),
     Case("straight_a_1", "straight line, a = 1", STRAIGHT, {SWAY_WEIGHT: 1.0}, ends=True),
     Case("circle_50_hz", "circle at 50 Hz, reaching gain times period 2", TRACKING, rate_hz=50.0, ends=True),
     Case("circle_60_hz", "circle at 60 Hz, reaching gain times period 1.67", TRACKING, SHORT, rate_hz=60.0, ends=True),

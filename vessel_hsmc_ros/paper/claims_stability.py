@@ -41,6 +41,7 @@ STABILITY = (
                 below=0.01,
             ),
         ),
+        remark="it increases where the surfaces are at 1e-4 of their start or below",
     ),
     *(
         Claim(

@@ -167,19 +167,24 @@ def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
 
 
 def _switching(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
-    """The switching gains and their lower bounds by (34) in this run, for networks without errors."""
+    """The switching gains and their lower bounds by (34) on the reference, for networks without errors."""
     d1, d2, d3 = np.max(np.abs(run.disturbance), axis=0)
-    # z1, z2 of (9) along the run; (34) must hold at the farthest point.
-    x, y, psi = run.state[:, :3].T
-    z1, z2 = x * np.cos(psi) + y * np.sin(psi), -x * np.sin(psi) + y * np.cos(psi)
-    farthest_1, farthest_2 = np.max(np.abs(z1)), np.max(np.abs(z2))
+    # (34) must hold at the farthest point of the reference: that of a ship which is lost would count its error as a demand.
+    farthest_1, farthest_2 = _farthest(run.reference)
     return {
-        "singularity_share": float(gains.sway_weight * farthest_1 / gains.heading_weight),
+        "singularity_share": float(gains.sway_weight * _farthest(run.state)[0] / gains.heading_weight),
         "yaw_switching_gain": gains.yaw_switching_gain,
         "yaw_switching_gain_needed": float(gains.sway_weight * (d2 + farthest_1 * d3) + gains.heading_weight * d3),
         "surge_switching_gain": gains.surge_switching_gain,
         "surge_switching_gain_needed": float(d1 + farthest_2 * d3),
     }
+
+
+def _farthest(poses: Array) -> tuple[float, float]:
+    """Largest |z1| and |z2| of (9) along a motion, m."""
+    x, y, psi = poses[:, :3].T
+    z1, z2 = x * np.cos(psi) + y * np.sin(psi), -x * np.sin(psi) + y * np.cos(psi)
+    return float(np.max(np.abs(z1))), float(np.max(np.abs(z2)))
 
 
 def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tuple[Array, Array]:
@@ -208,7 +213,8 @@ def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tu
 
 
 def _reduced(run: Run, vessel: Vessel, reduced: tuple[Array, Array]) -> dict[str, float]:
-    growth = {"growth_rate": growth_rate(rms(run.reference[_quarter(run.time, 3), 5]), vessel)}
+    v, r = (rms(run.reference[_quarter(run.time, 3), column]) for column in (4, 5))
+    growth = {"growth_rate": growth_rate(r, v, vessel)}
     time, predicted = reduced
     if len(time) == 0:
         return growth

@@ -128,12 +128,15 @@ def lateral_error(time: Array, reference: Array, disturbance: Array, start: Arra
     return errors
 
 
-def growth_rate(r: float, vessel: Vessel) -> float:
-    """The larger root of s² + (d_v/m22)·s - (m11/m22)·r² = 0: the growth rate of z2e in a turn, 1/s.
+def growth_rate(r: float, v: float, vessel: Vessel) -> float:
+    """The larger root of s² + (D/m22)·s - (m11/m22)·r² = 0: the growth rate of z2e in a turn, 1/s.
+
+    D = d_v + 2·d_v2·|v| + 3·d_v3·v² is the slope of the damping at v: a small error adds to the sway velocity of the turn.
 
     Args:
         r: Yaw velocity, rad/s; on a straight line the root is 0.
+        v: Sway velocity, m/s.
         vessel: Coefficients of (6).
     """
-    damping = vessel.d_v / vessel.m22
+    damping = (vessel.d_v + 2.0 * vessel.d_v2 * abs(v) + 3.0 * vessel.d_v3 * v * v) / vessel.m22
     return 0.5 * (math.sqrt(damping * damping + 4.0 * vessel.m11 / vessel.m22 * r * r) - damping)

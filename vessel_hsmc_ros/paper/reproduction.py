@@ -102,7 +102,14 @@ def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
     document = {
         "cases": described,
         "claims": [
-            {"place": c.place, "claim": c.statement, "measured": c.measured(results), "holds": c.holds(results)} for c in CLAIMS
+            {
+                "place": c.place,
+                "claim": c.statement,
+                "measured": c.measured(results),
+                "holds": c.holds(results),
+                "answer": c.answer(results),
+            }
+            for c in CLAIMS
         ],
         "findings": [
             {
