@@ -15,7 +15,8 @@ AHEAD = Motion(0.0, 0.0, 0.0, 2.0, 0.0, 0.0)
 
 
 def aim(guidance: str, y: float, drift: float, ahead: float = 1.0) -> Any:
-    law: Any = make_controller("los_pid", 0.1, guidance=guidance)
+    gains = {"lookahead_distance": 12.0, "lookahead_time": 4.0, "drift_gain": 0.45, "adaptation_gain": 0.45 * 2.0 / 144.0}
+    law: Any = make_controller("los_pid", 0.1, guidance=guidance, **gains)
     return line_of_sight(AHEAD._replace(y=y), AHEAD._replace(u=2.0 * ahead), drift, law.constants)
 
 
@@ -30,6 +31,11 @@ def test_near_the_line_it_equals_integral_guidance() -> None:
 def test_far_from_the_line_it_adapts_at_a_bounded_rate() -> None:
     assert aim("alos", 1e6, 0.0).drift_rate == pytest.approx(0.45 * 2.0 / 12.0)
     assert aim("ilos", 1e6, 0.0).drift_rate < 1e-4
+
+
+def test_the_drift_angle_is_bounded_but_may_return() -> None:
+    assert aim("alos", 10.0, 0.5).drift_rate == aim("alos", -10.0, -0.5).drift_rate == 0.0
+    assert aim("alos", -10.0, 0.5).drift_rate < 0.0
 
 
 def test_the_drift_angle_is_subtracted_from_the_heading_and_astern_added() -> None:

@@ -14,7 +14,7 @@
 While the reference moves, integral line-of-sight guidance (ILOS): psi_c = psi_d - atan((y_e + s)/D),
 ds = k_s·|dp_d|·D·y_e/(D² + (y_e + s)²), and u_c = u_d - k_x·x_e within v_e of u_d. Adaptive line-of-sight guidance (ALOS; T. I.
 Fossen, IEEE Transactions on Control Systems Technology 31 (2023) 2887-2894) estimates the drift angle instead:
-psi_c = psi_d - s - atan(y_e/D), ds = gamma·D·y_e/sqrt(D² + y_e²), gamma = k_s·|dp_d|/D². Near the line both are the same.
+psi_c = psi_d - s - atan(y_e/D), ds = gamma·D·y_e/sqrt(D² + y_e²). Near the line this is ILOS with k_s = gamma·D²/|dp_d|.
 In station keeping, pure pursuit: outside a capture radius the ship points its bow or its stern at the reference, whichever needs
 the smaller turn, and approaches; inside it takes the reference's heading.
 The baseline is meant to be strong: the integrators stop while their actuator is saturated (anti-windup), the acceleration of the
@@ -37,6 +37,9 @@ from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
 RESTING_SPEED = 0.05
 """Below this speed of the reference the law changes to station keeping, m/s."""
 
+LARGEST_DRIFT = 0.5
+"""Bound of the drift angle that the adaptive guidance estimates: far from the line it would wind up."""
+
 
 class Gains(NamedTuple):
     """The constants of the law by their symbols."""
@@ -44,6 +47,7 @@ class Gains(NamedTuple):
     T_D: float
     D_min: float
     k_s: float
+    gamma: float
     k_x: float
     v_e: float
     k_u: float
@@ -118,8 +122,9 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     D = max(g.D_min, g.T_D * speed)
     u_c = u_d - clip(g.k_x * x_e, g.v_e)
     if g.adaptive:
-        # With gamma = k_s·|dp_d|/D² the drift angle s is for small errors the s/D of the integral guidance, at the same rate.
-        return Aim(-ahead * (drift + math.atan(y_e / D)), u_c, g.k_s * speed * y_e / (D * magnitude(D, y_e)))
+        outwards = abs(drift) >= LARGEST_DRIFT and drift * y_e > 0.0
+        rate = 0.0 if outwards else g.gamma * D * y_e / magnitude(D, y_e)
+        return Aim(-ahead * (drift + math.atan(y_e / D)), u_c, rate)
     compensated = y_e + drift
     return Aim(-ahead * math.atan(compensated / D), u_c, g.k_s * speed * D * y_e / (D * D + compensated * compensated))
 

@@ -18,6 +18,7 @@ class LosPidParameters:
     lookahead_time: float = gain(4.0, "Lookahead distance divided by the reference's speed.", "s", "T_D")
     lookahead_distance: float = gain(9.5, "Smallest lookahead distance.", "m", "D_min", low=1e-3)
     drift_gain: float = gain(1.2, "Integral gain of the line-of-sight guidance, which compensates a drift.", "", "k_s")
+    adaptation_gain: float = gain(0.002, "Rate of the drift angle per cross-track error; ALOS only.", "1/(m·s)", "gamma")
     along_gain: float = gain(0.9, "Gain from the along-track error to the commanded speed.", "1/s", "k_x")
     catch_up_speed: float = gain(4.0, "Largest difference between commanded and reference speed.", "m/s", "v_e")
     surge_gain: float = gain(1.75, "Proportional gain of the speed controller.", "1/s", "k_u")
