@@ -21,7 +21,6 @@ from rich.table import Table
 
 from vessel_hsmc_ros import load_scenario, simulate
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.runs.comparison import default_laws
 from vessel_hsmc_ros.scenario.scenario import make_law
 from vessel_hsmc_ros.simulation.compilation import compiled
 
@@ -66,7 +65,7 @@ def commands(folder: Path, before: bool, bag: Path | None) -> tuple[Table, int]:
         bag: A recorded run to be verified.
     """
     scenario, output = load_scenario("case2_tracking"), ["--output", str(folder)]
-    laws = ",".join(law for law in default_laws() if law != "nmpc")
+    laws = "hierarchical,guided,los_pid"
     rows: list[tuple[str, float | None, Callable[[bool], object]]] = [
         ("simulate case2_tracking, beside start-up", 1.0, lambda interpreted: simulate(scenario, interpreted=interpreted)),
         ("reproduce", 45.0, partial(run, ["reproduce", *output])),

@@ -1,4 +1,4 @@
-"""Actuator dynamics: first-order lag, rate limit and saturation, independently in surge and in yaw.
+"""Actuator dynamics: dead time, first-order lag, rate limit and saturation, independently in surge and in yaw.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put, whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
@@ -22,14 +23,25 @@ def lag(what: str) -> float:
     return parameter(0.0, f"Time constant of the first-order lag of {what}; 0 for none.", unit="s", low=0.0, high=1e3)
 
 
+def dead_time(what: str) -> float:
+    """Declare the time before a command begins to act."""
+    return parameter(
+        0.0,
+        f"Time before a command of {what} begins to act, rounded to whole periods of the plant; 0 for none.",
+        unit="s",
+        low=0.0,
+        high=60.0,
+    )
+
+
 @dataclass(frozen=True)
 class ActuatorParameters:
-    """What drives the ship, and limits and lags of surge force and yaw moment; by default there are none, as in the paper."""
+    """What drives the ship, and limits, lags and dead times of its force and moment; by default none, as in the paper."""
 
     kind: str = parameter(
         "wrench",
-        "What drives the ship: wrench takes cmd_wrench as it is, within the limits and lags of this group; thrusters takes the"
-        " demands of vessel.thrusters.",
+        "What drives the ship: wrench takes cmd_wrench as it is, with the limits, lags and dead times of this group;"
+        " thrusters takes the demands of vessel.thrusters, without them.",
         choices=("wrench", "thrusters"),
     )
     surge_force_limit: float = parameter(math.inf, "Largest surge force, in either direction.", unit="N", low=0.0, high=math.inf)
@@ -42,12 +54,14 @@ class ActuatorParameters:
     )
     surge_lag: float = lag("the surge force")
     yaw_lag: float = lag("the yaw moment")
+    surge_dead_time: float = dead_time("the surge force")
+    yaw_dead_time: float = dead_time("the yaw moment")
 
     def constants(self, period: float) -> tuple["Actuator", "Actuator"]:
         """The actuators of surge force and yaw moment in discrete time; the period in s."""
         return (
-            actuator(self.surge_force_limit, self.surge_force_rate, self.surge_lag, period),
-            actuator(self.yaw_moment_limit, self.yaw_moment_rate, self.yaw_lag, period),
+            actuator(self.surge_force_limit, self.surge_force_rate, self.surge_lag, period, self.surge_dead_time),
+            actuator(self.yaw_moment_limit, self.yaw_moment_rate, self.yaw_lag, period, self.yaw_dead_time),
         )
 
 
@@ -59,15 +73,17 @@ class Actuator(NamedTuple):
         largest_change: Largest change in a period.
         share: 1 - exp(-T/T_l), the share of a step that the lag completes in a period.
         instant: Whether there is no lag.
+        late: Dead time in periods.
     """
 
     limit: float
     largest_change: float
     share: float
     instant: bool
+    late: int
 
 
-def actuator(limit: float, rate: float, lag: float, period: float) -> Actuator:
+def actuator(limit: float, rate: float, lag: float, period: float, dead_time: float = 0.0) -> Actuator:
     """The constants of an actuator.
 
     Args:
@@ -75,8 +91,27 @@ def actuator(limit: float, rate: float, lag: float, period: float) -> Actuator:
         rate: Largest rate of change, per second.
         lag: T_l, s.
         period: T, s.
+        dead_time: Time before a command begins to act, s.
     """
-    return Actuator(limit, rate * period, 1.0 if lag == 0.0 else -math.expm1(-period / lag), lag == 0.0)
+    share = 1.0 if lag == 0.0 else -math.expm1(-period / lag)
+    return Actuator(limit, rate * period, share, lag == 0.0, whole_periods(dead_time, period))
+
+
+@kernel
+def arrived(command: tuple[float, float], line: DelayLine, surge: Actuator, yaw: Actuator) -> tuple[float, float]:
+    """The commands that begin to act in this period; zero before the first.
+
+    Args:
+        command: Of this period, surge force [N] and yaw moment [N·m].
+        line: The commands of the last periods; written.
+        surge, yaw: Constants of the actuators.
+    """
+    if surge.late == 0 and yaw.late == 0:
+        return command
+    if line.last[0] < 0:
+        fill(line, (0.0, 0.0))
+    put(line, command)
+    return delayed(line, surge.late, 0), delayed(line, yaw.late, 1)
 
 
 @kernel
@@ -90,7 +125,7 @@ def actuate(last: float, command: float, a: Actuator) -> float:
         command: Commanded value, finite.
         a: Constants of the actuator.
     """
-    # Order: saturation of the command, then lag, then rate limit.
+    # Order: dead time (`arrived`), saturation of the command, then lag, then rate limit.
     return clip(follow(last, clip(command, a.limit), a.largest_change, a.share, a.instant), a.limit)
 
 

@@ -100,13 +100,13 @@ class VesselSimNode(VesselNode):
     # -- steps --------------------------------------------------------------------------------------------------------
 
     def _publish_motion(self) -> None:
-        elapsed = self._grid.stamp(self._step)
-        self.stamp = self._start + elapsed
-        stamp = conversions.time_message(self.stamp)
-        conversions.write_odometry(self._odometry, stamp, self._plant.measured(elapsed))
+        self.stamp = self._start + (elapsed := self._grid.stamp(self._step))
+        measured = self._plant.measured(elapsed)
+        measured_at = self._start + self._grid.stamp(self._step - self._plant.periods_late)
+        conversions.write_odometry(self._odometry, conversions.time_message(measured_at), measured)
         self.send(self._odometry_out, self._odometry)
         if self.parameters.lockstep:
-            self._clock_message.clock = stamp
+            self._clock_message.clock = conversions.time_message(self.stamp)
             self.send(self._clock_out, self._clock_message)
 
     def _publish_truth(self) -> None:

@@ -1,4 +1,4 @@
-"""Sensor model: bias, white noise, and sampling with a zero-order hold.
+"""Sensor model: bias, white noise, sampling with a zero-order hold, and delay.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
@@ -53,6 +54,13 @@ class SensorParameters:
     heading_rate_hz: float = sample_rate("the heading")
     velocity_rate_hz: float = sample_rate("the velocities")
     measures_velocity: bool = parameter(True, "Whether velocities are measured; if not, odometry reports them as zero.")
+    delay: float = parameter(
+        0.0,
+        "Age of the measurements that odometry shows, whose times are its stamps; rounded to whole periods of the plant.",
+        unit="s",
+        low=0.0,
+        high=10.0,
+    )
 
     def perfect(self) -> bool:
         """Whether the measurements equal the true state."""
@@ -62,12 +70,12 @@ class SensorParameters:
         """The sampling rates of position, heading and velocities, separate sensors; 0 samples for every message."""
         return self.position_rate_hz, self.heading_rate_hz, self.velocity_rate_hz
 
-    def constants(self) -> "Sensors":
-        """What the measurement of a period needs."""
+    def constants(self, period: float) -> "Sensors":
+        """What the measurement of a period needs; the period in s."""
         (x, y), (u, v) = self.position_bias, self.velocity_bias
         bias = (x, y, self.heading_bias, u, v, self.yaw_rate_bias)
         noise = [self.position_noise] * 2 + [self.heading_noise] + [self.velocity_noise] * 2 + [self.yaw_rate_noise]
-        return Sensors(as_motion(bias), as_motion(noise), self.measures_velocity)
+        return Sensors(as_motion(bias), as_motion(noise), self.measures_velocity, whole_periods(self.delay, period))
 
 
 class Sensors(NamedTuple):
@@ -77,11 +85,13 @@ class Sensors(NamedTuple):
         bias: Constant errors.
         noise: Standard deviations of the white noise.
         measures_velocity: Whether velocities are measured.
+        late: Delay of the odometry in periods.
     """
 
     bias: Motion
     noise: Motion
     measures_velocity: bool
+    late: int
 
 
 @kernel

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vessel_hsmc_ros.core.delay_line import delay_line
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.timing import seconds
@@ -15,7 +16,7 @@ from vessel_sim_node.hull_parameters import ShipParameters, divergence
 from vessel_sim_node.plant import Array, Wrench, acceleration, unforced
 from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
 from vessel_sim_node.sensors import Sampling
-from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
+from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
 from vessel_sim_node.waves import Sea, make_sea
 
 AT_REST = as_motion((0.0,) * 6)
@@ -54,7 +55,10 @@ class Simulator:
         self._sampling = Sampling(p.sensors.rates())
         self._constants = plant_constants(p, self._period, make_sea(p.disturbance.waves, sea, p.vessel), self._phase)
         gust = self._first_gust() if wind.active() else CALM
-        self._state = PlantState(as_motion(p.initial_pose + p.initial_velocity), AT_REST, NO_WRENCH, gust)
+        c = self._constants
+        lines = delay_line(max(c.surge.late, c.yaw.late), 2), delay_line(c.sensors.late, 6)
+        self._state = PlantState(as_motion(p.initial_pose + p.initial_velocity), AT_REST, NO_WRENCH, gust, *lines)
+        self._measurements = 0
 
     @property
     def state(self) -> Motion:
@@ -103,9 +107,9 @@ class Simulator:
         return east, north
 
     def measured(self, stamp: int) -> Motion:
-        """The measurement of this step; call it once per step, because it draws noise.
+        """What odometry shows in this step; call it once per step, because it draws noise.
 
-        It includes the wave-frequency motion, which the state does not.
+        It is the measurement of `periods_late` periods ago, and includes the wave-frequency motion, which the state does not.
 
         Args:
             stamp: Time since the start, ns.
@@ -115,7 +119,13 @@ class Simulator:
         # Noise is drawn at every call, also for held samples: so the random sequence does not depend on the sampling rates.
         normal = self._noise.standard_normal(6).tolist()
         self._state = measure(self._state, *self._sampling.due(stamp), normal, seconds(stamp), self._constants)
-        return self._state.measured
+        self._measurements += 1
+        return shown(self._state, self._constants)
+
+    @property
+    def periods_late(self) -> int:
+        """The age of the latest `measured` in periods: the delay of the sensors, or less right after the start."""
+        return min(self._constants.sensors.late, max(self._measurements - 1, 0))
 
     def disturbance(self, time: float) -> Wrench:
         """The sum of all disturbing wrenches, N, N, N·m.
@@ -189,7 +199,7 @@ def plant_constants(p: PlantParameters, period: float, sea: Sea, phase: float = 
         environment.earth_fixed.constants(period, blowing),
         sea,
         *limits.constants(period),
-        p.sensors.constants(),
+        p.sensors.constants(period),
         p.sensors.perfect() and not sea.rough,
         period / p.substeps,
         p.substeps,

@@ -3,9 +3,10 @@
 import math
 from typing import Any, NamedTuple
 
+from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_sim_node.actuators import Actuator, actuate
+from vessel_sim_node.actuators import Actuator, actuate, arrived
 from vessel_sim_node.disturbance import Gust, Periodic, Wind, next_gust, periodic_wrench, total, wind_wrench
 from vessel_sim_node.integrate import rk4_step
 from vessel_sim_node.plant import Vessel, Wrench
@@ -47,12 +48,16 @@ class PlantState(NamedTuple):
         measured: The latest sample of each sensor.
         tau: The applied wrench: surge force [N], sway force [N], yaw moment [N·m].
         gust: g_E, g_N, N.
+        commands: Commands of the last periods, for the dead time of the actuators; written in place.
+        sent: Measurements of the last periods, for the delay of the odometry; written in place.
     """
 
     motion: Motion
     measured: Motion
     tau: Wrench
     gust: Gust
+    commands: DelayLine
+    sent: DelayLine
 
 
 @kernel
@@ -87,13 +92,28 @@ def measure(
     """
     motion = state.motion
     if constants.odometry_is_true:
-        return PlantState(motion, motion, state.tau, state.gust)
+        return PlantState(motion, motion, state.tau, state.gust, state.commands, state.sent)
     # Superposition: the wave-frequency motion is added to the measurement only; the manoeuvring state stays without it.
     if constants.sea.rough:
         motion = with_waves(time, motion, constants.current, constants.sea)
     sampled = sampled_position, sampled_heading, sampled_velocity
     measured = measurement(motion, state.measured, sampled, normal, constants.sensors)
-    return PlantState(state.motion, measured, state.tau, state.gust)
+    if constants.sensors.late > 0:
+        if state.sent.last[0] < 0:
+            fill(state.sent, measured)
+        else:
+            put(state.sent, measured)
+    return PlantState(state.motion, measured, state.tau, state.gust, state.commands, state.sent)
+
+
+@kernel
+def shown(state: PlantState, constants: PlantConstants) -> Motion:
+    """What odometry shows in this period, after `measure`: the measurement, after its delay; at the start, the first one."""
+    late, sent = constants.sensors.late, state.sent
+    if late == 0:
+        return state.measured
+    x, y, psi = delayed(sent, late, 0), delayed(sent, late, 1), delayed(sent, late, 2)
+    return Motion(x, y, psi, delayed(sent, late, 3), delayed(sent, late, 4), delayed(sent, late, 5))
 
 
 @kernel
@@ -105,9 +125,10 @@ def apply(state: PlantState, command: tuple[float, float], constants: PlantConst
         command: Commanded surge force [N] and yaw moment [N·m], finite.
         constants: Constants of the plant.
     """
+    force, moment = arrived(command, state.commands, constants.surge, constants.yaw)
     # No actuator acts on the sway: the ship is underactuated.
-    tau = actuate(state.tau[0], command[0], constants.surge), 0.0, actuate(state.tau[2], command[1], constants.yaw)
-    return PlantState(state.motion, state.measured, tau, state.gust)
+    tau = actuate(state.tau[0], force, constants.surge), 0.0, actuate(state.tau[2], moment, constants.yaw)
+    return PlantState(state.motion, state.measured, tau, state.gust, state.commands, state.sent)
 
 
 @kernel
@@ -126,7 +147,7 @@ def advance(state: PlantState, tau: Wrench, disturbing: Wrench, gust_noise: Any,
         motion = rk4_step(motion, tau, disturbing, constants.vessel, constants.step, constants.current)
     if constants.wind.blows:
         gust = next_gust(gust, gust_noise, constants.wind)
-    return PlantState(motion, state.measured, state.tau, gust)
+    return PlantState(motion, state.measured, state.tau, gust, state.commands, state.sent)
 
 
 @kernel

@@ -71,7 +71,7 @@ def apply_thrusts(
     respond(now, thrust, angle, t)
     psi = state.motion.psi
     through_water = state.motion.u - (c.current[0] * math.cos(psi) + c.current[1] * math.sin(psi))
-    return PlantState(state.motion, state.measured, hull_wrench(now, through_water, t), state.gust)
+    return PlantState(state.motion, state.measured, hull_wrench(now, through_water, t), state.gust, state.commands, state.sent)
 
 
 def check_demand(name: str, thrust: float, angle: float) -> None:

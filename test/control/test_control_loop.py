@@ -109,5 +109,19 @@ def test_the_observer_predicts_to_the_time_of_the_measurement() -> None:
     np.testing.assert_array_equal(early.estimate, late.estimate)
 
 
+def test_the_observer_takes_the_command_of_the_time_of_the_measurement() -> None:
+    loop, observer = ControlLoop(make_controller("pd", 0.01), RateGrid(100.0), observed()), observed()
+    commands = [(0.0, 0.0)]
+    for k in range(8):
+        late = min(k, 3)
+        moved = as_motion(np.array(STATE) + 1e-2 * (k - late))
+        loop.step(k * 10_000_000, moved, REFERENCE, NONE, (k - late) * 10_000_000, 0.01 * late)
+        # The command in force before the measurement is the one after that of the step before it.
+        estimate = observer.update((k - late) * 10_000_000, moved, commands[k - late])
+        np.testing.assert_array_equal(loop.estimate, estimate)
+        commands.append(loop.wrench)
+    assert len(set(commands)) > 5
+
+
 def observed() -> Observer:
     return Observer(ObserverParameters(), KnownVessel())

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
-from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel, make_controller
-from vessel_hsmc_ros.laws.guided import LARGEST_INNOVATION, command, learn
+from vessel_hsmc_ros.core.schema import build
+from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
+from vessel_hsmc_ros.laws.guided import GuidedController, command
+from vessel_hsmc_ros.laws.guided_learning import forget_across, learn
 from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_state import Filter, initial
 from vessel_hsmc_ros.laws.network import Estimates
@@ -35,8 +37,12 @@ moderate = st.tuples(
 courses = st.lists(st.tuples(moderate, moderate), min_size=2, max_size=6)
 
 
+INSTANT = KnownVessel(surge_lag=0.0, yaw_lag=0.0)
+"""The ship of these tests has no lags, and the law knows it."""
+
+
 def controller(period=T, **parameters):
-    return make_controller("guided", period, **parameters)
+    return GuidedController(build(GuidedParameters, parameters, "guided"), INSTANT, period)
 
 
 def answers(law, course, acceleration=STILL):
@@ -143,13 +149,13 @@ def distances(law, seconds=60.0):
 
 def test_saturated_actuators_suspend_the_adaptation() -> None:
     law = controller()
-    moored(law, 6.0)
-    surge, _, yaw = law.memory.W.copy()
+    _, before = moored(law, 6.0)[-1]
     held = moored(law, 54.0)
     assert all(terms.surge_saturated and terms.yaw_saturated for _, terms in held)
     np.testing.assert_allclose(np.abs([wrench for wrench, _ in held]), np.tile(LIMITS, (len(held), 1)))
-    np.testing.assert_array_equal(law.memory.W[0], surge)
-    np.testing.assert_array_equal(law.memory.W[2], yaw)
+    _, after = held[-1]
+    assert after.surge_estimate == pytest.approx(before.surge_estimate, rel=1e-6)
+    assert after.yaw_estimate == pytest.approx(before.yaw_estimate, rel=1e-6)
     recovered, fresh = distances(law), distances(controller())
     arrivals = [T * np.flatnonzero(way > 0.1)[-1] for way in (recovered, fresh)]
     assert recovered.max() < 1.01 * fresh.max()
@@ -186,19 +192,19 @@ def test_the_ship_returns_after_a_force_beyond_its_thrust() -> None:
     assert math.hypot(state[0], state[1]) < 0.3
 
 
-G = gains(GuidedParameters(), KnownVessel(), T)
+G = gains(GuidedParameters(), INSTANT, T)
 AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("channel", ["u", "v", "r"])
 def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(channel: str) -> None:
     H = np.array([0.5, 1.0, 0.2])
-    limit = LARGEST_INNOVATION["uvr".index(channel)]
+    limit = G.e_r_max if channel == "r" else G.e_max
 
     def adapted(innovation):
-        m = initial(3)
+        m = initial(3, 0)
         m.H[:] = H
-        learn(AT_REST._replace(**{channel: innovation}), m, G)
+        learn(AT_REST._replace(**{channel: innovation}), H @ H, m, G)
         return m.W
 
     outlier, largest, half = adapted(1e3), adapted(limit), adapted(0.5 * limit)
@@ -207,10 +213,21 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
     assert largest["uvr".index(channel)].all()
 
 
+def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None:
+    """What noise has left across H disappears at the rate `leak`; along H nothing changes."""
+    m, rng = initial(5, 0), np.random.default_rng(1)
+    m.H[:], m.W[:] = rng.uniform(0.2, 1.0, 5), rng.normal(size=(3, 5))
+    before, outputs = m.W.copy(), m.W @ m.H
+    along = np.outer(outputs, m.H) / (m.H @ m.H)
+    forget_across(Estimates(*outputs), m.H @ m.H, m, G)
+    np.testing.assert_allclose(m.W @ m.H, outputs, rtol=1e-6)
+    np.testing.assert_allclose(m.W - along, (1.0 - G.leak * G.T) * (before - along), atol=1e-8)
+
+
 @pytest.mark.parametrize("rate", [10.0, -10.0])
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, for any state of the filter: anti-windup at the moment limit."""
-    m = initial(1)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
+    m = initial(1, 0)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
     commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
     assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 

@@ -28,6 +28,9 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "course": [*NETWORKS, *SWITCHING],
     "pd": [{}],
     "los_pid": [{}, {"surge_force_limit": 5e3}],
+    "ashrafiuon": [{}, {"surfaces": "as_printed"}, {"surge_force_limit": 5e3}],
+    "backstepping": [{}, {"surge_force_limit": 5e3}],
+    "hand_position": [{}, {"surge_force_limit": 5e3}],
     "manoeuvre": [{"kind": kind, "approach_time": 0.1, "hold_time": 0.02, "steps": 3} for kind in KINDS],
     "open_loop": [{"times": (0.0, 0.1, 0.2), "surge_force": (1.0, 2.0, 3.0), "yaw_moment": (4.0, 5.0, 6.0)}],
 }
@@ -50,9 +53,12 @@ def history(law: Any, step: Callable[..., Any], inputs: list[tuple[Motion, Motio
     """Wrench, terms and memory of each step."""
     law.reset()
     memory, seen = law.memory, []
-    for motion, desired, acceleration in inputs:
-        wrench, terms, memory = step(motion, desired, acceleration, memory, law.constants)
-        seen.append(np.concatenate([np.ravel(part) for part in (wrench, terms, *flat(memory))]))
+    for k, (motion, desired, acceleration) in enumerate(inputs):
+        age = (PERIOD * (k % 5),) if law.takes_age else ()
+        wrench, terms, memory = step(motion, desired, acceleration, memory, law.constants, *age)
+        # Compiled, products are added without being written to the scratch, whose content means nothing between steps.
+        kept = tuple(part for field, part in zip(memory._fields, memory, strict=True) if field != "scratch")
+        seen.append(np.concatenate([np.ravel(part) for part in (wrench, terms, *flat(kept))]))
     return seen
 
 
@@ -134,3 +140,18 @@ def test_a_variant_of_a_kernel_law_is_a_subclass_that_may_call_its_step() -> Non
     inputs = series(2)[0]
     assert law.step(*inputs)[0][0] == 0.5 * make_controller("hierarchical", PERIOD).step(*inputs)[0][0]
     assert math.isfinite(law.step(*inputs)[0][1])
+
+
+def test_a_variant_of_a_law_that_takes_the_age_may_define_a_step_without_it() -> None:
+    class Plain(LAWS["guided"].controller):  # type: ignore[name-defined, misc]
+        name = "plain"
+
+        def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> Any:
+            return super().step(motion, desired, acceleration)
+
+    base = make_controller("guided", PERIOD)
+    law: Law[Any] = Plain(LAWS["guided"].parameters(), base.vessel, PERIOD)
+    assert base.takes_age
+    assert not law.takes_age
+    inputs = series(2)[0]
+    assert guarded_step(law, *inputs, age=0.5)[0] == base.step(*inputs)[0]

@@ -69,7 +69,19 @@ class Bare(Law):  # type: ignore[type-arg]
 
 
 def test_the_laws_of_this_package_are_named_by_their_classes() -> None:
-    assert list(LAWS.built_in) == ["hierarchical", "guided", "course", "pd", "los_pid", "nmpc", "manoeuvre", "open_loop"]
+    assert list(LAWS.built_in) == [
+        "hierarchical",
+        "guided",
+        "course",
+        "pd",
+        "los_pid",
+        "ashrafiuon",
+        "backstepping",
+        "hand_position",
+        "nmpc",
+        "manoeuvre",
+        "open_loop",
+    ]
     assert LAWS["guided"] == (GuidedController, GuidedParameters, None)
 
 

@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
+from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.control.observer import Observer
@@ -35,6 +36,20 @@ def test_each_odometry_is_answered_with_its_stamp_once_the_reference_is_there(be
     plant.send_reference(STEP)
     plant.send_odometry(STEP)
     bench.until(lambda: plant.stamps() == [0, STEP])
+
+
+def test_late_odometry_is_answered_with_the_stamp_of_its_step(bench: Any, plant: Any) -> None:
+    """The plant repeats its first measurement until it is as old as the delay."""
+    clock = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
+    plant.connect(bench.start(ControllerNode, law="pd"))
+    for step, measured_at in enumerate((0, 0, 0, STEP, 2 * STEP)):
+        plant.send_odometry(measured_at)
+        plant.send_reference(step * STEP)
+        if step == 2:
+            bench.spin(0.2)
+            assert plant.stamps() == [0, STEP], "the tick of the step before does not answer it"
+        clock.publish(Clock(clock=conv.time_message(step * STEP)))
+        bench.until(lambda step=step: plant.stamps() == [k * STEP for k in range(step + 1)])
 
 
 def test_with_an_observer_the_law_takes_its_estimate_which_is_published(bench: Any, plant: Any) -> None:

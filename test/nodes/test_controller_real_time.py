@@ -134,6 +134,27 @@ def test_an_older_reference_is_extrapolated_to_the_time_of_the_odometry(sea: Rea
     np.testing.assert_allclose(sea.wrenches()[0], wrench, rtol=1e-9)
 
 
+def test_the_law_learns_the_age_of_late_odometry_but_not_of_the_latest(
+    sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, ages = sea.start(ControllerNode, law="guided"), []
+    step = node._loop.step
+
+    def noting(*inputs: Any) -> Any:
+        ages.append(inputs[-1])
+        return step(*inputs)
+
+    monkeypatch.setattr(node._loop, "step", noting)
+    sea.run(0.1)
+    assert {*ages} == {0.0}
+    sea.odometry_age = 3 * STEP
+    sea.run(0.02)
+    ages.clear()
+    sea.run(0.1)
+    assert ages
+    assert 0.03 < min(ages) <= max(ages) < 0.05
+
+
 def test_missed_periods_are_counted_in_the_control_state(sea: RealTimePlant, simulated_time: Any) -> None:
     sea.start(ControllerNode)
     sea.run(0.3)

@@ -38,7 +38,7 @@ def run_nodes(bench: Any, scenario: Any) -> Any:
     return state, np.array([conv.read_wrench(message) for message in taken["/applied_wrench"]])
 
 
-@pytest.mark.parametrize("law", ["los_pid", "nmpc"])
+@pytest.mark.parametrize("law", ["los_pid", "hand_position", "nmpc"])
 def test_a_run_of_the_nodes_is_bit_identical_with_the_offline_run(bench: Any, law: Any) -> None:
     if law == "nmpc":
         pytest.importorskip("casadi")
@@ -77,3 +77,19 @@ def test_a_run_along_a_curve_is_bit_identical_with_the_offline_run(bench: Any, m
     offline = simulate(scenario)
     np.testing.assert_array_equal(state, offline.state)
     np.testing.assert_array_equal(wrench, offline.wrench)
+
+
+def test_a_run_with_dead_time_and_late_odometry_is_bit_identical_with_the_offline_run(bench: Any) -> None:
+    late = {
+        "vessel_sim.sensors.delay": 0.3,
+        "vessel_sim.actuators.surge_dead_time": 0.2,
+        "vessel_sim.actuators.yaw_dead_time": 0.5,
+    }
+    observer = {"controller.observer.enabled": True, "vessel_sim.sensors.position_noise": 0.1}
+    changes = {"controller.law": "los_pid", "vessel_sim.duration": 3.0, **late, **observer, **RATES}
+    measured, wrench = run_nodes(bench, scenario := load_scenario("case2_tracking", changes))
+    offline = simulate(scenario, interpreted=True)
+    np.testing.assert_array_equal(measured, offline.measured)
+    np.testing.assert_array_equal(wrench, offline.wrench)
+    assert not wrench[:5, 1].any()
+    assert wrench[5:, 1].all()

@@ -70,12 +70,16 @@ def run_nodes(bench: Any, scenario: Any) -> dict[str, list[Any]]:
     return taken
 
 
-@pytest.mark.parametrize("thrusters", [{}, STRONG_RUDDER], ids=["two fixed", "rudder and bow thruster"])
+@pytest.mark.parametrize(
+    "thrusters",
+    [{}, STRONG_RUDDER, {**STRONG_RUDDER, "vessel_sim.sensors.delay": 0.3}],
+    ids=["two fixed", "rudder and bow thruster", "rudder and late odometry"],
+)
 def test_a_run_of_the_nodes_is_bit_identical_with_the_offline_run(bench: Any, thrusters: Any) -> None:
     scenario = load_scenario(CASE2, {"controller.law": "guided", "vessel_sim.duration": 5.0, **RATES, **thrusters})
     taken = run_nodes(bench, scenario)
     offline = simulate(scenario, interpreted=True)
-    np.testing.assert_array_equal([conv.read_odometry(message) for message in taken["/odom"]], offline.state)
+    np.testing.assert_array_equal([conv.read_odometry(message) for message in taken["/odom"]], offline.measured)
     np.testing.assert_array_equal([conv.read_wrench(message) for message in taken["/applied_wrench"]], offline.wrench)
     sideways = max(abs(message.wrench.force.y) for message in taken["/applied_wrench"])
     assert (sideways > 0.0) == bool(thrusters)

@@ -64,5 +64,5 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
     assert not found.recorded.any(axis=1).all(), "the wrench was zero while the controller was disabled"
     assert bag.events()[0].time < 0.0
     assert bag.scenario(at=0.0).controller.guided.drift_gain == 0.01
-    assert bag.scenario(at=0.0).controller.guided.position_gain == 0.33
+    assert bag.scenario(at=0.0).controller.guided.position_gain == -1.0
     assert bag.scenario(at=found.time[-1]).controller.guided.position_gain == 0.5

@@ -54,6 +54,18 @@ def test_a_step_waits_for_the_command_of_its_own_stamp(bench: Any, helm: Any) ->
     assert read_disturbance(helm.disturbance[0]) == (1100.0, 2600.0, 95000.0)
 
 
+def test_late_odometry_has_the_stamp_of_its_measurement_and_a_step_takes_the_command_of_its_own(bench: Any, helm: Any) -> None:
+    clocks = bench.collect(Clock, "/clock", qos.CLOCK)
+    bench.start(VesselSimNode, sensors__delay=0.02)
+    for step in range(5):
+        bench.until(lambda step=step: len(helm.odometry) == len(clocks) == step + 1)
+        helm.command(step * STEP, force=1e5)
+    bench.until(lambda: len(clocks) == 6)
+    assert [conv.nanoseconds(c.clock) for c in clocks] == [k * STEP for k in range(6)]
+    assert helm.stamps() == [0, 0, 0, STEP, 2 * STEP, 3 * STEP]
+    assert conv.nanoseconds(helm.applied[4].header.stamp) == 4 * STEP
+
+
 def test_odometry_is_in_the_frames_of_rep_103(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode)
     first = bench.until(lambda: helm.odometry and helm.odometry[0])

@@ -18,7 +18,7 @@ from vessel_sim_node.plant import ShipParameters, acceleration, unforced
 from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
 from vessel_sim_node.sensors import SensorParameters, sampling
 from vessel_sim_node.simulator import Simulator, divergence_of_ship
-from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure
+from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
 from vessel_sim_node.waves import WaveParameters
 
 Array = NDArray[np.float64]
@@ -37,9 +37,9 @@ def sail(constants: PlantConstants, state: PlantState, inputs: Any, rows: Array)
         load = disturbance(times[k], constants, state)
         rates = unforced(state.motion, constants.vessel, constants.current)
         state = apply(state, (commands[k, 0], commands[k, 1]), constants)
-        row = rows[k]
+        row, odometry = rows[k], shown(state, constants)
         for i in range(6):
-            row[i], row[6 + i] = state.measured[i], state.motion[i]
+            row[i], row[6 + i] = odometry[i], state.motion[i]
         for i in range(3):
             row[12 + i], row[15 + i] = load[i], rates[i]
         row[18], row[19], row[20] = state.tau
@@ -90,7 +90,9 @@ def drawn(seed: int) -> PlantParameters:
             waves=WaveParameters() if seed % 2 else waves,
         ),
         actuators=ActuatorParameters(
-            "wrench", number(1e4, 1e6), number(1e5, 1e7), number(1e4, 1e6), number(1e5, 1e7), seed % 2, number(0, 2)
+            "wrench",
+            *(number(1e4, 1e6), number(1e5, 1e7), number(1e4, 1e6), number(1e5, 1e7), seed % 2, number(0, 2)),
+            *((0.0, 0.0) if seed % 4 == 1 else (0.15 * (seed % 3), number(0, 1))),
         ),
         sensors=SensorParameters()
         if seed % 5 == 3
@@ -103,6 +105,7 @@ def drawn(seed: int) -> PlantParameters:
             position_rate_hz=number(1, 20),
             heading_rate_hz=number(1, 20),
             measures_velocity=bool(seed % 4),
+            delay=0.0 if seed % 4 == 3 else 0.1 * (seed % 7),
         ),
     )
 

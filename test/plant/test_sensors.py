@@ -14,7 +14,7 @@ def samples(parameters, count, seed=1):
     instants, random = Sampling(parameters.rates()), np.random.default_rng(seed)
     rows = [Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
     for k in range(count):
-        rows.append(measurement(STATE, rows[-1], instants.due(k * STEP), random.standard_normal(6), parameters.constants()))
+        rows.append(measurement(STATE, rows[-1], instants.due(k * STEP), random.standard_normal(6), parameters.constants(1.0)))
     return np.array(rows[1:])
 
 

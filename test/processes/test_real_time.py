@@ -73,7 +73,6 @@ def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start: Any) -> 
         assert len(run.time) == 601
         assert np.all(np.abs(run.state[:, 0] - x) < 100.0)
         assert bag.diagnostics().keys() == {"vessel_sim", "controller", "reference_ship", "recorder"}
-        # Whether the ship gets nearer depends on the pace of the machine; that every command follows from its own vessel's topics
-        # does not.
-        replay = start("vessel-hsmc", "replay", folder_of(command) / "bag", "--verify")
-        assert replay.wait(60.0) == 0, replay.text
+        # Whether the ship gets nearer depends on the pace of the machine; whose reference it follows does not.
+        centre = run.reference[:, :2].mean(axis=0)
+        assert np.all(np.abs(centre - (x, 0.0)) < 100.0)

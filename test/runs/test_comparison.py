@@ -135,6 +135,12 @@ def test_a_wrong_argument_is_named(arguments: list[str], error: type[Exception],
         vessel_hsmc(*arguments)
 
 
+def test_the_lines_of_all_laws_differ_and_those_of_the_same_law_do_not() -> None:
+    looks = [tuple(look.values()) for look in comparison_page.looks(default_laws()).values()]
+    assert len(set(looks)) == len(looks) >= 6
+    assert comparison_page.looks(default_laws())["guided"] == comparison_page.looks(["my_law"])["guided"]
+
+
 def test_hits_and_misses_are_coloured() -> None:
     cells = ["guided", "0.00075 m hit", "2 m miss", "stopped miss", "0.1"]
     assert coloured(cells) == ["guided", "[green]0.00075 m hit[/]", "[red]2 m miss[/]", "[red]stopped miss[/]", "0.1"]

@@ -41,6 +41,13 @@ def test_a_vessel_by_name_gives_its_hull_to_every_node(section: str) -> None:
     assert {node.vessel.name for node in (otter.vessel_sim, otter.reference_ship, otter.controller)} == {"otter"}
 
 
+def test_the_dead_times_of_a_vessel_are_those_of_its_actuators_and_known_to_the_law(tmp_path: Path) -> None:
+    path = boat(tmp_path, BOAT.replace("length", "surge_dead_time: 0.4, yaw_dead_time: 0.2, length"))
+    slow = scenario(f"vessel: {path}")
+    for found in (slow.vessel_sim.actuators, slow.controller.vessel):
+        assert (found.surge_dead_time, found.yaw_dead_time) == (0.4, 0.2)
+
+
 def test_what_a_vessel_leaves_out_is_zero_and_not_of_the_papers_ship() -> None:
     otter = scenario("vessel: otter")
     assert otter.vessel_sim.vessel.sway_damping_cubic == 0.0

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vessel_hsmc_ros.control.control_loop import ages
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -20,7 +21,9 @@ def recorded_of(scenario: Scenario) -> Recorded:
     n = len(run.time)
     grid = RateGrid(scenario.vessel_sim.rate_hz)
     rates = np.gradient(run.reference[:, 3:], axis=0)
-    return Recorded(grid.stamps(n), np.ones(n, bool), run.measured.copy(), run.reference.copy(), rates, np.empty((n, 2)))
+    stamps, wrench = grid.stamps(n), np.empty((n, 2))
+    prompt = stamps, *ages(stamps, stamps, grid.period)
+    return Recorded(stamps, np.ones(n, bool), *prompt, run.measured.copy(), run.reference.copy(), rates, wrench)
 
 
 def answers(scenario: Scenario, recorded: Recorded, spans: list[range], interpreted: bool) -> np.ndarray:

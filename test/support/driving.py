@@ -60,7 +60,7 @@ class RealTimePlant(Plant):
     Attributes:
         state: The state of the odometry; None publishes none.
         desired: The state of the reference; None publishes none.
-        reference_age: How much older than the odometry the stamp of the reference is, ns.
+        reference_age, odometry_age: How much older than the time their stamps are, ns.
     """
 
     def __init__(self, bench: Any, time: Any) -> None:
@@ -68,7 +68,7 @@ class RealTimePlant(Plant):
         self.time = time
         self.state: Array | None = STATE
         self.desired: Array | None = REFERENCE
-        self.reference_age = 0
+        self.reference_age = self.odometry_age = 0
         self.last: dict[str, int] = {}
 
     def start(self, node_class: Any, **parameters: Any) -> Any:
@@ -89,7 +89,7 @@ class RealTimePlant(Plant):
             self.send_reference(self.time.now - self.reference_age, self.desired)
             self.last["reference"] = self.time.now
         if self.state is not None:
-            self.send_odometry(self.time.now, self.state)
+            self.send_odometry(self.time.now - self.odometry_age, self.state)
             self.last["odometry"] = self.time.now
 
     def first_zero_after(self, stamp: int) -> int:

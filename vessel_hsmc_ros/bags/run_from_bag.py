@@ -82,7 +82,7 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
     # Joined by stamp and not by position: topics may lack messages, at the end of a truncated bag for instance.
     odometry = topics["odom"]
     order = np.argsort(odometry.stamp, kind="stable")
-    stamps = odometry.stamp[order]
+    stamps = shown_at(odometry.stamp[order], topics["applied_wrench"].stamp)
     wrench, has_wrench = matched(stamps, topics["applied_wrench"])
     disturbance, has_disturbance = matched(stamps, topics["disturbance"])
     rows = np.flatnonzero(has_wrench & has_disturbance)
@@ -145,6 +145,29 @@ def matched(stamps: Stamps, series: Series) -> tuple[NDArray[np.intp], NDArray[n
     times = series.stamp[order]
     index = np.searchsorted(times, stamps, side="right") - 1
     return order[np.maximum(index, 0)], (index >= 0) & (times[np.maximum(index, 0)] == stamps)
+
+
+def shown_at(measured_at: Stamps, steps: Stamps) -> Stamps:
+    """The times of the steps in which the plant has published its odometry, whose stamps are those of late measurements.
+
+    The plant repeats its first measurement until it is as old as the delay: so the repetitions show the delay in steps.
+
+    Args:
+        measured_at: Stamps of the odometry, ascending, (n,) ns.
+        steps: Stamps of a message of every step, (m,) ns.
+
+    Returns:
+        The stamps of the steps, (n,) ns; the stamps as they are where the first one is not repeated.
+    """
+    _, inverse, counts = np.unique(measured_at, return_inverse=True, return_counts=True)
+    if not len(counts) or (late := counts[0] - 1) == 0:
+        return measured_at
+    steps = np.unique(steps)
+    repetition = np.arange(len(measured_at)) - (np.cumsum(counts) - counts)[inverse]
+    index = np.searchsorted(steps, measured_at) + np.where(counts[inverse] > 1, repetition, late)
+    # Beyond the last step known there are times that no other message has.
+    beyond = np.maximum(index - (len(steps) - 1), 0)
+    return np.asarray(steps[index - beyond] + beyond)
 
 
 def inputs_at(stamps: Stamps, reference: Series) -> tuple[NDArray[np.bool_], Array, Array]:

@@ -89,7 +89,7 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
     p, reference = published, _motion(published.reference, "pose", "twist")
     pose = {name: values for name, values in reference.items() if name.startswith("pose.")}
     found = {
-        "odom": (p.stamp, _odometry(p.odometry)),
+        "odom": (p.measured_at, _odometry(p.odometry)),
         "cmd_wrench": (p.stamp, _wrench(p.command)),
         "applied_wrench": (p.stamp, _wrench(p.applied)),
         "disturbance": (p.stamp, _wrench(p.disturbance)),

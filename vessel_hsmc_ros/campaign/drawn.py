@@ -10,6 +10,7 @@ from vessel_hsmc_ros.campaign.distributions import Choice, Continuous, Grid, Uni
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import Entry, Value
+from vessel_hsmc_ros.scenario.control import values_in_use
 from vessel_hsmc_ros.scenario.parameters import VESSEL, declared
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -103,7 +104,7 @@ def _declaration(parameter: str, scenario: Scenario) -> tuple[Entry, Value]:
         raise ParameterError(f"draw {parameter} is not a parameter: {schema.suggestion(parameter, known)}")
     if parameter == "controller.law":
         raise ParameterError("draw controller.law is not allowed: the key `laws` of the file takes the laws")
-    return nodes[node][rest], schema.flatten(getattr(scenario, node))[rest]
+    return nodes[node][rest], values_in_use(scenario, node)[rest]
 
 
 def _factor(name: str, base: Value, relative: bool) -> float:

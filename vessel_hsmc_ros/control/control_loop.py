@@ -2,16 +2,40 @@
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.pivot import ORIGIN, Pivot, at_origin, carry
+from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.core.timing import Instants, RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.laws.guard import guarded, guarded_step
 from vessel_hsmc_ros.laws.terms import diagnosed
 
 NO_WRENCH = (0.0, 0.0)
+
+LONGEST_AGE = 10.0
+"""Age of a measurement up to which the command of its time is known to the observer, s."""
+
+
+def ages(stamps: Instants, measured_at: Instants, period: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Ages of measurements as `ControlLoop.step` takes them, s, and the control periods that it counts for them; (n,) each.
+
+    Args:
+        stamps: Times of the steps, (n,) ns.
+        measured_at: Times of the measurements, (n,) ns.
+        period: Control period, s.
+    """
+    age = np.multiply(stamps - measured_at, 1e-9, dtype=np.float64)
+    return age, np.rint(np.minimum(age, LONGEST_AGE) / period).astype(np.int64)
+
+
+def past_commands(period: float) -> DelayLine:
+    """A line for the commands of LONGEST_AGE; the control period in s."""
+    return delay_line(whole_periods(LONGEST_AGE, period), 2)
 
 
 class ControlLoop:
@@ -25,6 +49,7 @@ class ControlLoop:
 
     Attributes:
         wrench: The present command, surge force [N] and yaw moment [N·m].
+        commands: The last commands, where there is an observer.
         estimate: The last state estimate that the law has received; None without an observer.
         delta: Filtered difference between the headings of ship and reference, along which references are carried to the pivot.
         missed_periods: Control periods for which neither `step` nor `skip` was called.
@@ -43,6 +68,7 @@ class ControlLoop:
         """Reset law, observer, wrench, count and time."""
         self.forget()
         self.wrench = NO_WRENCH
+        self.commands = past_commands(self.grid.period)
         self.missed_periods = 0
         self._last_index: int | None = None
         self._lyapunov: float | None = None
@@ -70,7 +96,13 @@ class ControlLoop:
         return self.grid.index(stamp) != self._last_index
 
     def step(
-        self, stamp: int, measured: Motion, desired: Motion, acceleration: Acceleration, measured_at: int | None = None
+        self,
+        stamp: int,
+        measured: Motion,
+        desired: Motion,
+        acceleration: Acceleration,
+        measured_at: int | None = None,
+        age: float = 0.0,
     ) -> Terms:
         """Serve the control period that contains `stamp`: step the law and keep its wrench in `self.wrench`.
 
@@ -79,10 +111,12 @@ class ControlLoop:
         Args:
             stamp: Time of this step, ns.
             measured: Measured state of the ship.
-            desired: State of the reference.
+            desired: State of the reference at the time of the measurement.
             acceleration: Derivatives of the reference's body velocities.
             measured_at: Time of the measurement, ns, on any clock; `stamp` by default. The observer integrates over its
                 differences, which in real time are not those of the steps.
+            age: How much older than this step the measurement is, s, for a law that predicts the motion over it; the observer
+                takes the command of that time.
 
         Returns:
             The terms of the law, with the tracking errors of the origin, weight norms and Lyapunov function.
@@ -94,14 +128,17 @@ class ControlLoop:
         if self.observer:
             # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
             measured_at = stamp if measured_at is None else measured_at
-            measured = self.estimate = self.observer.update(measured_at, measured, self.wrench)
+            behind = whole_periods(min(age, LONGEST_AGE), self.grid.period)
+            wrench = delayed(self.commands, behind, 0), delayed(self.commands, behind, 1)
+            measured = self.estimate = self.observer.update(measured_at, measured, wrench)
         at = carry(measured, desired, acceleration, self.delta, self.pivot)
-        self.wrench, terms = guarded_step(self.law, at.motion, at.desired, at.acceleration)
+        self.wrench, terms = guarded_step(self.law, at.motion, at.desired, at.acceleration, age)
         self.delta = at.delta
         if not self.enabled:
             self.wrench = NO_WRENCH
             with guarded(self.law):
                 self.law.reset()
+        self._keep_command()
         if self.pivot.x_p:
             terms = at_origin(terms, at.back)
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
@@ -115,7 +152,12 @@ class ControlLoop:
         """
         self._elapsed_periods(stamp)
         self.wrench = NO_WRENCH
+        self._keep_command()
         self._lyapunov = None  # its rate over the gap would belong to no single control period
+
+    def _keep_command(self) -> None:
+        if self.observer:
+            put(self.commands, self.wrench)
 
     def _elapsed_periods(self, stamp: int) -> int:
         """Move on to the period that contains a time; the number of periods since the last step, at least 1."""

@@ -6,18 +6,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.observer_model import DXI, PSI, Model, V, propagate, propagate_covariance
+from vessel_hsmc_ros.control.observer_actuators import Actuators, Commands, Wrench, actuated, no_commands
+from vessel_hsmc_ros.control.observer_model import D1, DXI, PSI, Model, V, propagate, propagate_covariance
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
-from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.timing import seconds
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
-Wrench = tuple[float, float]
 
 LONGEST_HOLD = 2.0
-"""An unchanged measurement counts as a repetition of the last sample for this long, s."""
+"""An unchanged measurement counts as a repetition of the last sample, which carries no information, for this long, s."""
+
+HELD_GATE = 3.0
+"""Innovation gate of a measurement that has been unchanged for longer, in standard deviations.
+
+Within it the ship lies still and the measurement is true; beyond it the ship has moved on and the sensor has failed."""
 
 GATE = 20.0
 """Innovation gate, in standard deviations: a measurement beyond it is rejected as an outlier.
@@ -35,10 +39,10 @@ class ObserverConstants(NamedTuple):
         noise: Variances of a sample of x, y and psi.
         Q: Intensity of the process noise, shape (n, n).
         start: Initial variances of the states, shape (n,).
+        decay: Initial ln d_1, ln d_2, ln d_3.
         m11, m_p: Known inertia; m_p is that which the yaw moment accelerates.
         x_p: Distance of the known pivot point ahead of the origin, m.
-        force_limit, moment_limit: Known limits of the wrench.
-        lag: T_l, s; 0 for none.
+        actuators: What is known of the actuators.
     """
 
     enabled: bool
@@ -46,12 +50,11 @@ class ObserverConstants(NamedTuple):
     noise: tuple[float, float, float]
     Q: Array
     start: Array
+    decay: tuple[float, float, float]
     m11: float
     m_p: float
     x_p: float
-    force_limit: float
-    moment_limit: float
-    lag: float
+    actuators: Actuators
 
 
 class ObserverState(NamedTuple):
@@ -65,7 +68,8 @@ class ObserverState(NamedTuple):
         started: Whether a measurement has initialised the filter.
         stamp: Time of the estimate, ns.
         accepted_at: When all new samples were accepted for the last time, ns.
-        applied: Wrench after limits and lag, N, N·m.
+        applied: Wrench on the hull, N, N·m.
+        commands: The latest commands.
     """
 
     x: Array
@@ -76,12 +80,13 @@ class ObserverState(NamedTuple):
     stamp: int
     accepted_at: int
     applied: Wrench
+    commands: Commands
 
 
 def initial_state(c: ObserverConstants) -> ObserverState:
     """The state before the first measurement."""
-    n = len(c.start)
-    return ObserverState(np.zeros(n), np.zeros((n, n)), np.zeros(3), np.zeros(2, np.int64), False, 0, 0, (0.0, 0.0))
+    n, ring = len(c.start), no_commands(c.actuators)
+    return ObserverState(np.zeros(n), np.zeros((n, n)), np.zeros(3), np.zeros(2, np.int64), False, 0, 0, (0.0, 0.0), ring)
 
 
 @kernel
@@ -103,22 +108,23 @@ def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: Observe
     applied = s.applied
     if stamp > s.stamp:
         dt = seconds(stamp - s.stamp)
-        applied = actuated(applied, wrench, dt, c)
+        applied = actuated(applied, s.stamp, wrench, dt, s.commands, c.actuators)
         predict(s.x, s.P, applied, dt, c)
     # Position and heading are separate sensors with rates of their own, so each is tested for a new sample on its own.
-    new_position, new_heading = is_new_position(stamp, pose, s), is_new_heading(stamp, pose, s)
+    position_gate, heading_gate = gate_of_position(stamp, pose, s), gate_of_heading(stamp, pose, s)
     accepted = True
     for i in range(3):
-        if new_heading if i == PSI else new_position:
-            accepted = correct(i, pose[i], s.x, s.P, c) and accepted
+        gate = heading_gate if i == PSI else position_gate
+        if gate > 0.0 and not correct(i, pose[i], gate, s.x, s.P, c) and gate == GATE:
+            accepted = False
     accepted_at = s.accepted_at
-    if new_position or new_heading:
+    if position_gate > 0.0 or heading_gate > 0.0:
         s.P[:] = 0.5 * (s.P + s.P.T)  # rounding must not make it unsymmetric
         if accepted:
             accepted_at = stamp
         elif seconds(stamp - accepted_at) > LONGEST_HOLD:
             return begin(stamp, pose, s, c)
-    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, max(stamp, s.stamp), accepted_at, applied)
+    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, max(stamp, s.stamp), accepted_at, applied, s.commands)
 
 
 @kernel
@@ -137,9 +143,10 @@ def begin(stamp: int, pose: Pose, s: ObserverState, c: ObserverConstants) -> Obs
         s.P[i, i] = c.start[i]
     for i in range(3):
         s.x[i] = pose[i]
+        s.x[D1 + i] = c.decay[i]
         s.held[i] = math.nan  # equal to no sample
     s.sampled_at[:] = stamp
-    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, stamp, stamp, (0.0, 0.0))
+    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, stamp, stamp, s.applied, s.commands)
 
 
 @kernel
@@ -149,7 +156,7 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
     Args:
         x: States.
         P: Covariance, symmetric.
-        applied: Wrench after limits and lag, N, N·m.
+        applied: Wrench on the hull, N, N·m.
         dt: Time step, s.
         c: Constants.
     """
@@ -163,25 +170,8 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
 
 
 @kernel
-def actuated(last: Wrench, wrench: Wrench, dt: float, c: ObserverConstants) -> Wrench:
-    """The wrench at the end of dt after the known limits and the actuator lag.
-
-    Args:
-        last: The wrench at its beginning, N, N·m.
-        wrench: Commanded wrench, N, N·m.
-        dt: Time step, s.
-        c: Constants.
-    """
-    force, moment = clip(wrench[0], c.force_limit), clip(wrench[1], c.moment_limit)
-    if c.lag == 0.0:
-        return force, moment
-    share = -math.expm1(-dt / c.lag)
-    return last[0] + share * (force - last[0]), last[1] + share * (moment - last[1])
-
-
-@kernel
-def is_new_position(stamp: int, pose: Pose, s: ObserverState) -> bool:
-    """Whether the measured position is a new sample; it is then held.
+def gate_of_position(stamp: int, pose: Pose, s: ObserverState) -> float:
+    """Innovation gate of the measured position, which is then held; 0 for one that repeats a sample and is not to be used.
 
     A measurement that only repeats an earlier sample is not used again: it is old, and its noise is not independent.
 
@@ -192,22 +182,23 @@ def is_new_position(stamp: int, pose: Pose, s: ObserverState) -> bool:
     """
     same = s.held[0] == pose[0] and s.held[1] == pose[1]
     if same and seconds(stamp - int(s.sampled_at[0])) < LONGEST_HOLD:
-        return False
+        return 0.0
     s.held[0], s.held[1], s.sampled_at[0] = pose[0], pose[1], stamp
-    return True
+    return HELD_GATE if same else GATE
 
 
 @kernel
-def is_new_heading(stamp: int, pose: Pose, s: ObserverState) -> bool:
-    """Whether the measured heading is a new sample; see `is_new_position`."""
-    if s.held[2] == pose[2] and seconds(stamp - int(s.sampled_at[1])) < LONGEST_HOLD:
-        return False
+def gate_of_heading(stamp: int, pose: Pose, s: ObserverState) -> float:
+    """Innovation gate of the measured heading; see `gate_of_position`."""
+    same = s.held[2] == pose[2]
+    if same and seconds(stamp - int(s.sampled_at[1])) < LONGEST_HOLD:
+        return 0.0
     s.held[2], s.sampled_at[1] = pose[2], stamp
-    return True
+    return HELD_GATE if same else GATE
 
 
 @kernel
-def correct(i: int, measured: float, x: Array, P: Array, c: ObserverConstants) -> bool:
+def correct(i: int, measured: float, gate: float, x: Array, P: Array, c: ObserverConstants) -> bool:
     """Correct by one scalar measurement of state i plus wave motion, unless it is an outlier; in place.
 
     Correcting by x, y and psi one after the other is exact, because their noises are independent.
@@ -215,6 +206,7 @@ def correct(i: int, measured: float, x: Array, P: Array, c: ObserverConstants) -
     Args:
         i: Index of the state.
         measured: The measurement.
+        gate: Largest innovation to accept, in standard deviations.
         x: States.
         P: Covariance.
         c: Constants.
@@ -229,7 +221,7 @@ def correct(i: int, measured: float, x: Array, P: Array, c: ObserverConstants) -
         variance += float(column[DXI + i])
     variance += float(column[i])
     difference = wrap(measured - expected) if i == PSI else measured - expected
-    if difference * difference > GATE * GATE * variance:  # the innovation over its standard deviation
+    if difference * difference > gate * gate * variance:  # the innovation over its standard deviation
         return False
     # Kalman gain of a scalar measurement: the innovation variance is a number, so no matrix is inverted.
     gain = column / variance

@@ -1,26 +1,30 @@
-"""The model of the observer: vessel dynamics with disturbances as states, and a second-order model of the wave motion.
+"""The model of the observer: vessel dynamics in a current, with damping and disturbances as states, and the wave motion.
 
 | symbol | meaning | unit |
 |---|---|---|
 | p, psi | low-frequency position and heading, without the wave motion | m, rad |
 | nu = (u, v, r) | body velocities over ground | m/s, m/s, rad/s |
-| b | body-fixed disturbance: damping beyond d_1 to d_3, Coriolis force, errors of the inertia | m/s², rad/s² |
-| w_E, w_N | earth-fixed disturbance: wind, wave drift, current | m/s² |
+| u_r, v_r | body velocities through the water, (u, v) - R(psi)ᵀ·c | m/s |
+| b | body-fixed disturbance: damping beyond d_1 to d_3, errors of the inertia | m/s², rad/s² |
+| d_1, d_2, d_3 | linear damping of u_r, v_r, r, by its natural logarithm, so that it stays positive | 1/s |
+| c_E, c_N | current, and what wind and wave drift do as if they were one | m/s |
 | xi, dxi | states of the wave filter; dxi is the wave-frequency part of position and heading | s·m, s·rad; m, rad |
 | omega_0, zeta | frequency and damping ratio of the wave filter | rad/s, - |
-| d_1, d_2, d_3 | linear damping of u, v, r | 1/s |
-| tau_1, tau_2 | commanded wrench within the known limits, delayed by a first-order lag T_l | N, N·m |
-| m11, m_p | known inertia in surge, and that which the yaw moment accelerates | kg, kg·m² |
+| tau_1, tau_2 | commanded wrench after the known limits, dead times, lags and rates | N, N·m |
+| m11, m22, m_p | known inertia in surge and sway, and that which the yaw moment accelerates | kg, kg, kg·m² |
 | x_p | distance of the known pivot point ahead of the origin | m |
 
-The model is Newton's second law in the body-fixed frame,
+The model is Newton's second law in the body-fixed frame, with the Coriolis forces and the Munk moment of the known inertia,
 
-    dp = R(psi)·(u, v)      du = v·r + tau_1/m11 - d_1·u + b_u + w_E·cos psi + w_N·sin psi      db = noise
-    dpsi = r                dv = -u·r - x_p·tau_2/m_p - d_2·v + b_v - w_E·sin psi + w_N·cos psi dw = noise
-                            dr = tau_2/m_p       - d_3·r + b_r
-    measured: p + dxi_p + noise, psi + dxi_psi + noise      ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi + noise
+    dp = R(psi)·(u, v)   du = v·r  + k_u·v_r·r + tau_1/m11     - d_1·u_r + b_u      db, dc, d(ln d) = noise
+    dpsi = r             dv = -u·r + k_v·u_r·r - x_p·tau_2/m_p - d_2·v_r + b_v
+                         dr = k_r·u_r·v_r      + tau_2/m_p     - d_3·r   + b_r
+    measured: p + dxi_p + noise, psi + dxi_psi + noise       ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi + noise
 
-The states are in the order p, psi, u, v, r, b, w and, with waves, xi, dxi.
+with k_u = m22/m11 - 1, k_v = 1 - m11/m22, k_r = (m11 - m22)/m_p: the current is constant in the earth-fixed frame, so that the
+rotation of the body frame acts on nu, and what added mass adds to it on the velocity through the water.
+
+The states are in the order p, psi, u, v, r, b, ln d, c and, with waves, xi, dxi.
 """
 
 import math
@@ -31,55 +35,68 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
 Array = NDArray[np.float64]
 
-PSI, U, V, R, BU, BV, BR, WE, WN = range(2, 11)
+PSI, U, V, R, BU, BV, BR, D1, D2, D3, CE, CN = range(2, 14)
 """Indices of the states after the position."""
 
-XI, DXI = 11, 14
+XI, DXI = 14, 17
 """Indices of the first states of xi and dxi, three each."""
 
 
 class Model(NamedTuple):
     """The constants of the model by its symbols, and whether it has waves."""
 
-    d_1: float
-    d_2: float
-    d_3: float
+    k_u: float
+    k_v: float
+    k_r: float
     omega_0: float
     zeta: float
     waves: bool
 
 
-def model(p: ObserverParameters) -> Model:
+def model(p: ObserverParameters, vessel: KnownVessel) -> Model:
     """The constants of the model; without waves omega_0 is 0."""
     waves = p.wave_period > 0.0
     omega_0 = 2.0 * math.pi / p.wave_period if waves else 0.0
-    return Model(p.surge_decay, p.sway_decay, p.yaw_decay, omega_0, p.wave_damping, waves)
+    m11, m22 = vessel.surge_inertia, vessel.sway_inertia
+    k_r = (m11 - m22) / vessel.as_controlled().yaw_inertia
+    return Model(m22 / m11 - 1.0, 1.0 - m11 / m22, k_r, omega_0, p.wave_damping, waves)
+
+
+@kernel
+def through_water(x: Array) -> tuple[float, float]:
+    """u_r and v_r."""
+    u_c, v_c = rotated(-float(x[PSI]), float(x[CE]), float(x[CN]))
+    return float(x[U]) - u_c, float(x[V]) - v_c
 
 
 @kernel
 def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
-    """Advance the states of the vessel model by dt, with b and w constant, and those of the wave filter; in place.
+    """Advance the states of the vessel model by dt, with b, d and c constant, and those of the wave filter; in place.
 
-    The velocities are integrated in the earth-fixed frame, where the Coriolis terms v·r and -u·r vanish: integrated by Euler
-    steps in the body frame, they would add kinetic energy in a turn.
+    The velocities are integrated in the earth-fixed frame, where the terms v·r and -u·r vanish: integrated by Euler steps in the
+    body frame, they would add kinetic energy in a turn.
 
     Args:
-        x: States, shape (11,), with waves (17,).
-        surge, yaw: Accelerations by the wrench, tau_1/m11 [m/s²] and tau_2/m33 [rad/s²].
+        x: States, shape (14,), with waves (20,).
+        surge, yaw: Accelerations by the wrench, tau_1/m11 [m/s²] and tau_2/m_p [rad/s²].
         dt: Time step, s.
         m: Constants of the model.
     """
     psi, u, v, r = float(x[PSI]), float(x[U]), float(x[V]), float(x[R])
-    decay_u, decay_v, decay_r = decays(dt, m)
+    u_r, v_r = through_water(x)
+    decay_u, decay_v, decay_r = decays(x, dt)
     # decay/dt·velocity is the mean deceleration of an exponential decay over dt.
-    turn = yaw + float(x[BR]) - decay_r / dt * r
+    turn = yaw + float(x[BR]) + m.k_r * u_r * v_r - decay_r / dt * r
     middle, end = psi + 0.5 * dt * r, psi + dt * r + 0.5 * dt * dt * turn
     east, north = rotated(psi, u, v)
-    force_east, force_north = rotated(middle, surge + float(x[BU]) - decay_u / dt * u, float(x[BV]) - decay_v / dt * v)
-    change_east, change_north = dt * (force_east + float(x[WE])), dt * (force_north + float(x[WN]))
+    along = surge + float(x[BU]) + m.k_u * v_r * r - decay_u / dt * u_r
+    aside = float(x[BV]) + m.k_v * u_r * r - decay_v / dt * v_r
+    force_east, force_north = rotated(middle, along, aside)
+    change_east, change_north = dt * force_east, dt * force_north
     x[0] += dt * (east + 0.5 * change_east)
     x[1] += dt * (north + 0.5 * change_north)
     x[PSI], x[R] = end, r + dt * turn
@@ -93,9 +110,10 @@ def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
 
 
 @kernel
-def decays(dt: float, m: Model) -> tuple[float, float, float]:
-    """Fractions by which linear damping reduces u, v and r within dt."""
-    return -math.expm1(-m.d_1 * dt), -math.expm1(-m.d_2 * dt), -math.expm1(-m.d_3 * dt)
+def decays(x: Array, dt: float) -> tuple[float, float, float]:
+    """Fractions by which linear damping reduces u_r, v_r and r within dt."""
+    d_1, d_2, d_3 = math.exp(float(x[D1])), math.exp(float(x[D2])), math.exp(float(x[D3]))
+    return -math.expm1(-d_1 * dt), -math.expm1(-d_2 * dt), -math.expm1(-d_3 * dt)
 
 
 @kernel
@@ -126,65 +144,96 @@ def wave_transition(dt: float, m: Model) -> tuple[float, float, float, float]:
 class Jacobian(NamedTuple):
     """The elements of G = F - I, where F is the Jacobian of `propagate`, to first order in dt.
 
+    A name such as u_psi is the derivative of the change of u with respect to psi.
+
     Attributes:
         dt: Time step, s.
         c, s: dt·cos psi and dt·sin psi at the middle of the step.
-        x_psi, y_psi, u_psi, v_psi: Derivatives of the changes of x, y, u and v with respect to psi.
-        along, aside, turn: dt·u, dt·v and dt·r.
-        decay_u, decay_v, decay_r: Fractions by which damping reduces u, v and r.
+        decay_u, decay_v, decay_r: Fractions by which damping reduces u_r, v_r and r.
     """
 
     dt: float
     c: float
     s: float
-    x_psi: float
-    y_psi: float
-    u_psi: float
-    v_psi: float
-    along: float
-    aside: float
-    turn: float
     decay_u: float
     decay_v: float
     decay_r: float
+    x_psi: float
+    y_psi: float
+    u_psi: float
+    u_v: float
+    u_r: float
+    u_d: float
+    u_ce: float
+    u_cn: float
+    v_psi: float
+    v_u: float
+    v_r: float
+    v_d: float
+    v_ce: float
+    v_cn: float
+    r_psi: float
+    r_u: float
+    r_v: float
+    r_d: float
+    r_ce: float
+    r_cn: float
 
 
 @kernel
 def jacobian(x: Array, dt: float, m: Model) -> Jacobian:
     """The Jacobian of `propagate` at the states x before the step."""
-    along, aside, turn = dt * float(x[U]), dt * float(x[V]), dt * float(x[R])
-    w_e, w_n = float(x[WE]), float(x[WN])
+    u, v, r = float(x[U]), float(x[V]), float(x[R])
+    u_r, v_r = through_water(x)
+    u_c, v_c, turn = u - u_r, v - v_r, dt * r
     middle = float(x[PSI]) + 0.5 * turn
-    c, s = math.cos(middle), math.sin(middle)
-    decay_u, decay_v, decay_r = decays(dt, m)
+    c, s = dt * math.cos(middle), dt * math.sin(middle)
+    decay_u, decay_v, decay_r = decays(x, dt)
+    loss_u, loss_v, k_u, k_v, k_r = decay_u / dt, decay_v / dt, m.k_u * r, m.k_v * r, m.k_r
     return Jacobian(
         dt,
-        dt * c,
-        dt * s,
-        -along * s - aside * c,
-        along * c - aside * s,
-        dt * (w_n * c - w_e * s),
-        dt * (-w_e * c - w_n * s),
-        along,
-        aside,
-        turn,
+        c,
+        s,
         decay_u,
         decay_v,
         decay_r,
+        -u * s - v * c,
+        u * c - v * s,
+        decay_u * v_c + dt * k_u * u_c,
+        turn + dt * k_u,
+        dt * (v + m.k_u * v_r),
+        -decay_u * u_r,
+        loss_u * c + k_u * s,
+        loss_u * s - k_u * c,
+        -decay_v * u_c - dt * k_v * v_c,
+        dt * k_v - turn,
+        dt * (m.k_v * u_r - u),
+        -decay_v * v_r,
+        -loss_v * s - k_v * c,
+        loss_v * c - k_v * s,
+        dt * k_r * (u_r * u_c - v_r * v_c),
+        dt * k_r * v_r,
+        dt * k_r * u_r,
+        -decay_r * r,
+        k_r * (u_r * s - v_r * c),
+        -k_r * (u_r * c + v_r * s),
     )
 
 
 @kernel
 def change(M: Array, g: Jacobian) -> Array:
     """G·M for a matrix M with one row a state: the first six rows, because the others are zero."""
-    psi, u, v, r, w_e, w_n = M[PSI], M[U], M[V], M[R], M[WE], M[WN]
+    psi, u, v, r, c_e, c_n = M[PSI], M[U], M[V], M[R], M[CE], M[CN]
     rows = np.empty((BU, M.shape[1]))
     rows[0] = g.x_psi * psi + g.c * u - g.s * v
     rows[1] = g.y_psi * psi + g.s * u + g.c * v
     rows[PSI] = g.dt * r
-    rows[U] = g.u_psi * psi - g.decay_u * u + g.turn * v + g.aside * r + g.dt * M[BU] + g.c * w_e + g.s * w_n
-    rows[V] = g.v_psi * psi - g.turn * u - g.decay_v * v - g.along * r + g.dt * M[BV] - g.s * w_e + g.c * w_n
-    rows[R] = g.dt * M[BR] - g.decay_r * r
+    own = g.u_psi * psi - g.decay_u * u + g.u_v * v + g.u_r * r + g.u_d * M[D1] + g.u_ce * c_e + g.u_cn * c_n
+    rows[U] = own + g.dt * M[BU]
+    own = g.v_psi * psi + g.v_u * u - g.decay_v * v + g.v_r * r + g.v_d * M[D2] + g.v_ce * c_e + g.v_cn * c_n
+    rows[V] = own + g.dt * M[BV]
+    own = g.r_psi * psi + g.r_u * u + g.r_v * v - g.decay_r * r + g.r_d * M[D3] + g.r_ce * c_e + g.r_cn * c_n
+    rows[R] = own + g.dt * M[BR]
     return rows
 
 

@@ -24,7 +24,8 @@ class Run:
     Attributes:
         time: Time since the first odometry message, (n,) s.
         state: True x, y, psi, u, v, r of the ship, (n, 6); the heading in [-pi, pi].
-        measured: Measured x, y, psi, u, v, r, (n, 6); equal to the state where the sensors are perfect.
+        measured: x, y, psi, u, v, r as odometry shows them at the time, late or not, (n, 6); equal to the state where the
+            sensors are perfect.
         reference: x, y, psi, u, v, r of the reference, (n, 6).
         wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
         disturbance: Disturbing accelerations, (n, 3), m/s², m/s², rad/s².
@@ -74,7 +75,8 @@ class Published:
     """The content of all messages that plant, reference ship and controller publish in a run, unrounded and not wrapped.
 
     Attributes:
-        stamp: Of the plant's messages and of the commands, (n,) ns.
+        stamp: Of the plant's other messages and of the commands, (n,) ns.
+        measured_at: Of the odometry, (n,) ns: the times of its measurements.
         odometry: Measured x, y, psi, u, v, r, (n, 6).
         truth: The true ones, (n, 6); None where the sensors are perfect.
         command: Surge force [N] and yaw moment [N·m] of the controller, (n, 2).
@@ -89,6 +91,7 @@ class Published:
     """
 
     stamp: Stamps
+    measured_at: Stamps
     odometry: Array
     truth: Array | None
     command: Array

@@ -46,8 +46,7 @@ def from_bag(path: Path | str, namespace: str | None = None) -> Measurements:
     bag = open_bag(path)
     prefix = bag.namespace(namespace)
     odometry = bag[prefix + "odom"]
-    order = np.argsort(odometry.stamp, kind="stable")
-    stamps = odometry.stamp[order]
+    stamps, order = np.unique(odometry.stamp, return_index=True)  # late odometry repeats its first measurement
     series = bag[_wrench_topic(bag, prefix)]
     index, found = matched(stamps, series)
     if not found.any():

@@ -5,10 +5,13 @@ from typing import Any
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.laws.ashrafiuon import AshrafiuonController, AshrafiuonParameters
+from vessel_hsmc_ros.laws.backstepping import BacksteppingController, BacksteppingParameters
 from vessel_hsmc_ros.laws.course import CourseController, CourseLawParameters
 from vessel_hsmc_ros.laws.guard import guarded
 from vessel_hsmc_ros.laws.guided import GuidedController
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters
+from vessel_hsmc_ros.laws.hand_position import HandPositionController, HandPositionParameters
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
@@ -25,8 +28,11 @@ from vessel_hsmc_ros.laws.terms import Terms
 
 __all__ = [
     "LAWS",
+    "AshrafiuonParameters",
+    "BacksteppingParameters",
     "CourseLawParameters",
     "GuidedParameters",
+    "HandPositionParameters",
     "HierarchicalParameters",
     "KnownVessel",
     "Law",
@@ -46,6 +52,9 @@ LAWS = Registry(
     CourseController,
     PdController,
     LosPidController,
+    AshrafiuonController,
+    BacksteppingController,
+    HandPositionController,
     NmpcController,
     ManoeuvreController,
     OpenLoop,

@@ -19,12 +19,15 @@ KINDS = tuple(type(value) for value in Terms())
 """The types of the terms, as the messages require them."""
 
 
-def guarded_step(law: Law[Any], motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
+def guarded_step(
+    law: Law[Any], motion: Motion, desired: Motion, acceleration: Acceleration, age: float = 0.0
+) -> tuple[tuple[float, float], Terms]:
     """Call `step` of a law and check what it returns.
 
     Args:
         law: The law.
         motion, desired, acceleration: As for `Law.step`.
+        age: How long ago ship and reference were in these states, s, for a law that takes it.
 
     Returns:
         The wrench and the terms, in plain floats.
@@ -34,7 +37,8 @@ def guarded_step(law: Law[Any], motion: Motion, desired: Motion, acceleration: A
         LawError: the law raised another exception, or returned something else than a wrench and terms.
     """
     try:
-        returned = law.step(motion, desired, acceleration)
+        aged = (age,) if law.takes_age else ()
+        returned = law.step(motion, desired, acceleration, *aged)
     except VesselHsmcError:
         raise
     except Exception as error:

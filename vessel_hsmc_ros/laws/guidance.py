@@ -9,7 +9,9 @@
 | w_t, w_n | w along and across the hull | m/s |
 | s | direction of travel: 1 ahead, -1 astern | - |
 | q = c·rho | speed below which the station-keeping mode takes over | m/s |
-| m = w_n - v | sway mismatch: commanded minus actual sway velocity | m/s |
+| m = w_n - v | sway mismatch: commanded minus actual sway velocity; it lengthens the lever arm up to m_max | m/s |
+| U_s | slowest reference that determines the direction of travel | m/s |
+| U_xi | speed of the reference above which xi is integrated | m/s |
 | epsilon | heading error: turned by it, the hull has w_n equal to its sway velocity | rad |
 | psi_c | commanded heading psi + epsilon | rad |
 | r_w | rate of psi_c while the ship has the velocity w | rad/s |
@@ -29,12 +31,6 @@ from vessel_hsmc_ros.laws.guided_parameters import Gains
 
 Vector = tuple[float, float]
 """A horizontal vector, east and north."""
-
-LARGEST_MISMATCH = 0.3
-"""The station-keeping lever arm grows with the sway mismatch up to this one, m_max, m/s."""
-
-SLOWEST_REFERENCE_SQUARED = 0.04
-"""Below this squared speed, that of 0.2 m/s, the reference does not determine the direction of travel, m²/s²."""
 
 
 class VelocityCommand(NamedTuple):
@@ -126,7 +122,7 @@ def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedb
         1 for ahead, -1 for astern.
     """
     # A moving reference decides, because w is then close to its velocity; the error feedback alone must not reverse the ship.
-    if u_d * u_d > max(feedback_squared, SLOWEST_REFERENCE_SQUARED):
+    if u_d * u_d > max(feedback_squared, g.U_s * g.U_s):
         return 1.0 if u_d > 0.0 else -1.0
     if s * w_t >= -g.c * g.rho:
         return s
@@ -155,7 +151,7 @@ def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
     m = w.w_n - v
     D = s * w.w_t
     # Without q_m the heading error would be undefined, and its gain unbounded, as w tends to zero.
-    q_m = g.c * magnitude(g.rho, g.T_m * min(abs(m), LARGEST_MISMATCH))
+    q_m = g.c * magnitude(g.rho, g.T_m * min(abs(m), g.m_max))
     return s * math.atan2(m, math.sqrt(D * D + q_m * q_m) if D >= 0.0 else D + q_m)
 
 
@@ -238,8 +234,8 @@ def integrate_error(xi: Vector, motion: Motion, desired: Motion, reference_squar
     slope = g.k_p / g.v_max
     if slope * slope * (ex * ex + ey * ey) >= 1.0:
         return xi
-    # A smooth switch at a reference speed of 0.1 m/s.
-    step = g.T * g.k_i * reference_squared / (reference_squared + 0.01)
+    # A smooth switch at the speed U_xi of the reference.
+    step = g.T * g.k_i * reference_squared / (reference_squared + g.U_xi * g.U_xi)
     x, y = xi[0] + step * ex, xi[1] + step * ey
     shrink = min(1.0, g.xi_max / max(magnitude(x, y), 1e-9))
     return shrink * x, shrink * y

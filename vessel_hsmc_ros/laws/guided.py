@@ -24,6 +24,7 @@ import math
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.laws.guidance import (
     approach_rate,
     calmness,
@@ -34,17 +35,19 @@ from vessel_hsmc_ros.laws.guidance import (
     resolve,
     velocity_command,
 )
+from vessel_hsmc_ros.laws.guided_delays import ahead, delays
+from vessel_hsmc_ros.laws.guided_learning import forget_across, learn
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Estimates, activate, adapt, output, outputs
+from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
 
-LARGEST_INNOVATION = 1.0, 1.0, 0.2
-"""Innovations are saturated at these, m/s, m/s, rad/s, before the networks adapt to them: an outlier must not dominate."""
+LONGEST_AGE = 2.0
+"""Age of a measurement up to which the motion is predicted over it, s."""
 
 
 @kernel
@@ -53,27 +56,6 @@ def bounded(m: Motion) -> Motion:
     # remainder is exact for every finite angle; it only selects the representation of the same heading.
     psi = math.remainder(m.psi, TURN)
     return Motion(clip(m.x, LARGEST), clip(m.y, LARGEST), psi, clip(m.u, LARGEST), clip(m.v, LARGEST), clip(m.r, LARGEST))
-
-
-@kernel
-def learn(measured: Motion, m: Memory, g: Gains) -> None:
-    """Adapt the weights in place, W += (1 - z)²/T·e·H/(HᵀH), to the innovation e.
-
-    A saturated actuator does not deliver what the prediction assumes, so its network is not adapted.
-
-    Args:
-        measured: Measured state of the ship.
-        m: Internal state with the activations at this step and the prediction for it.
-        g: Gains.
-    """
-    p, (largest_u, largest_v, largest_r) = m.predicted, LARGEST_INNOVATION
-    # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
-    # small constant prevents a division by zero far from all centres, where H vanishes.
-    scale = 1.0 / (g.T * (output(m.H, m.H, m.scratch) + 1e-6))
-    m.growth[0, 0] = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, largest_u)
-    m.growth[1, 0] = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, largest_v)
-    m.growth[2, 0] = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, largest_r)
-    adapt(m.W, m.growth, m.H, m.scratch)
 
 
 @kernel
@@ -149,14 +131,15 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants, age: float = 0.0
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period: correct the prediction, adapt the networks, compute commands and wrench, predict.
+    """One period: correct the prediction, adapt the networks, predict through the dead time, compute commands and wrench.
 
     Args:
         motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
         m: Internal state; its arrays are written in place.
         constants: Gains and neurons.
+        age: How long ago ship and reference were in these states, s.
 
     Returns:
         The wrench, its terms, and the internal state.
@@ -166,24 +149,38 @@ def step(
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
-        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.W, m.H, m.scratch, m.growth)
+        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.head, m.W, m.H, m.scratch, m.growth, m.queue)
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
-    learn(measured, m, g)
+    HH = output(m.H, m.H, m.scratch)
+    learn(measured, HH, m, g)
     f = outputs(m.W, m.H, m.scratch)
-    c, filtered = command(motion, desired, acceleration, f, m, g)
+    forget_across(f, HH, m, g)
+    n_1, n_2 = delays(age, m, g)
+    later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
+    goal = desired
+    if max(n_1, n_2) > 0:
+        goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
+    c, filtered = command(later, goal, acceleration, f, m, g)
 
-    S1, S2 = motion.r - c.r_c, motion.u - c.u_c
-    tau_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), m.tau_1, g.tau_1max, g)
-    tau_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.tau_2, g.tau_2max, g)
+    S1, S2 = later.r - c.r_c, later.u - c.u_c
+    column = m.head - 1 if m.head > 0 else m.queue.shape[1] - 1
+    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), m.queue[0, column], g.surge.limit, g)
+    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.queue[1, column], g.yaw.limit, g)
+    m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
+    wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
+    tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
+    tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
+    head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
     predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
         1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
     )  # fmt: skip
-    return (tau_1, tau_2), terms, Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, m.W, m.H, m.scratch, m.growth)
+    left = Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, head, m.W, m.H, m.scratch, m.growth, m.queue)
+    return wrench, terms, left
 
 
 class GuidedController(AdaptiveLaw[GuidedParameters]):
@@ -199,6 +196,7 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
     """
 
     name = "guided"
+    takes_age = True
     kernel = staticmethod(step)
     terms = StepTerms
     networks = ("surge", "sway", "yaw")
@@ -210,4 +208,5 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
 
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
-        self.memory = initial(len(self.neurons.mu))
+        g = self.constants.gains
+        self.memory = initial(len(self.neurons.mu), max(g.surge.delay, g.yaw.delay) + math.ceil(LONGEST_AGE / g.T))

@@ -28,12 +28,14 @@ class Memory(NamedTuple):
         started: Whether there has been a step; before, the prediction has no meaning.
         predicted: The motion predicted for the next step.
         filter: State of the command filter.
-        tau_1, tau_2: The wrench of the last step.
-        cut_1, cut_2: Whether its force and its moment were saturated.
+        tau_1, tau_2: The wrench that acts on the hull since the last step, as modelled.
+        cut_1, cut_2: Whether the force and the moment that the last step demanded were beyond their limits.
+        head: Column of the present period in `queue`.
         W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
         H: Activations, shape (l,), written in place.
         scratch: Working memory, shape (3, l).
         growth: Working memory, shape (3, 1): the change of the weights, divided by H.
+        queue: The last commands of surge force and yaw moment, (2, n + 1) for delays up to n periods, written in place.
     """
 
     started: bool
@@ -43,10 +45,12 @@ class Memory(NamedTuple):
     tau_2: float
     cut_1: bool
     cut_2: bool
+    head: int
     W: Array
     H: Array
     scratch: Array
     growth: Array
+    queue: Array
 
 
 class Constants(NamedTuple):
@@ -56,12 +60,12 @@ class Constants(NamedTuple):
     neurons: Neurons
 
 
-def initial(neurons: int) -> Memory:
-    """The internal state before the first step, for a number of neurons."""
+def initial(neurons: int, delay: int) -> Memory:
+    """The internal state before the first step, for a number of neurons and the longest delay in periods."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
-    arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1))
-    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, *arrays)
+    arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), np.zeros((2, delay + 1))
+    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, 0, *arrays)
 
 
 class Command(NamedTuple):

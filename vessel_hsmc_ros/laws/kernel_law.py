@@ -29,7 +29,8 @@ class KernelLaw(Law[Parameters]):
 
     with NamedTuples: `constants`, `memory` and `terms` are of classes that no other law uses, `terms` are floats by the names of
     fields of `Terms`, and `memory.W` holds the weights that this step has used, shape (k, l), a row for each network. Where the
-    law is undefined, the kernel returns a wrench of NaN and its memory unchanged.
+    law is undefined, the kernel returns a wrench of NaN and its memory unchanged. The kernel of a law with `takes_age` has a last
+    argument, `age: float = 0.0`.
 
     A subclass defines the class attributes, a `retune` that sets `constants`, and a `reset` that sets `memory`.
 
@@ -60,13 +61,13 @@ class KernelLaw(Law[Parameters]):
             cls._in_order = itemgetter(*map((*given, *absent).index, Terms._fields))
             cls._has_flags = not set(FLAGS).isdisjoint(given)
 
-    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
+    def step(self, motion: Motion, desired: Motion, acceleration: Acceleration, *age: float) -> tuple[tuple[float, float], Terms]:
         """Call the kernel and keep its memory; see `Law.step`.
 
         Raises:
             ControlError: the law is undefined for this input.
         """
-        wrench, terms, memory = self.kernel(motion, desired, acceleration, self.memory, self.constants)
+        wrench, terms, memory = self.kernel(motion, desired, acceleration, self.memory, self.constants, *age)
         if math.isnan(wrench[0]):
             self.explain_undefined(motion)
         self.memory = memory

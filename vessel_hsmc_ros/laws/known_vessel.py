@@ -12,7 +12,6 @@ A yaw moment N accelerates sway and yaw by M·(v', r') = (e·N, N). The pivot at
 sway velocity v + x_p·r, which N does not accelerate; and r' = N/m_p with m_p = m33 - x_p·m32. docs/pivot.md derives both.
 """
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -32,16 +31,24 @@ def coupling(description: str) -> float:
     return parameter(0.0, description, unit="kg·m", low=-1e15, high=1e15)
 
 
+NOT_DECLARED = -1.0
+"""The value of what is not known of an actuator: laws then count it as slow, not as instantaneous."""
+
+
 def rate(what: str, unit: str) -> float:
-    """Declare the largest rate of change of an actuator, unlimited by default."""
+    """Declare the largest rate of change of an actuator, not declared by default."""
     return parameter(
-        math.inf, f"Largest rate of change of the {what}; not used by the laws yet.", unit=unit, low=0.0, high=math.inf
+        NOT_DECLARED,
+        f"Largest rate of change of the {what}; inf: no limit; negative: not declared.",
+        unit=unit,
+        low=NOT_DECLARED,
+        high=math.inf,
     )
 
 
 def delay(what: str) -> float:
-    """Declare a time constant or a dead time of an actuator, zero by default."""
-    return parameter(0.0, f"{what}; not used by the laws yet.", unit="s", low=0.0, high=1e3)
+    """Declare a time constant or a dead time of an actuator, not declared by default."""
+    return parameter(NOT_DECLARED, f"{what}; 0: none; negative: not declared.", unit="s", low=NOT_DECLARED, high=1e3)
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,9 @@ class KnownVessel(NamedVessel):
     surge_force_limit: float = limit("surge force", "N", 2e5, 1e12)
     yaw_moment_limit: float = limit("yaw moment", "N·m", 3e6, 1e15)
     # The parameters below have no symbols: laws build their gains from those of the vessel.
-    length: float = parameter(32.0, "Length of the hull; not used by the laws yet.", unit="m", low=1e-3, high=1e4)
+    length: float = parameter(
+        32.0, "Length of the hull, the unit of length of the guided law's gains.", unit="m", low=1e-3, high=1e4
+    )
     sway_inertia: float = parameter(
         177.9e3, "Mass with added mass in sway, m22, for the pivot point.", unit="kg", low=1e-3, high=1e12
     )
@@ -116,14 +125,25 @@ class KnownVessel(NamedVessel):
         at_origin = self.controlled_point == "origin" or (self.controlled_point == "ahead" and x_p < 0.0)
         return 0.0 if at_origin else x_p
 
-    def as_controlled(self) -> "KnownVessel":
+    def as_controlled(self) -> "ControlledVessel":
         """The same vessel as a law knows it: its yaw inertia is m_p, and where the pivot is controlled there is no coupling.
 
         Raises:
             ParameterError: as `pivot`.
         """
         x_p, m32 = self.pivot, self.yaw_sway_inertia or self.sway_yaw_inertia
-        known = dataclasses.replace(self, yaw_inertia=self.yaw_inertia - x_p * m32)
-        if not self.controlled:
-            return known
-        return dataclasses.replace(known, sway_yaw_inertia=0.0, yaw_sway_inertia=0.0, sway_force_per_yaw_moment=0.0)
+        known = {**vars(self), "yaw_inertia": self.yaw_inertia - x_p * m32}
+        if self.controlled:
+            known |= {"sway_yaw_inertia": 0.0, "yaw_sway_inertia": 0.0, "sway_force_per_yaw_moment": 0.0}
+        return ControlledVessel(**known, ahead=self.controlled)
+
+
+@dataclass(frozen=True)
+class ControlledVessel(KnownVessel):
+    """A vessel as a law knows it at the point that it controls.
+
+    Attributes:
+        ahead: Distance of that point ahead of the origin, m.
+    """
+
+    ahead: float = 0.0

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ class Law(ABC, Generic[Parameters]):
 
     Attributes:
         name: Value of `controller.law` that selects the law, and name of the group of its parameters.
+        takes_age: Whether `step` takes the age of the motion as well, because the law predicts the motion over it; a class that
+            defines `step` declares it anew.
         tracks: Whether the law tracks the position of the reference; comparisons leave out those that do not.
         parameters: The present parameters, unless the law redefines `retune`.
         vessel, period: As constructed.
@@ -37,7 +39,14 @@ class Law(ABC, Generic[Parameters]):
     """
 
     name: ClassVar[str] = ""
+    takes_age: ClassVar[bool] = False
     tracks: ClassVar[bool] = True
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        # A variant of a law that takes the age may define a step without it.
+        if "step" in vars(cls) and "takes_age" not in vars(cls):
+            cls.takes_age = False
 
     def __init__(self, parameters: Parameters, vessel: KnownVessel, period: float) -> None:
         self.vessel = vessel
@@ -63,7 +72,8 @@ class Law(ABC, Generic[Parameters]):
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """Compute the wrench for one control period and advance the internal state.
 
-        This is the form that the control loop calls: plain floats in, plain floats out.
+        This is the form that the control loop calls: plain floats in, plain floats out. Of a law with `takes_age` it has a fourth
+        argument, `age: float = 0.0`: how long ago the ship was in this state, s. Ship and reference are always of the same time.
 
         Args:
             motion: State of the ship, finite.

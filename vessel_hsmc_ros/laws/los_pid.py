@@ -3,7 +3,7 @@
 | symbol | meaning | unit |
 |---|---|---|
 | x_e, y_e | along-track and cross-track error | m, m |
-| s | integral state of the guidance, which compensates a steady drift | m |
+| s | integral state of the guidance, which compensates a steady drift | m; adaptive: rad |
 | D | lookahead distance: T_D times the reference's speed, at least D_min | m |
 | psi_c, r_c | commanded heading and its rate, filtered | rad, rad/s |
 | u_c | commanded surge velocity | m/s |
@@ -12,9 +12,11 @@
 | I_1, I_2 | integral states of the speed controller and of the autopilot | m/s², rad/s² |
 
 While the reference moves, integral line-of-sight guidance (ILOS): psi_c = psi_d - atan((y_e + s)/D),
-ds = k_s·|dp_d|·D·y_e/(D² + (y_e + s)²), and u_c = u_d - k_x·x_e within v_e of u_d. In station keeping, pure pursuit: outside a
-capture radius the ship points its bow or its stern at the reference, whichever needs the smaller turn, and approaches; inside it
-takes the reference's heading.
+ds = k_s·|dp_d|·D·y_e/(D² + (y_e + s)²), and u_c = u_d - k_x·x_e within v_e of u_d. Adaptive line-of-sight guidance (ALOS; T. I.
+Fossen, IEEE Transactions on Control Systems Technology 31 (2023) 2887-2894) estimates the drift angle instead:
+psi_c = psi_d - s - atan(y_e/D), ds = gamma·D·y_e/sqrt(D² + y_e²), gamma = k_s·|dp_d|/D². Near the line both are the same.
+In station keeping, pure pursuit: outside a capture radius the ship points its bow or its stern at the reference, whichever needs
+the smaller turn, and approaches; inside it takes the reference's heading.
 The baseline is meant to be strong: the integrators stop while their actuator is saturated (anti-windup), the acceleration of the
 reference is fed forward, the commanded heading is filtered, and the ship is not driven ahead while it points away.
 """
@@ -56,6 +58,7 @@ class Gains(NamedTuple):
     tau_1max: float
     tau_2max: float
     T: float
+    adaptive: bool
 
 
 class Memory(NamedTuple):
@@ -92,7 +95,7 @@ class Aim(NamedTuple):
 
 @kernel
 def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
-    """Integral line-of-sight guidance on the line through the moving reference, along its course.
+    """Integral or adaptive line-of-sight guidance on the line through the moving reference, along its course.
 
     Args:
         motion: State of the ship.
@@ -101,7 +104,7 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
         g: Gains.
 
     Returns:
-        Heading offset -atan((y_e + s)/D), reversed for a reference that goes astern; speed command; rate of s.
+        Heading offset -atan((y_e + s)/D) or -s - atan(y_e/D), reversed for a reference astern; speed command; rate of s.
     """
     u_d, v_d = desired.u, desired.v
     # A reference that goes astern is followed astern: the course is that of its stern.
@@ -113,12 +116,12 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     speed = magnitude(u_d, v_d)
     # A lookahead proportional to the speed gives the same time constant of the cross-track error at every speed.
     D = max(g.D_min, g.T_D * speed)
+    u_c = u_d - clip(g.k_x * x_e, g.v_e)
+    if g.adaptive:
+        # With gamma = k_s·|dp_d|/D² the drift angle s is for small errors the s/D of the integral guidance, at the same rate.
+        return Aim(-ahead * (drift + math.atan(y_e / D)), u_c, g.k_s * speed * y_e / (D * magnitude(D, y_e)))
     compensated = y_e + drift
-    return Aim(
-        -ahead * math.atan(compensated / D),
-        u_d - clip(g.k_x * x_e, g.v_e),
-        g.k_s * speed * D * y_e / (D * D + compensated * compensated),
-    )
+    return Aim(-ahead * math.atan(compensated / D), u_c, g.k_s * speed * D * y_e / (D * D + compensated * compensated))
 
 
 @kernel
@@ -237,9 +240,9 @@ class LosPidController(KernelLaw[LosPidParameters]):
 
     def retune(self, parameters: LosPidParameters) -> None:
         """Take new gains and keep the integrals."""
-        known = self.vessel
+        known, adaptive = self.vessel, parameters.guidance == "alos"
         limits = {"tau_1max": known.surge_force_limit, "tau_2max": known.yaw_moment_limit}
-        self.constants = Gains(**schema.symbols(parameters), **schema.symbols(known), **limits, T=self.period)
+        self.constants = Gains(**schema.symbols(parameters), **schema.symbols(known), **limits, T=self.period, adaptive=adaptive)
 
     def reset(self) -> None:
         """Set the integrals and the command filter to zero."""

@@ -14,6 +14,7 @@ def gain(default: float, description: str, unit: str, symbol: str, low: float = 
 class LosPidParameters:
     """Gains; docs/baselines.md describes how they were tuned."""
 
+    guidance: str = parameter("ilos", "Line-of-sight guidance: with an integral, or adaptive (ALOS).", choices=("ilos", "alos"))
     lookahead_time: float = gain(4.0, "Lookahead distance divided by the reference's speed.", "s", "T_D")
     lookahead_distance: float = gain(9.5, "Smallest lookahead distance.", "m", "D_min", low=1e-3)
     drift_gain: float = gain(1.2, "Integral gain of the line-of-sight guidance, which compensates a drift.", "", "k_s")

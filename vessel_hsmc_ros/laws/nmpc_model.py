@@ -22,29 +22,16 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.laws.known_damping import KnownDamping
 
 Array = NDArray[np.float64]
 
 
-def damping(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a damping coefficient of the model; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=0.0, high=1e15, symbol=symbol)
-
-
 @dataclass(frozen=True)
-class ModelParameters:
+class ModelParameters(KnownDamping):
     """Coefficients of a perfect model besides m11 and m33; the defaults are the ship of the paper's section 6.2."""
 
     sway_inertia: float = parameter(177.9e3, "Mass with added mass in sway.", unit="kg", low=1e-3, high=1e12, symbol="m22")
-    surge_damping: float = damping(215e2, "Linear damping in surge.", "kg/s", "d_u")
-    sway_damping: float = damping(147e3, "Linear damping in sway.", "kg/s", "d_v")
-    yaw_damping: float = damping(802e4, "Linear damping in yaw.", "kg·m²/s", "d_r")
-    surge_damping_quadratic: float = damping(0.2 * 215e2, "Damping in surge with |u|u.", "kg/m", "d_u2")
-    surge_damping_cubic: float = damping(0.1 * 215e2, "Damping in surge with u³.", "kg·s/m²", "d_u3")
-    sway_damping_quadratic: float = damping(0.2 * 147e3, "Damping in sway with |v|v.", "kg/m", "d_v2")
-    sway_damping_cubic: float = damping(0.1 * 147e3, "Damping in sway with v³.", "kg·s/m²", "d_v3")
-    yaw_damping_quadratic: float = damping(0.2 * 802e4, "Damping in yaw with |r|r.", "kg·m²", "d_r2")
-    yaw_damping_cubic: float = damping(0.1 * 802e4, "Damping in yaw with r³.", "kg·m²·s", "d_r3")
 
 
 class Model(NamedTuple):

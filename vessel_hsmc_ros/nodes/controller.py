@@ -17,6 +17,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.step_clock import StepClock
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
@@ -36,8 +37,8 @@ CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 class ControllerNode(VesselNode):
     """Computes the wrench command from odometry and reference.
 
-    Lockstep: every odometry message is answered by a command with the same stamp. The law runs at the start of each control
-    period, and its wrench is held (zero-order hold) for the odometry messages in between.
+    Lockstep: every odometry message is answered by a command with the stamp of its step; that of late odometry is older. The law
+    runs at the start of each control period, and its wrench is held (zero-order hold) for the odometry messages in between.
 
     Real time: a timer on the node's clock runs the law on the latest odometry, with the reference extrapolated to the stamp of
     the odometry. When either input is older than `input_timeout`, the wrench is zero.
@@ -54,6 +55,7 @@ class ControllerNode(VesselNode):
         self._start = 0
         self._phase: Timer | None = None
         self._odometry: tuple[int, Motion] | None = None
+        self._steps = StepClock(self, self._answer)
         self._references: dict[int, tuple[Motion, Acceleration]] = {}
         self._inputs = InputMonitor(self, {"odom": "odometry", "reference": "reference"}, p.input_timeout)
         self._updates = 0
@@ -133,13 +135,16 @@ class ControllerNode(VesselNode):
         """Publish the command for the pending odometry as soon as the inputs of the law are complete."""
         if self._odometry is None or not self.connected:
             return
-        stamp, state = self._odometry
+        measured_at, state = self._odometry
+        if (stamp := self._steps.step_of(measured_at, self.stamp)) is None:
+            return
         terms = None
         if self._loop.due(stamp):
             if stamp not in self._references:  # odometry and reference may arrive in either order
                 return
             reference, acceleration = self._references[stamp]
-            terms = self._update(stamp, state, reference, acceleration)
+            age = seconds(stamp - measured_at)
+            terms = self._update(stamp, state, extrapolate(reference, acceleration, -age), acceleration, measured_at, age)
             self._references = {t: r for t, r in self._references.items() if t > stamp}
         self._odometry = None  # each odometry message is answered once, whatever references follow
         self._publish(stamp, terms)
@@ -178,8 +183,10 @@ class ControllerNode(VesselNode):
         """Run the law on the latest odometry and the reference extrapolated to its stamp; where it has no value, command zero."""
         ((reference_stamp, (reference, acceleration)),) = self._references.items()
         reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
+        late = elapsed + self._start - stamp  # less than a control period is sampling, not a delay
+        age = seconds(late) if late >= self._loop.grid.stamp(1) else 0.0
         try:
-            return self._update(elapsed, state, reference, acceleration, stamp)
+            return self._update(elapsed, state, reference, acceleration, stamp, age)
         except LawError:  # an error in its code, after which its internal state cannot be trusted
             raise
         except ControlError as error:
@@ -188,10 +195,10 @@ class ControllerNode(VesselNode):
             return None
 
     def _update(
-        self, stamp: int, state: Motion, reference: Motion, acceleration: Acceleration, measured_at: int | None = None
+        self, stamp: int, state: Motion, reference: Motion, acceleration: Acceleration, measured_at: int, age: float
     ) -> Terms:
         began = time.perf_counter()  # wall time: the cost of the law, also on simulated time
-        terms = self._loop.step(stamp, state, reference, acceleration, measured_at)
+        terms = self._loop.step(stamp, state, reference, acceleration, measured_at, age)
         self._compute_time = time.perf_counter() - began
         self._compute_time_max = max(self._compute_time_max, self._compute_time)
         self._updates += 1

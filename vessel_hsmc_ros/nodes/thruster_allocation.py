@@ -40,7 +40,7 @@ class ThrusterAllocationNode(VesselNode):
             raise ParameterError("thruster_allocation.vessel.thrusters.names = [''] is not allowed: name at least one thruster")
         self._allocation = Allocation(self._layout)
         self._pending: list[tuple[int, tuple[float, float]]] = []
-        self._speeds: dict[int, float] = {}
+        self._speeds: list[float] = []
         self._received_at: int | None = None
         self._commands = self._saturated = self._ignored = self._timeouts = 0
         self._is_saturated = False
@@ -86,7 +86,7 @@ class ThrusterAllocationNode(VesselNode):
     def _on_odometry(self, message: Odometry) -> None:
         if not self.parameters.lockstep:
             self._speeds.clear()
-        self._speeds[conversions.nanoseconds(message.header.stamp)] = message.twist.twist.linear.x
+        self._speeds.append(message.twist.twist.linear.x)
         self._answer()
 
     def _on_command(self, message: WrenchStamped) -> None:
@@ -107,17 +107,18 @@ class ThrusterAllocationNode(VesselNode):
         self.get_logger().error(f"{reason}; ignored", throttle_duration_sec=1.0)
 
     def _answer(self) -> None:
-        """Answer the pending commands; with rudders, in lockstep, once the odometry of their stamp has come."""
+        """Answer the pending commands; with rudders, in lockstep, once the odometry that they answer has come."""
         while self.connected and self._pending:
             stamp, command = self._pending[0]
-            if self._needs_speed and self.parameters.lockstep and stamp not in self._speeds:
+            if self._needs_speed and self.parameters.lockstep and not self._speeds:
                 return
             del self._pending[0]
             self._publish(stamp, command)
 
     def _publish(self, stamp: int, command: tuple[float, float]) -> None:
-        lockstep = self.parameters.lockstep
-        speed = self._speeds.pop(stamp, 0.0) if lockstep else next(iter(self._speeds.values()), 0.0)
+        speed = self._speeds[0] if self._speeds else 0.0
+        if self.parameters.lockstep:  # each message is answered by one command; late odometry does not have its stamp
+            del self._speeds[:1]
         given = self._allocation.answer(stamp, command, speed if math.isfinite(speed) else 0.0)
         self.stamp = stamp
         self._commands += 1

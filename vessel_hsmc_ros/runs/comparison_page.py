@@ -3,8 +3,8 @@
 import json
 import math
 import re
-from collections.abc import Sequence
-from itertools import cycle
+from collections.abc import Iterable, Sequence
+from itertools import cycle, product
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,15 @@ NUMBERS = (("rms", "m"), ("largest", "m"), ("final", "m"), ("heading", "°"), ("
 
 COLOURS = dict(zip(("guided", "hierarchical", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
+
+
+def looks(laws: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Colour and style of the line of each law; where the colours of other laws recur, their lines are dash-dotted."""
+    others = [law for law in dict.fromkeys(laws) if law not in COLOURS]
+    given = product(("-", "-."), SERIES[len(COLOURS) :])
+    return {law: {"color": colour, "ls": "-"} for law, colour in COLOURS.items()} | {
+        law: {"color": colour, "ls": style} for law, (style, colour) in zip(others, cycle(given), strict=False)
+    }
 
 
 def by_row(outcomes: Sequence[LawRun]) -> list[tuple[Row, list[LawRun]]]:
@@ -146,11 +155,10 @@ def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
         picture = Figure(figsize=(10.0, 4.6), layout="constrained")
         tracks, errors = picture.subplots(1, 2)
         drawn = [outcome for outcome in outcomes if len(outcome.lines)]
-        others = dict.fromkeys(outcome.law for outcome in drawn if outcome.law not in COLOURS)
-        colours = COLOURS | dict(zip(others, cycle(SERIES[len(COLOURS) :]), strict=False))
+        lines = looks(outcome.law for outcome in drawn)
         for outcome in drawn:
             time, x, y, _, _, error = outcome.lines.T
-            look: Any = {"color": colours[outcome.law], "lw": 1.1, "label": outcome.law}
+            look: Any = {**lines[outcome.law], "lw": 1.1, "label": outcome.law}
             tracks.plot(x, y, **look)
             tracks.plot(x[0], y[0], "o", color=NEUTRAL, ms=4)
             errors.semilogy(time, error.clip(1e-5), **look)  # clipped: a logarithmic axis has no zero

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.run_data import Published, Run
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
@@ -46,6 +47,7 @@ class ClosedLoop:
         self._grid = RateGrid(sim.rate_hz)
         self._reference_grid = RateGrid(scenario.reference_ship.rate_hz)
         self._has_truth = noisy(scenario)
+        self._late = whole_periods(sim.sensors.delay, self._grid.period)
         self.samples = sample_count(sim.duration, self._grid)
         self._loop = make_loop(scenario, self.samples, law, interpreted)
 
@@ -107,6 +109,7 @@ class ClosedLoop:
         reference = self._loop.reference(grid.index(int(stamps[-1]) if self.done else -1) + 2)
         return Published(
             stamps,
+            stamps[np.maximum(np.arange(self.done) - self._late, 0)],
             _with_heading(columns["measured"], columns["headings"][:, 1]),
             _with_heading(columns["state"], columns["headings"][:, 0]) if self._has_truth else None,
             columns["command"],

@@ -15,11 +15,11 @@ from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.events import Event, changed_parameters
 from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.bags.writer import VERSIONS
-from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.control_loop import ControlLoop, ages
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.core.timing import Instants, RateGrid, seconds
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
@@ -95,14 +95,16 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
     bag.load(*(prefix + name for name in TOPICS))
     odometry, reference, command = (bag.topics[prefix + name] for name in TOPICS)
     order = np.argsort(odometry.stamp, kind="stable")
-    stamps, states = odometry.stamp[order], run_from_bag.states(odometry)[order]
+    measured_at, states = odometry.stamp[order], run_from_bag.states(odometry)[order]
+    stamps = run_from_bag.shown_at(measured_at, command.stamp)
     answers, answered = run_from_bag.matched(stamps, command)
     if not answered.any():
         raise BagError(f"bag {bag.path} has no command that answers an odometry message")
     last = int(np.flatnonzero(answered)[-1]) + 1  # a truncated bag may end before the command
     events = [event for event in bag.events(namespace) if event.node == "controller"]
     inputs = run_from_bag.inputs_at(stamps[:last], reference)
-    computed = _computed(scenario, events, _recorded(scenario, stamps[:last], states[:last], inputs), interpreted)
+    recorded_inputs = _recorded(scenario, stamps[:last], measured_at[:last], states[:last], inputs)
+    computed = _computed(scenario, events, recorded_inputs, interpreted)
     chosen = np.flatnonzero(answered[: len(computed)])
     if not len(chosen):
         raise BagError(f"bag {bag.path} has no reference for its first odometry message")
@@ -112,20 +114,22 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
 
 
 def _recorded(
-    scenario: Scenario, stamps: NDArray[np.int64], states: Array, inputs: tuple[NDArray[np.bool_], Array, Array]
+    scenario: Scenario, stamps: Instants, measured_at: Instants, states: Array, inputs: tuple[NDArray[np.bool_], Array, Array]
 ) -> Recorded:
     """The inputs of the controller up to the first missing reference.
 
     The law has a state: from a missing input on, no later command can be recomputed.
     """
     known, references, accelerations = inputs
-    periods = RateGrid(scenario.controller.rate_hz).indices(stamps)
+    grid = RateGrid(scenario.controller.rate_hz)
+    periods = grid.indices(stamps)
     due = np.ones(len(stamps), np.bool_)
     due[1:] = np.diff(periods) != 0
     missing = np.flatnonzero(due & ~known)
     end = int(missing[0]) if len(missing) else len(stamps)
     motion, desired, acceleration = (np.ascontiguousarray(values[:end]) for values in (states, references, accelerations))
-    return Recorded(stamps[:end].copy(), due[:end], motion, desired, acceleration, np.empty((end, 2)))
+    at, then = stamps[:end].copy(), measured_at[:end].copy()
+    return Recorded(at, due[:end], then, *ages(at, then, grid.period), motion, desired, acceleration, np.empty((end, 2)))
 
 
 def _computed(scenario: Scenario, events: Sequence[Event], recorded: Recorded, interpreted: bool) -> Array:

@@ -13,8 +13,11 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.laws import (
     LAWS,
+    AshrafiuonParameters,
+    BacksteppingParameters,
     CourseLawParameters,
     GuidedParameters,
+    HandPositionParameters,
     HierarchicalParameters,
     KnownVessel,
     LosPidParameters,
@@ -101,6 +104,9 @@ class ControllerParameters(CommonParameters):
     course: CourseLawParameters = group(CourseLawParameters)
     pd: PdParameters = group(PdParameters)
     los_pid: LosPidParameters = group(LosPidParameters)
+    ashrafiuon: AshrafiuonParameters = group(AshrafiuonParameters)
+    backstepping: BacksteppingParameters = group(BacksteppingParameters)
+    hand_position: HandPositionParameters = group(HandPositionParameters)
     nmpc: NmpcParameters = group(NmpcParameters)
     manoeuvre: ManoeuvreParameters = group(ManoeuvreParameters)
     open_loop: OpenLoopParameters = group(OpenLoopParameters)

@@ -24,7 +24,7 @@ PACKAGE = Path(__file__).parents[1]
 ROOMS = (*(PACKAGE / room for room in ("core", "laws", "control", "reference")), PACKAGE.parent / "vessel_sim_node")
 """Where kernels are, and what they take their constants from."""
 
-MODULES = ("closed_loop", "recorded_loop", "preparation", "compilation", "numba_additions", "thruster_drive")
+MODULES = ("closed_loop", "recorded_loop", "preparation", "compilation", "numba_additions", "thruster_drive", "law_call")
 """The modules of this room that have kernels or compile them."""
 
 KEPT = 4

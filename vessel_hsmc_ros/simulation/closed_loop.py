@@ -4,12 +4,13 @@ import math
 from typing import Any
 
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
-from vessel_hsmc_ros.control.pivot import carry
+from vessel_hsmc_ros.control.pivot import Carried, carry
+from vessel_hsmc_ros.core.delay_line import delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, published
 from vessel_hsmc_ros.simulation.loop_state import Array, Constants, Inputs, Kept, State
 from vessel_sim_node.plant import Wrench, acceleration, unforced
-from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure
+from vessel_sim_node.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure, shown
 from vessel_sim_node.step import advance as advance_plant
 
 DONE, UNDEFINED, DIVERGED = 0, 1, 2
@@ -19,14 +20,13 @@ ended with a motion that is not finite."""
 
 @kernel
 def law_step(
-    motion: Motion,
-    desired: Motion,
-    acceleration: Acceleration,
+    at: Carried,
+    age: float,
     memory: Any,
     constants: Any,  # noqa: ARG001 - a stand-in
 ) -> tuple[tuple[float, float], Any, Any]:
-    """Stands for the step of a law, which takes this place where the loop is compiled."""
-    return (math.nan, math.nan), (motion.x, desired.x, acceleration.du), memory
+    """Stands for `law_call.law_call` of a law, which takes this place where the loop is compiled."""
+    return (math.nan, math.nan), (at.motion.x, at.desired.x, age), memory
 
 
 @kernel
@@ -71,7 +71,7 @@ def desired_motion(reference: Array, i: int) -> Motion:
 def received(plant: PlantState, constants: PlantConstants) -> tuple[Motion, Motion]:
     """State and measurement as their messages give them."""
     state = published(plant.motion)
-    return state, (state if constants.odometry_is_true else published(plant.measured))
+    return state, (state if constants.odometry_is_true else published(shown(plant, constants)))
 
 
 @kernel
@@ -96,7 +96,7 @@ def keep(
     write(row, 21, wrench)
     write(row, 23, acceleration(disturbing, c.vessel))
     write(row, 26, unforced(state.motion, c.vessel, c.current))
-    row[29], row[30] = state.motion.psi, state.measured.psi
+    row[29], row[30] = state.motion.psi, shown(state, c).psi
     write(row, 31, disturbing)
     row[34] = state.tau[1]
 
@@ -131,7 +131,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
     Returns:
         Why the loop has stopped, the number of rows that are done, and the state that they have left.
     """
-    periods, wrench, memory, observed, plant, delta = state
+    periods, wrench, memory, observed, plant, delta, commands = state
     c, last = constants.plant, len(inputs.time) - 1
     for k in range(start, stop):
         time = inputs.time[k]
@@ -145,14 +145,19 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
         if inputs.due[k]:
             if constants.observer.enabled:
                 pose = (measured.x, measured.y, measured.psi)
-                observed = observe(inputs.stamp[k], pose, wrench, observed, constants.observer)
+                q = inputs.behind[k]
+                then = delayed(commands, q, 0), delayed(commands, q, 1)
+                observed = observe(inputs.measured_at[k], pose, then, observed, constants.observer)
                 measured = estimate(observed)
             rate = Acceleration(inputs.reference[i, 6], inputs.reference[i, 7], inputs.reference[i, 8])
-            at = carry(measured, desired, rate, delta, constants.pivot)
-            demand, terms, memory = law_step(at.motion, at.desired, at.acceleration, memory, constants.law)
+            age = inputs.age[k]
+            at = carry(measured, extrapolate(desired, rate, -age), rate, delta, constants.pivot)
+            demand, terms, memory = law_step(at, age, memory, constants.law)
             if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
-                return UNDEFINED, k, State(periods, wrench, memory, observed, plant, delta)
+                return UNDEFINED, k, State(periods, wrench, memory, observed, plant, delta, commands)
             wrench, delta = demand, at.delta
+            if constants.observer.enabled:
+                put(commands, wrench)
             keep_period(periods, terms, memory, measured, kept)
             if periods < len(kept.back):
                 write(kept.back[periods], 0, at.back)
@@ -165,8 +170,8 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
         if k < last:  # the last sample is the final state
             plant = advance_plant(plant, plant.tau, acceleration(disturbing, c.vessel), inputs.gust_noise[k], c)
             if not is_finite(plant.motion):
-                return DIVERGED, k + 1, State(periods, wrench, memory, observed, plant, delta)
-    return DONE, stop, State(periods, wrench, memory, observed, plant, delta)
+                return DIVERGED, k + 1, State(periods, wrench, memory, observed, plant, delta, commands)
+    return DONE, stop, State(periods, wrench, memory, observed, plant, delta, commands)
 
 
 @kernel

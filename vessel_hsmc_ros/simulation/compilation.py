@@ -70,7 +70,9 @@ class Compiled:
         return self._call is not None or cache.is_stored(self._name)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the machine code."""
+        """Call the machine code; arguments with defaults may be left out."""
+        if (missing := self._function.__code__.co_argcount - len(arguments)) > 0:
+            arguments += self._function.__defaults__[-missing:]
         if self._call is None:
             with _loading:
                 self._call = self._call or self._loaded(arguments)

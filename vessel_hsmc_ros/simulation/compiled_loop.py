@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.observer_filter import estimate
 from vessel_hsmc_ros.control.pivot import ERRORS, carry
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
-from vessel_hsmc_ros.core.kinematics import Acceleration
+from vessel_hsmc_ros.core.kinematics import Acceleration, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
@@ -16,6 +16,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, advance, desired_motion, received, unobserved
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
+from vessel_hsmc_ros.simulation.law_call import law_call
 from vessel_hsmc_ros.simulation.law_terms import all_terms
 from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
 from vessel_hsmc_ros.simulation.loop_state import Kept
@@ -53,8 +54,8 @@ def compiled_loop(law: type[KernelLaw[Any]], observed: bool, by_thrusters: bool 
     kernels: dict[str, Any] = {"drive": drive_by_thrusters} if by_thrusters else {}
     title = f"the law {law.name}{' with thrusters' * by_thrusters}"
     if observed:
-        return compiled(advance, f"{title} with the observer", law_step=law.kernel, **kernels)
-    return compiled(advance, title, allocates=False, law_step=law.kernel, observe=unobserved, **kernels)
+        return compiled(advance, f"{title} with the observer", law_step=law_call(law), **kernels)
+    return compiled(advance, title, allocates=False, law_step=law_call(law), observe=unobserved, **kernels)
 
 
 class CompiledLoop(Loop):
@@ -105,8 +106,10 @@ class CompiledLoop(Loop):
             motion = estimate(self._state.observer)
         reference, i = self._inputs.reference, int(self._inputs.latest[self.done])
         rate = Acceleration(*reference[i, 6:9].tolist())
-        at = carry(motion, desired_motion(reference, i), rate, self._state.delta, self._constants.pivot)
-        return cause(self._law, at.motion, at.desired, at.acceleration)
+        age = float(self._inputs.age[self.done])
+        desired = extrapolate(desired_motion(reference, i), rate, -age)
+        at = carry(motion, desired, rate, self._state.delta, self._constants.pivot)
+        return cause(self._law, at, age)
 
     def control(self) -> Control:
         """What the controller has computed so far."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.allocation import Allocation
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
@@ -93,7 +93,10 @@ class InterpretedLoop(Loop):
         measured = state if plant.odometry_is_true else as_published(sensed)
         reference, reference_acceleration = self._desired.at(stamp)
         if loop.due(stamp):
-            self._terms.append((stamp, loop.step(stamp, measured, reference, reference_acceleration)))
+            measured_at = self._grid.stamp(self.done - plant.periods_late)
+            age = seconds(stamp - measured_at)
+            desired = extrapolate(reference, reference_acceleration, -age)
+            self._terms.append((stamp, loop.step(stamp, measured, desired, reference_acceleration, measured_at, age)))
             if loop.estimate is not None:
                 self._estimates.append(loop.estimate)
         wrench = self._applied(stamp, measured.u)

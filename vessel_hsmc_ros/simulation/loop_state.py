@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState
 from vessel_hsmc_ros.control.pivot import Pivot
+from vessel_hsmc_ros.core.delay_line import DelayLine
 from vessel_sim_node.step import PlantConstants, PlantState
 
 Array = NDArray[np.float64]
@@ -32,6 +33,9 @@ class Inputs(NamedTuple):
         stamp: Times of the steps, (n,) ns.
         time: The same, (n,) s.
         due: Whether a control period begins, (n,).
+        measured_at: Times of the measurements that odometry shows, (n,) ns.
+        age: How much older than the step they are, (n,) s.
+        behind: The same in control periods, rounded, (n,).
         latest: Index of the latest published motion of the reference, (n,).
         sampled: Whether position, heading and velocities are sampled, (n, 3).
         reference: Motions of the reference as published: x, y, psi, u, v, r, du, dv, dr, and psi as received, (m, 10).
@@ -42,6 +46,9 @@ class Inputs(NamedTuple):
     stamp: NDArray[np.int64]
     time: Array
     due: NDArray[np.bool_]
+    measured_at: NDArray[np.int64]
+    age: Array
+    behind: NDArray[np.int64]
     latest: NDArray[np.int64]
     sampled: NDArray[np.bool_]
     reference: Array
@@ -59,6 +66,7 @@ class State(NamedTuple):
         observer: State of the observer.
         plant: State of the plant.
         delta: Filtered difference of headings of `control.pivot`.
+        commands: The last commands, where there is an observer.
     """
 
     periods: int
@@ -67,6 +75,7 @@ class State(NamedTuple):
     observer: ObserverState
     plant: PlantState
     delta: float
+    commands: DelayLine
 
 
 class Kept(NamedTuple):

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.control_loop import NO_WRENCH
+from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ages, past_commands
 from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, published
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -31,6 +32,9 @@ class Schedule(NamedTuple):
     stamp: NDArray[np.int64]
     time: Array
     due: NDArray[np.bool_]
+    measured_at: NDArray[np.int64]
+    age: Array
+    behind: NDArray[np.int64]
     latest: NDArray[np.int64]
     sampled: NDArray[np.bool_]
 
@@ -56,9 +60,10 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
         SimulationError: the motion of the reference is no longer finite.
     """
     sim, controller, ship = scenario.vessel_sim, scenario.controller, scenario.reference_ship
-    instants = schedule(samples, sim.rate_hz, controller.rate_hz, ship.rate_hz, sim.sensors.rates())
-    reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
     period = RateGrid(sim.rate_hz).period
+    late = whole_periods(sim.sensors.delay, period)
+    instants = schedule(samples, sim.rate_hz, controller.rate_hz, ship.rate_hz, sim.sensors.rates(), late)
+    reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
     plant = Simulator(sim, period)
     observer = Observer(controller.observer, controller.vessel)
     constants = Constants(
@@ -66,7 +71,8 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     )
     noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)
-    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state(), 0.0)
+    commands = past_commands(RateGrid(controller.rate_hz).period)
+    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state(), 0.0, commands)
     return Prepared(state, constants, Inputs(*instants, reference, noise, gusts))
 
 
@@ -78,7 +84,12 @@ def _drawn(draw: Any, rows: int, columns: int, wanted: bool) -> Array:
 
 @functools.lru_cache(maxsize=8)
 def schedule(
-    samples: int, plant_rate: float, control_rate: float, reference_rate: float, sensor_rates: tuple[float, float, float]
+    samples: int,
+    plant_rate: float,
+    control_rate: float,
+    reference_rate: float,
+    sensor_rates: tuple[float, float, float],
+    late: int = 0,
 ) -> Schedule:
     """The instants of a run.
 
@@ -86,15 +97,19 @@ def schedule(
         samples: Number of odometry messages.
         plant_rate, control_rate, reference_rate: Rates of plant, law and reference, Hz.
         sensor_rates: Those of position, heading and velocities, Hz; 0 for every message.
+        late: Delay of the odometry in periods of the plant.
     """
     stamps = RateGrid(plant_rate).stamps(samples)
     periods = RateGrid(control_rate).indices(stamps)
     due = np.ones(samples, np.bool_)
     due[1:] = np.diff(periods) != 0
+    measured_at = stamps[np.maximum(np.arange(samples) - late, 0)]
     return Schedule(
         stamps,
         np.multiply(stamps, 1e-9, dtype=np.float64),
         due,
+        measured_at,
+        *ages(stamps, measured_at, RateGrid(control_rate).period),
         RateGrid(reference_rate).indices(stamps),
         sampling(sensor_rates, stamps),
     )

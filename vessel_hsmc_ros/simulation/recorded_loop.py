@@ -10,11 +10,13 @@ from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
 from vessel_hsmc_ros.control.pivot import Pivot, carry
+from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.closed_loop import law_step, unobserved
 from vessel_hsmc_ros.simulation.compilation import available, compiled
+from vessel_hsmc_ros.simulation.law_call import law_call
 from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 
 Array = NDArray[np.float64]
@@ -27,8 +29,11 @@ class Recorded(NamedTuple):
     """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it answers.
 
     Attributes:
-        stamp: Times, (n,) ns.
+        stamp: Times of the steps that the messages belong to, (n,) ns.
         due: Whether a control period begins, (n,).
+        measured_at: Times of the measurements, (n,) ns.
+        age: How much older than the messages' steps they are, (n,) s.
+        behind: The same in control periods, rounded, (n,).
         motion, desired: x, y, psi, u, v, r of ship and reference, (n, 6).
         acceleration: du, dv, dr of the reference, (n, 3).
         wrench: Commanded surge force [N] and yaw moment [N·m], (n, 2), to be written.
@@ -36,6 +41,9 @@ class Recorded(NamedTuple):
 
     stamp: NDArray[np.int64]
     due: NDArray[np.bool_]
+    measured_at: NDArray[np.int64]
+    age: Array
+    behind: NDArray[np.int64]
     motion: Array
     desired: Array
     acceleration: Array
@@ -50,6 +58,7 @@ class Answered(NamedTuple):
     memory: Any
     observer: ObserverState
     delta: float
+    commands: DelayLine
 
 
 @kernel
@@ -72,21 +81,26 @@ def answer(last: Answered, stop: int, law: Any, observer: ObserverConstants, piv
     Returns:
         What the last step has left; its row is below `stop` where the law has no finite wrench.
     """
-    start, wrench, memory, observed, delta = last
+    start, wrench, memory, observed, delta, commands = last
     for k in range(start, stop):
         if recorded.due[k]:
             motion = motion_of(recorded.motion, k)
             if observer.enabled:
-                observed = observe(recorded.stamp[k], (motion.x, motion.y, motion.psi), wrench, observed, observer)
+                q = recorded.behind[k]
+                then = delayed(commands, q, 0), delayed(commands, q, 1)
+                observed = observe(recorded.measured_at[k], (motion.x, motion.y, motion.psi), then, observed, observer)
                 motion = estimate(observed)
             rate = Acceleration(recorded.acceleration[k, 0], recorded.acceleration[k, 1], recorded.acceleration[k, 2])
-            at = carry(motion, motion_of(recorded.desired, k), rate, delta, pivot)
-            demand, _, memory = law_step(at.motion, at.desired, at.acceleration, memory, law)
+            age = recorded.age[k]
+            at = carry(motion, extrapolate(motion_of(recorded.desired, k), rate, -age), rate, delta, pivot)
+            demand, _, memory = law_step(at, age, memory, law)
             if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
-                return Answered(k, wrench, memory, observed, delta)
+                return Answered(k, wrench, memory, observed, delta, commands)
             wrench, delta = demand, at.delta
+            if observer.enabled:
+                put(commands, wrench)
         recorded.wrench[k, 0], recorded.wrench[k, 1] = wrench
-    return Answered(stop, wrench, memory, observed, delta)
+    return Answered(stop, wrench, memory, observed, delta, commands)
 
 
 def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
@@ -114,21 +128,23 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         _serve_interpreted(loop, recorded, span)
         return
     observer = loop.observer or idle
-    kernels = {"law_step": type(law).kernel} | ({} if loop.observer else {"observe": unobserved})
+    kernels = {"law_step": law_call(type(law))} | ({} if loop.observer else {"observe": unobserved})
     run = compiled(answer, f"the law {law.name} for recorded inputs", allocates=loop.observer is not None, **kernels)
-    before = Answered(span.start, loop.wrench, law.memory, observer.state, loop.delta)
+    before = Answered(span.start, loop.wrench, law.memory, observer.state, loop.delta, loop.commands)
     after = run(before, span.stop, law.constants, observer.constants, loop.pivot, recorded)
     law.memory, observer.state, loop.wrench, loop.delta = after.memory, after.observer, after.wrench, after.delta
     if (k := after.row) < span.stop:
         motion = loop.observer.estimate if loop.observer else as_motion(recorded.motion[k])
         rate = as_acceleration(recorded.acceleration[k])
-        at = carry(motion, as_motion(recorded.desired[k]), rate, loop.delta, loop.pivot)
-        raise cause(law, at.motion, at.desired, at.acceleration)
+        age = float(recorded.age[k])
+        at = carry(motion, extrapolate(as_motion(recorded.desired[k]), rate, -age), rate, loop.delta, loop.pivot)
+        raise cause(law, at, age)
 
 
 def _serve_interpreted(loop: ControlLoop, recorded: Recorded, span: range) -> None:
     for k in span:
         if recorded.due[k]:
-            motion, desired = as_motion(recorded.motion[k]), as_motion(recorded.desired[k])
-            loop.step(int(recorded.stamp[k]), motion, desired, as_acceleration(recorded.acceleration[k]))
+            motion, rate, age = as_motion(recorded.motion[k]), as_acceleration(recorded.acceleration[k]), float(recorded.age[k])
+            desired = extrapolate(as_motion(recorded.desired[k]), rate, -age)
+            loop.step(int(recorded.stamp[k]), motion, desired, rate, int(recorded.measured_at[k]), age)
         recorded.wrench[k] = loop.wrench

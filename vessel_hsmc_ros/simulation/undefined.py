@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from vessel_hsmc_ros.control.pivot import Carried
 from vessel_hsmc_ros.core.exceptions import ControlError, VesselHsmcError
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.guard import guarded_step, named
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 
@@ -13,15 +13,16 @@ def is_compilable(law: type[Any]) -> bool:
     return law.__module__.startswith("vessel_hsmc_ros.")
 
 
-def cause(law: KernelLaw[Any], motion: Motion, desired: Motion, acceleration: Acceleration) -> VesselHsmcError:
+def cause(law: KernelLaw[Any], at: Carried, age: float) -> VesselHsmcError:
     """The error of a law at a step for which its kernel has no finite wrench: the interpreted law finds its cause.
 
     Args:
         law: The law, with the memory that the steps before have left.
-        motion, desired, acceleration: The inputs of the step.
+        at: The inputs of the step.
+        age: Age of the measurement, s.
     """
     try:
-        guarded_step(law, motion, desired, acceleration)
+        guarded_step(law, at.motion, at.desired, at.acceleration, age)
     except VesselHsmcError as error:
         return error
     return ControlError(f"law {named(law)} commanded a wrench that is not finite")

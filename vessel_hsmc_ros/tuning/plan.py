@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
+from vessel_hsmc_ros.scenario.control import values_in_use
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 from vessel_hsmc_ros.tuning.cases import Case
 from vessel_hsmc_ros.tuning.cost import Cost, Objective
@@ -76,7 +76,7 @@ class Tuning:
     @cached_property
     def present(self) -> dict[str, float]:
         """The present gains: those of the first case."""
-        values: dict[str, Any] = schema.flatten(self.cases[0].scenario.controller)
+        values: dict[str, Any] = values_in_use(self.cases[0].scenario, "controller")
         return {gain.parameter: values[gain.parameter.removeprefix(NODE)] for gain in self.gains}
 
     def definition(self) -> dict[str, Any]:

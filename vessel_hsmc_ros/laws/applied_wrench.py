@@ -1,0 +1,91 @@
+"""What the actuators make of a law's commands: dead time, lag and rate limit as the law knows them, and the lead against the lag.
+
+| symbol | meaning | unit |
+|---|---|---|
+| tau_c | commanded force or moment, within its limit | N, N·m |
+| tau | modelled force or moment that acts on the hull during a period | N, N·m |
+| tau_w | force or moment that the law wants to act | N, N·m |
+| T, T_l, T_f | control period, lag, and the lag that remains with the lead | s |
+| n | dead time in periods | - |
+
+    tau(k) = tau(k-1) + clip((1 - exp(-T/T_l))·(tau_c(k-n) - tau(k-1)), rate·T)
+
+With the command tau_c = tau + (1 - exp(-T/T_f))/(1 - exp(-T/T_l))·(tau_w - tau) the actuator approaches tau_w with the lag T_f
+instead of T_l, as far as limit and rate allow.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.limits import clip
+
+Array = NDArray[np.float64]
+
+LARGEST_CHANGE = 1e30
+"""Change within a period of an actuator without a rate limit; finite, so that no product with it is undefined."""
+
+
+class Channel(NamedTuple):
+    """The known dynamics of one input in discrete time.
+
+    Attributes:
+        limit: Largest magnitude.
+        share: 1 - exp(-T/T_l), the share of a step that is completed in a period.
+        boost: (1 - exp(-T/T_f))/(1 - exp(-T/T_l)), at least 1.
+        change: Largest change in a period.
+        delay: Dead time in periods, n.
+    """
+
+    limit: float
+    share: float
+    boost: float
+    change: float
+    delay: int
+
+
+def channel(limit: float, lag: float, remaining: float, rate: float, dead_time: float, period: float) -> Channel:
+    """The constants of an input.
+
+    Args:
+        limit: Largest magnitude.
+        lag, remaining: T_l and T_f <= T_l, s.
+        rate: Largest rate of change, per second; infinite for none.
+        dead_time: Dead time, s, which is rounded to whole periods.
+        period: T, s.
+    """
+    share, fast = (1.0 if constant == 0.0 else -math.expm1(-period / constant) for constant in (lag, remaining))
+    return Channel(limit, share, fast / share, min(rate * period, LARGEST_CHANGE), round(dead_time / period))
+
+
+@kernel
+def lead(tau: float, wanted: float, c: Channel) -> float:
+    """The command that drives the input from tau towards a wanted value faster than its lag."""
+    if c.share == 1.0:
+        return clip(wanted, c.limit)
+    return clip(tau + c.boost * (wanted - tau), c.limit)
+
+
+@kernel
+def applied(tau: float, command: float, c: Channel) -> float:
+    """The force or moment that acts in the next period, for the command that arrives at its beginning."""
+    if c.share == 1.0 and abs(command - tau) <= c.change:
+        return command
+    return tau + clip(c.share * (command - tau), c.change)
+
+
+@kernel
+def arriving(queue: Array, row: int, head: int, age: int) -> float:
+    """The command of a number of periods ago.
+
+    Args:
+        queue: The last commands, a row for each input, shape (2, n + 1).
+        row: The input.
+        head: Column of the present period.
+        age: Number of periods, at most n.
+    """
+    column = head - age
+    return float(queue[row, column if column >= 0 else column + queue.shape[1]])

@@ -1,0 +1,165 @@
+"""The gains of the guided law for any ship: dimensionless numbers times its units, slower where its actuators are slow.
+
+| symbol | meaning | unit |
+|---|---|---|
+| L | length of the hull | m |
+| T | time of the ship's turns, sqrt(m33/tau_2max) | s |
+| T_l, T_d | largest lag and dead time of the two inputs | s |
+| T_f | longest time from zero to the limit, limit/rate | s |
+| s | slowness of the actuators, from 0 to 1 | - |
+| q | stretch of the time unit for actuators beyond s = 1 | - |
+
+A gain is its number for instant actuators to the power 1 - s times that for slow ones to the power s. What is not declared counts
+as slow. docs/guided.md states where the numbers come from.
+"""
+
+import math
+from typing import NamedTuple
+
+from vessel_hsmc_ros.laws.known_vessel import ControlledVessel, KnownVessel
+
+DERIVED = -1.0
+"""The value of a gain that follows from the declared vessel."""
+
+ASSUMED_LAG = 0.22
+"""The lag of an input of which none is declared, in units of T."""
+
+
+class Rule(NamedTuple):
+    """The number of a gain and its unit, L^length·T^time.
+
+    Attributes:
+        fast, slow: The number for instant and for slow actuators.
+        unknown: The number for a ship of which nothing is declared but inertia and limits.
+        length, time: Powers of the units.
+        stretches: Whether the unit of time is stretched for very slow actuators.
+    """
+
+    fast: float
+    slow: float
+    unknown: float
+    length: int = 0
+    time: int = 0
+    stretches: bool = False
+
+
+RULES = {
+    "position_gain": Rule(1.52, 0.69, 0.523, 0, -1, True),
+    "approach_speed": Rule(0.173, 0.173, 0.173, 1, -1),
+    "drift_gain": Rule(0.233, 0.233, 0.165, 0, -2, True),
+    "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
+    "heading_surface_slope": Rule(1.93, 1.29, 0.639, 0, -1, True),
+    "sway_share": Rule(0.62, 0.62, 0.667),
+    "turn_acceleration_share": Rule(0.4, 0.05, 0.048),
+    "turn_rate_limit": Rule(1.15, 0.37, 0.303, 0, -1, True),
+    "command_bandwidth": Rule(9.2, 4.6, 1.32, 0, -1, True),
+    "command_integral": Rule(0.1, 0.1, 0.082),
+    "yaw_reaching_gain": Rule(8.3, 8.3, 8.8, 0, -1, True),
+    "surge_reaching_gain": Rule(6.45, 6.45, 7.1, 0, -1, True),
+    "surge_learning_rate": Rule(9.2, 9.2, 9.2, 0, -1, True),
+    "sway_learning_rate": Rule(13.8, 13.8, 20.0, 0, -1, True),
+    "yaw_learning_rate": Rule(8.3, 8.3, 8.5, 0, -1, True),
+    "position_filter": Rule(6.9, 6.9, 6.9, 0, -1),
+    "heading_filter": Rule(13.8, 13.8, 13.8, 0, -1),
+    "slew_time": Rule(0.0, 0.0, 0.0, 0, 1),
+    "resting_lever": Rule(0.0056, 0.0056, 0.0056, 1, 0),
+    "resting_lever_time": Rule(0.65, 0.65, 0.65, 0, 1),
+    "resting_heading_gain": Rule(0.14, 0.14, 0.14, 0, -1),
+    "resting_speed": Rule(0.0029, 0.0029, 0.0029, 1, -1),
+    "resting_push": Rule(0.0033, 0.0033, 0.0033, 1, -2),
+    "backing_distance": Rule(1.6, 1.6, 1.6, 1, 0),
+}
+"""The rule of each gain of the guided law, by its name."""
+
+
+class Input(NamedTuple):
+    """What the law takes an input for.
+
+    Attributes:
+        lag: T_l, s.
+        remaining: The lag that remains with the lead against it, s.
+        rate: Largest rate of change, N/s or N·m/s, or infinity.
+        dead_time: Dead time, s.
+        full: Time from zero to the limit, s.
+    """
+
+    lag: float
+    remaining: float
+    rate: float
+    dead_time: float
+    full: float
+
+
+class Dynamics(NamedTuple):
+    """The dynamics of the two inputs.
+
+    Attributes:
+        surge, yaw: Of surge force and yaw moment.
+        s, q: Slowness and stretch.
+        declared: Whether any lag or rate is declared.
+    """
+
+    surge: Input
+    yaw: Input
+    s: float
+    q: float
+    declared: bool
+
+
+def unit_time(vessel: KnownVessel) -> float:
+    """T, s."""
+    return math.sqrt(vessel.yaw_inertia / vessel.yaw_moment_limit)
+
+
+def dynamics(vessel: KnownVessel) -> Dynamics:
+    """The dynamics of the inputs with assumptions for what is not declared."""
+    T = unit_time(vessel)
+    surge = _input(vessel.surge_lag, vessel.surge_force_rate, vessel.surge_dead_time, vessel.surge_force_limit, T)
+    yaw = _input(vessel.yaw_lag, vessel.yaw_moment_rate, vessel.yaw_dead_time, vessel.yaw_moment_limit, T)
+    slowest = max(surge.lag + surge.dead_time, yaw.lag + yaw.dead_time) / T
+    longest = max(surge.full, yaw.full) / T
+    # Where the pivot is known within a fifth, the moment accelerates the controlled point by a fifth of x_p.
+    x_p = vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0
+    s = max(_ramp(slowest, 0.04, 0.1), _ramp(longest, 0.25, 0.6), _ramp(x_p / vessel.length, 0.12, 0.2))
+    declared = any(each >= 0.0 for each in (vessel.surge_lag, vessel.yaw_lag, vessel.surge_force_rate, vessel.yaw_moment_rate))
+    return Dynamics(surge, yaw, s if declared else 1.0, max(1.0, slowest / 0.8, longest / 4.0), declared)
+
+
+def _input(lag: float, rate: float, dead_time: float, limit: float, T: float) -> Input:
+    """What the law takes an input for.
+
+    Args:
+        lag, rate, dead_time: As declared, negative where they are not.
+        limit: Largest magnitude.
+        T: Unit of time, s.
+    """
+    assumed = lag if lag >= 0.0 else ASSUMED_LAG * T
+    # Of a lag that is not known no more than half is led against: too much lead would be worse than none.
+    remaining = max(0.2 * lag, min(lag, 0.05 * T)) if lag >= 0.0 else 0.5 * assumed
+    fastest = rate if rate > 0.0 else math.inf
+    return Input(assumed, remaining, fastest, max(dead_time, 0.0), limit / fastest)
+
+
+def _ramp(value: float, low: float, high: float) -> float:
+    """0 below `low`, 1 above `high`, and linear between."""
+    return min(max((value - low) / (high - low), 0.0), 1.0)
+
+
+def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
+    """A gain by the rule.
+
+    Args:
+        name: Name of the gain.
+        vessel: What is declared of the ship.
+        d: The dynamics of its inputs.
+    """
+    rule = RULES[name]
+    T = unit_time(vessel) * (d.q if rule.stretches else 1.0)
+    number = rule.fast ** (1.0 - d.s) * rule.slow**d.s if d.declared else rule.unknown
+    return number * vessel.length**rule.length * T**rule.time
+
+
+def derived_gains(vessel: KnownVessel) -> dict[str, float]:
+    """All gains of the rule for a ship, by their names."""
+    d = dynamics(vessel)
+    return {name: derived(name, vessel, d) for name in RULES}
