@@ -92,10 +92,10 @@ def test_of_several_runs_the_best_counts() -> None:
 
 
 def test_an_answer_names_what_holds_by_construction_and_what_holds_narrowly() -> None:
-    def answer(value: float, other: float = 0.1, **properties: bool) -> str:
+    def answer(value: float, other: float = 0.1, by_construction: bool = False) -> str:
         checks = [Check("error", run, "position_error_late", below=1.0) for run in ("circle", "straight")]
         results = {"circle": Numbers(position_error_late=value), "straight": Numbers(position_error_late=other)}
-        return Claim("here", "it tracks", tuple(checks), **properties).answer(results)
+        return Claim("here", "it tracks", tuple(checks), by_construction).answer(results)
 
     assert answer(0.5) == "yes"
     assert answer(0.9) == answer(0.5, 0.9) == "yes, narrowly"
