@@ -8,6 +8,7 @@ from vessel_hsmc_ros.cli.compare import compare
 from vessel_hsmc_ros.cli.console import print_error, print_status
 from vessel_hsmc_ros.cli.demo import demo
 from vessel_hsmc_ros.cli.excite import excite
+from vessel_hsmc_ros.cli.gains import gains
 from vessel_hsmc_ros.cli.goto import goto
 from vessel_hsmc_ros.cli.identify import identify
 from vessel_hsmc_ros.cli.init import init
@@ -54,6 +55,7 @@ for verb in (
     compare,
     demo,
     excite,
+    gains,
     identify,
     init,
     manoeuvres,

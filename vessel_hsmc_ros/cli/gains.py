@@ -1,0 +1,105 @@
+"""`vessel-hsmc gains`: the gains of the guided law for a ship, where they come from, and the margins that they leave."""
+
+import math
+from collections.abc import Sequence
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, print_warning
+from vessel_hsmc_ros.cli.options import load_checked, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.core.quantities import number, quantity
+from vessel_hsmc_ros.core.schema import entries
+from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, by_hand_or_derived
+from vessel_hsmc_ros.laws.guided_rule import RULES, dynamics, unit_time
+from vessel_hsmc_ros.runs.margins import Study, study, warnings
+from vessel_hsmc_ros.scenario.scenario import Scenario
+
+REASONS = {
+    "position_gain": "close to the heading slope, below which heading and position stay separate loops",
+    "approach_speed": "leaves speed to catch up with a reference",
+    "drift_gain": "removes what a steady current leaves; slower than the position gain",
+    "drift_limit": "a small part of the approach speed, so that it never leads",
+    "heading_surface_slope": "as steep as the turn that the moment and its lag allow",
+    "sway_share": "below 1 for every ship: a yaw rate that follows all of the sway is a loop with the gain m11/m22",
+    "turn_acceleration_share": "leaves moment for the disturbance; little where the moment is slow",
+    "turn_rate_limit": "what the full moment sustains; less where the moment is slow to stop the turn",
+    "command_bandwidth": "a few times the heading slope",
+    "command_integral": "removes the error in following a ramp",
+    "yaw_reaching_gain": "several times the heading slope, below what lag and dead time allow",
+    "surge_reaching_gain": "several times the position gain, below what lag and dead time allow",
+    "surge_learning_rate": "as fast as noise permits: the estimate enters the force unfiltered",
+    "sway_learning_rate": "faster than the others: it enters the commanded yaw rate only",
+    "yaw_learning_rate": "as fast as noise permits: the estimate enters the moment unfiltered",
+    "position_filter": "averages noise; the prediction has no lag",
+    "heading_filter": "averages noise; the prediction has no lag",
+    "slew_time": "none: the declared rates are in the law's model",
+    "resting_lever": "a small part of the length: the radius of the turn in station keeping",
+    "resting_lever_time": "the yaw loop settles in it",
+    "resting_heading_gain": "slow, only in calm",
+    "resting_speed": "well below the speed of any reference",
+    "resting_push": "well below the acceleration by the limits",
+    "backing_distance": "beyond it turning round is quicker than going astern",
+}
+"""Why the number of a gain is what it is, in a line each; docs/guided.md has more."""
+
+
+@click.command()
+@scenario_argument
+@set_option
+def gains(scenario: str, changes: Sequence[str]) -> None:
+    """Print the gains of the guided law for the ship of SCENARIO, with the margins of its loops.
+
+    A gain that is not set by hand is a number times powers of the ship's length L and of T = sqrt(yaw_inertia/yaw_moment_limit).
+    The margins are those of the linearised loops about a straight path at the speed of the reference. Warnings name a loop with
+    less than 6 dB or 40°, and what the reference needs beyond what the ship can do.
+    """
+    loaded = load_checked(scenario, parse_changes(changes))
+    found = study(loaded)
+    print_table(["gain", "origin", "unit", "reason", "value", "number"], _gains(loaded), title="gains", text_columns=4)
+    print_line(_units(loaded))
+    print_table(["loop", "gain margin", "phase margin", "delay margin", "crossover"], _margins(found), title="margins")
+    print_line(f"linearised about a straight path at {quantity(found.speed, 'm/s')}; limits of magnitude and rate are not linear")
+    if loaded.controller.law != "guided":
+        print_status(f"controller.law is {loaded.controller.law}: --set controller.law=guided uses these gains")
+    for line in warnings(loaded, found):
+        print_warning(line)
+
+
+def _gains(scenario: Scenario) -> list[list[str]]:
+    """A row for each gain of the rule."""
+    by_hand, vessel = scenario.controller.guided, scenario.controller.vessel.as_controlled()
+    used, declared, d = by_hand_or_derived(by_hand, vessel), entries(GuidedParameters), dynamics(vessel)
+    rows = []
+    for name, rule in RULES.items():
+        value, origin = getattr(used, name), "derived" if getattr(by_hand, name) < 0.0 else "by hand"
+        T = unit_time(vessel) * (d.q if rule.stretches else 1.0)
+        powers = "·".join(f"{unit}{_power(power)}" for unit, power in (("L", rule.length), ("T", rule.time)) if power)
+        shown = f"{value / (vessel.length**rule.length * T**rule.time):.3g} {powers}".rstrip()
+        rows.append([name, origin, declared[name].unit, REASONS[name], number(value), shown])
+    return rows
+
+
+def _power(power: int) -> str:
+    return "" if power == 1 else {2: "²", -1: "⁻¹", -2: "⁻²"}[power]
+
+
+def _units(scenario: Scenario) -> str:
+    """The units of the gains, and what they follow from."""
+    vessel = scenario.controller.vessel.as_controlled()
+    d = dynamics(vessel)
+    units = f"L = {quantity(vessel.length, 'm')}, T = {quantity(unit_time(vessel), 's')}"
+    if d.q > 1.0:
+        units += f" (times {d.q:.3g} for rates of the actuators' bandwidth)"
+    if not d.declared:
+        return f"{units}; no lag or rate is declared (controller.vessel.yaw_lag ...): the actuators count as slow"
+    return f"{units}; slowness of the actuators {d.s:.2f}, from 0 for instant ones to 1"
+
+
+def _margins(found: Study) -> list[list[str]]:
+    """A row for each loop."""
+    rows = []
+    for name, loop in found.loops.items():
+        gain = "none" if math.isinf(loop.gain_db) else f"{loop.gain_db:.1f} dB"
+        cells = [gain, f"{loop.phase_deg:.0f}°", quantity(loop.delay, "s"), f"{loop.crossover:.2g} rad/s"]
+        rows.append([name, *(cells if loop.stable else ["unstable"] * 4)])
+    return rows

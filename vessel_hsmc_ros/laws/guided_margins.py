@@ -1,0 +1,313 @@
+"""Gain, phase and delay margins of the guided law on a straight path: the loops linearised, period by period as the law computes.
+
+| symbol | meaning | unit |
+|---|---|---|
+| U | speed along the straight path | m/s |
+| x, y, psi, u, v, r | deviations along and across the path, of the heading and of the velocities | m, rad, m/s, rad/s |
+| a | force or moment divided by the inertia that the law knows | m/s², rad/s² |
+| Z_u, A_vr | hull about the straight path: du = Z_u·u + g_u·a, (dv, dr) = A_vr·(v, r) + g_vr·a | 1/s |
+| T | control period | s |
+| L(z) | open loop: command divided by what the actuator receives in its place, times -1 | - |
+| z | exp(j·omega·T) | - |
+
+Every quantity of a period is a linear form: a row of its coefficients on the state and on the input at which the loop is broken.
+The forms of the next state are the rows of A and B, that of the command those of C and D, and L(z) = -(C·(zI - A)⁻¹·B + D). Lag,
+dead time, lead, prediction, networks, command filter and integrals are in it; limits of magnitude and rate are not linear.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.laws.applied_wrench import Channel
+from vessel_hsmc_ros.laws.guided_parameters import Gains
+
+Array = NDArray[np.float64]
+Form = NDArray[np.float64]
+
+FREQUENCIES = 500
+"""Number of frequencies, on a logarithmic grid up to half the control rate."""
+
+
+class Hull(NamedTuple):
+    """A hull about a straight path, at the point that the law controls.
+
+    Attributes:
+        speed: U, m/s.
+        surge: Z_u, 1/s.
+        surge_gain: g_u, the inertia that the law knows divided by the true one.
+        lateral: A_vr, shape (2, 2).
+        lateral_gain: g_vr, shape (2,): zero and one for a law that knows inertia and pivot.
+    """
+
+    speed: float
+    surge: float
+    surge_gain: float
+    lateral: Array
+    lateral_gain: Array
+
+
+class Actuator(NamedTuple):
+    """The true lag and dead time of an input, s."""
+
+    lag: float
+    dead_time: float
+
+
+class Margins(NamedTuple):
+    """What a loop tolerates before it becomes unstable.
+
+    Attributes:
+        stable: Whether the closed loop is stable; otherwise the rest has no meaning.
+        gain_db: Smallest factor on the gain, upwards or downwards, dB.
+        phase_deg: Smallest phase lag or lead, degrees.
+        delay: Smallest additional delay, s.
+        crossover: Largest frequency at which the loop has the gain 1, rad/s.
+    """
+
+    stable: bool
+    gain_db: float
+    phase_deg: float
+    delay: float
+    crossover: float
+
+
+class System(NamedTuple):
+    """The broken loop, next state = A·state + B·input and output = C·state + D·input; single input and output."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: float
+
+
+class Forms:
+    """The linear forms of one period.
+
+    Args:
+        names: The states; those that end in a number are the places of a queue.
+    """
+
+    def __init__(self, names: list[str]) -> None:
+        rows = np.eye(len(names) + 1)
+        self.now: dict[str, Form] = dict(zip(names, rows, strict=False))
+        self.free: Form = rows[-1]
+        self.next: dict[str, Form] = {}
+
+    def queue(self, name: str, newest: Form) -> list[Form]:
+        """The queue with its newest element in front, which moves on by a place."""
+        held = [newest, *(form for key, form in self.now.items() if key.startswith(f"{name} "))]
+        self.next |= {f"{name} {k}": form for k, form in enumerate(held[:-1])}
+        return held
+
+    def system(self, output: Form) -> System:
+        """The matrices for an output."""
+        rows = np.array([self.next[name] for name in self.now])
+        return System(rows[:, :-1], rows[:, -1], output[:-1], float(output[-1]))
+
+
+def queue_names(name: str, length: int) -> list[str]:
+    """The names of the places of a queue."""
+    return [f"{name} {k}" for k in range(length)]
+
+
+def exact_step(A: Array, B: Array, T: float) -> tuple[Array, Array]:
+    """The step of dx = A·x + B·u over a period with u held: exp([A B; 0 0]·T) by its series, halved ten times and squared."""
+    n = len(A)
+    whole = np.zeros((n + 1, n + 1))
+    whole[:n, :n], whole[:n, n] = A * T / 1024.0, B * T / 1024.0
+    step = np.eye(n + 1) + whole @ (np.eye(n + 1) + whole @ (np.eye(n + 1) / 2.0 + whole / 6.0))
+    for _ in range(10):
+        step = step @ step
+    return step[:n, :n], step[:n, n]
+
+
+def add_plant(forms: Forms, states: list[str], motion: tuple[Array, Array], actuator: Actuator, received: Form, T: float) -> None:
+    """Add the next true state to the forms: dead time, lag and motion.
+
+    Args:
+        forms: The forms of the period, with the queue `sent` and the state `a`.
+        states: Names of the states of the motion.
+        motion: A and B of the motion in continuous time, driven by a.
+        actuator: True lag and dead time.
+        received: What the actuator receives.
+        T: Control period, s.
+    """
+    arrived = forms.queue("sent", received)[-1]
+    A, B = motion
+    if actuator.lag == 0.0:
+        step, drive = exact_step(A, B, T)
+        rows = [forms.now[name] for name in states]
+        forms.next["a"] = arrived
+    else:
+        grown = np.block([[A, B[:, None]], [np.zeros((1, len(A))), np.array([[-1.0 / actuator.lag]])]])
+        step, drive = exact_step(grown, np.append(np.zeros(len(A)), 1.0 / actuator.lag), T)
+        states = [*states, "a"]
+        rows = [forms.now[name] for name in states]
+    for name, row, push in zip(states, step, drive, strict=True):
+        forms.next[name] = sum(factor * form for factor, form in zip(row, rows, strict=True)) + push * arrived
+
+
+def wrench_ahead(forms: Forms, c: Channel, n: int) -> list[Form]:
+    """The modelled inputs of the last period and of the n next ones, from the commands on their way; as `guided_delays.ahead`.
+
+    Args:
+        forms: The forms of the period, with the state `model` and the queue `command`.
+        c: The input as the law knows it.
+        n: Delay of the slower input in periods.
+    """
+    a = [forms.now["model"]]
+    for i in range(n):
+        sent = forms.now[f"command {max(c.delay - i, 1) - 1}"]
+        a.append(a[-1] + c.share * (sent - a[-1]))
+    return a
+
+
+def command_of(forms: Forms, wanted: Form, acting: Form, c: Channel) -> Form:
+    """The command by the lead, and the model's next input; as `applied_wrench`."""
+    command = acting + c.boost * (wanted - acting)
+    arriving = forms.queue("command", command)[c.delay]
+    forms.next["model"] = forms.now["model"] + c.share * (arriving - forms.now["model"])
+    return command
+
+
+def names_of(states: list[str], law: list[str], c: Channel, actuator: Actuator, T: float) -> list[str]:
+    """The names of all states of a loop: the true ones, those of the law, and both queues."""
+    late = round(actuator.dead_time / T)
+    return [*states, "a", *law, "model", *queue_names("sent", late), *queue_names("command", max(c.delay, 1))]
+
+
+def surge_loop(g: Gains, hull: Hull, actuator: Actuator) -> System:
+    """The loop of surge speed and position along the path, broken at the surge force.
+
+    Args:
+        g: Constants of the law.
+        hull: The hull about the path.
+        actuator: True lag and dead time of the surge force.
+    """
+    c, T, n = g.surge, g.T, max(g.surge.delay, g.yaw.delay)
+    forms = Forms(names_of(["x", "u"], ["px", "pu", "fu", "xi"], c, actuator, T))
+    s = forms.now
+    fu = s["fu"] + (1.0 - g.z_u) ** 2 / T * (s["u"] - s["pu"])
+    x, u = s["px"] + (1.0 - g.z_p) * (s["x"] - s["px"]), s["pu"] + (1.0 - g.z_u**2) * (s["u"] - s["pu"])
+    a = wrench_ahead(forms, c, n)
+    later_x, later_u = x, u
+    for each in a[1:]:
+        later_x, later_u = later_x + T * (later_u + 0.5 * T * (fu + each)), later_u + T * (fu + each)
+    u_c, du_c = -(g.k_p * later_x + s["xi"]), -g.k_p * later_u
+    command = command_of(forms, du_c - fu - g.k2 * (later_u - u_c), a[-1], c)
+    push = fu + forms.next["model"]
+    forms.next |= {"px": x + T * (u + 0.5 * T * push), "pu": u + T * push, "fu": fu, "xi": s["xi"] + _drift(g, hull) * later_x}
+    motion = np.array([[0.0, 1.0], [0.0, hull.surge]]), np.array([0.0, hull.surge_gain])
+    add_plant(forms, ["x", "u"], motion, actuator, forms.free, T)
+    return forms.system(command)
+
+
+def _drift(g: Gains, hull: Hull) -> float:
+    """The change of the integral in a period per metre of error."""
+    return g.T * g.k_i * hull.speed**2 / (hull.speed**2 + g.U_xi**2)
+
+
+def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = False) -> System:
+    """The loop of yaw rate, heading, sway and position across the path.
+
+    Args:
+        g: Constants of the law.
+        hull: The hull about the path.
+        actuator: True lag and dead time of the yaw moment.
+        at_guidance: Broken at the yaw rate that the guidance commands instead of at the yaw moment.
+    """
+    c, T, U, n = g.yaw, g.T, hull.speed, max(g.surge.delay, g.yaw.delay)
+    states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral"]
+    forms = Forms(names_of(states, law, c, actuator, T))
+    s = forms.now
+    poles = {"y": g.z_p, "psi": g.z_h, "v": g.z_v**2, "r": g.z_r**2}
+    y, psi, v, r = (s["p" + name] + (1.0 - pole) * (s[name] - s["p" + name]) for name, pole in poles.items())
+    fv = s["fv"] + (1.0 - g.z_v) ** 2 / T * (s["v"] - s["pv"])
+    fr = s["fr"] + (1.0 - g.z_r) ** 2 / T * (s["r"] - s["pr"])
+    a = wrench_ahead(forms, c, n)
+    later = y, psi, v, r
+    for each in a[1:]:
+        later = _predicted(later, fv, fr + each, U, T)
+    turning = _turning(later, fv, g, U, s["xi"])
+    error = (forms.free if at_guidance else turning) - s["rate"]
+    drate = s["integral"] + g.step_c * error
+    command = command_of(forms, drate - fr - g.k1 * (later[3] - s["rate"]), a[-1], c)
+    model = _predicted((y, psi, v, r), fv, fr + forms.next["model"], U, T)
+    forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
+        "fv": fv, "fr": fr, "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
+        "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
+    }  # fmt: skip
+    A = np.zeros((4, 4))
+    A[0], A[1, 3], A[2:, 2:] = [0.0, U, 1.0, 0.0], 1.0, hull.lateral
+    received = command if at_guidance else forms.free
+    add_plant(forms, states, (A, np.append([0.0, 0.0], hull.lateral_gain)), actuator, received, T)
+    return forms.system(turning if at_guidance else command)
+
+
+def _predicted(motion: tuple[Form, ...], dv: Form, dr: Form, U: float, T: float) -> tuple[Form, ...]:
+    """The motion across the path one period later."""
+    y, psi, v, r = motion
+    middle = psi + 0.5 * T * (r + 0.5 * T * dr)
+    return y + T * (U * middle + v + 0.5 * T * dv), psi + T * (r + 0.5 * T * dr), v + T * dv, r + T * dr
+
+
+def _turning(motion: tuple[Form, ...], fv: Form, g: Gains, U: float, xi: Form) -> Form:
+    """The yaw rate c·epsilon + r_w that the guidance commands about a straight path."""
+    y, psi, v, _ = motion
+    q2 = (g.c * g.rho) ** 2
+    W2 = U * U + q2
+    epsilon = (-(g.k_p * y + xi) - U * psi - v) / math.sqrt(W2)
+    return g.c * epsilon - U * g.k_p * (U * psi + v) / W2 - U * U / W2 * g.eta * fv / math.sqrt(W2)
+
+
+def open_loop(system: System, omega: Array, T: float) -> NDArray[np.complex128]:
+    """L at the frequencies omega [rad/s] for the control period T [s]."""
+    z = np.exp(1j * omega * T)
+    inverse = z[:, None, None] * np.eye(len(system.A)) - system.A
+    states = np.linalg.solve(inverse, np.broadcast_to(system.B[:, None].astype(complex), (len(z), len(system.B), 1)))
+    found: NDArray[np.complex128] = -(states[:, :, 0] @ system.C + system.D)
+    return found
+
+
+def closed_poles(system: System) -> NDArray[np.complex128]:
+    """The poles of the closed loop in the z plane."""
+    closed = system.A + np.outer(system.B, system.C) / (1.0 - system.D)
+    return np.linalg.eigvals(closed).astype(complex)
+
+
+def margins(system: System, T: float) -> Margins:
+    """The margins of a loop with the control period T [s]."""
+    omega = np.geomspace(1e-5 / T, math.pi / T, FREQUENCIES)
+    L = open_loop(system, omega, T)
+    stable = bool(np.max(np.abs(closed_poles(system))) < 1.0)
+    logarithm, phase = np.log(np.abs(L)), np.unwrap(np.angle(L))
+    ones = _crossings(logarithm, logarithm, phase, np.log(omega))
+    lag = np.array([_turned(angle) for _, angle, _ in ones])
+    speed = np.exp([each for *_, each in ones])
+    # A half turn of the phase is passed wherever the angle beyond it changes sign without a jump.
+    beyond = np.array([_turned(angle) if abs(_turned(angle)) < 0.5 * math.pi else math.nan for angle in phase])
+    halves = [abs(size) for size, _, _ in _crossings(beyond, logarithm, phase, np.log(omega))]
+    return Margins(
+        stable,
+        20.0 / math.log(10.0) * min(halves, default=math.inf),
+        math.degrees(min(np.abs(lag), default=math.inf)),
+        float(min(np.where(lag < 0.0, lag + 2.0 * math.pi, lag) / speed, default=math.inf)),
+        float(max(speed, default=0.0)),
+    )
+
+
+def _turned(angle: float) -> float:
+    """The angle beyond a half turn, in [-pi, pi]: the phase lag that is left to it."""
+    return math.remainder(angle + math.pi, 2.0 * math.pi)
+
+
+def _crossings(of: Array, *columns: Array) -> list[tuple[float, ...]]:
+    """The columns where `of` passes zero, interpolated; nan in `of` is passed over."""
+    found = []
+    for k in np.flatnonzero(of[:-1] * of[1:] < 0.0):
+        share = of[k] / (of[k] - of[k + 1])
+        found.append(tuple(float(each[k] + share * (each[k + 1] - each[k])) for each in columns))
+    return found
