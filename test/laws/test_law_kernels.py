@@ -27,7 +27,7 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "guided": [*NETWORKS, {"slew_time": 0.0}, {"surge_force_limit": 5e3, "yaw_moment_limit": 1e5}],
     "course": [*NETWORKS, *SWITCHING],
     "pd": [{}],
-    "los_pid": [{}, {"surge_force_limit": 5e3}],
+    "los_pid": [{}, {"surge_force_limit": 5e3}, {"guidance": "alos"}],
     "ashrafiuon": [{}, {"surfaces": "as_printed"}, {"surge_force_limit": 5e3}],
     "backstepping": [{}, {"surge_force_limit": 5e3}],
     "hand_position": [{}, {"surge_force_limit": 5e3}],
