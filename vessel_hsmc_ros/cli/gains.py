@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, by_hand_or_derived
 from vessel_hsmc_ros.laws.guided_rule import RULES, dynamics, unit_time
-from vessel_hsmc_ros.runs.margins import Study, study, warnings
+from vessel_hsmc_ros.runs.margins import Study, shortcomings, study
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 REASONS = {
@@ -61,7 +61,7 @@ def gains(scenario: str, changes: Sequence[str]) -> None:
     print_line(f"linearised about a straight path at {quantity(found.speed, 'm/s')}; limits of magnitude and rate are not linear")
     if loaded.controller.law != "guided":
         print_status(f"controller.law is {loaded.controller.law}: --set controller.law=guided uses these gains")
-    for line in warnings(loaded, found):
+    for line in shortcomings(loaded, found):
         print_warning(line)
 
 

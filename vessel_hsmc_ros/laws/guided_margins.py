@@ -1,4 +1,4 @@
-"""Gain, phase and delay margins of the guided law on a straight path: the loops linearised, period by period as the law computes.
+"""The loops of the guided law linearised about a straight path, period by period as the law computes.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -6,13 +6,9 @@
 | x, y, psi, u, v, r | deviations along and across the path, of the heading and of the velocities | m, rad, m/s, rad/s |
 | a | force or moment divided by the inertia that the law knows | m/s², rad/s² |
 | Z_u, A_vr | hull about the straight path: du = Z_u·u + g_u·a, (dv, dr) = A_vr·(v, r) + g_vr·a | 1/s |
-| T | control period | s |
-| L(z) | open loop: command divided by what the actuator receives in its place, times -1 | - |
-| z | exp(j·omega·T) | - |
 
-Every quantity of a period is a linear form: a row of its coefficients on the state and on the input at which the loop is broken.
-The forms of the next state are the rows of A and B, that of the command those of C and D, and L(z) = -(C·(zI - A)⁻¹·B + D). Lag,
-dead time, lead, prediction, networks, command filter and integrals are in it; limits of magnitude and rate are not linear.
+Lag, dead time, lead, prediction, networks (which count as integrators of the innovation), command filter and integrals are in the
+loops, which `linear_loop` evaluates. Limits of magnitude and rate are not linear, and not in them.
 """
 
 import math
@@ -23,12 +19,9 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.laws.applied_wrench import Channel
 from vessel_hsmc_ros.laws.guided_parameters import Gains
+from vessel_hsmc_ros.laws.linear_loop import Form, Forms, System, exact_step, queue_names
 
 Array = NDArray[np.float64]
-Form = NDArray[np.float64]
-
-FREQUENCIES = 500
-"""Number of frequencies, on a logarithmic grid up to half the control rate."""
 
 
 class Hull(NamedTuple):
@@ -56,74 +49,6 @@ class Actuator(NamedTuple):
     dead_time: float
 
 
-class Margins(NamedTuple):
-    """What a loop tolerates before it becomes unstable.
-
-    Attributes:
-        stable: Whether the closed loop is stable; otherwise the rest has no meaning.
-        gain_db: Smallest factor on the gain, upwards or downwards, dB.
-        phase_deg: Smallest phase lag or lead, degrees.
-        delay: Smallest additional delay, s.
-        crossover: Largest frequency at which the loop has the gain 1, rad/s.
-    """
-
-    stable: bool
-    gain_db: float
-    phase_deg: float
-    delay: float
-    crossover: float
-
-
-class System(NamedTuple):
-    """The broken loop, next state = A·state + B·input and output = C·state + D·input; single input and output."""
-
-    A: Array
-    B: Array
-    C: Array
-    D: float
-
-
-class Forms:
-    """The linear forms of one period.
-
-    Args:
-        names: The states; those that end in a number are the places of a queue.
-    """
-
-    def __init__(self, names: list[str]) -> None:
-        rows = np.eye(len(names) + 1)
-        self.now: dict[str, Form] = dict(zip(names, rows, strict=False))
-        self.free: Form = rows[-1]
-        self.next: dict[str, Form] = {}
-
-    def queue(self, name: str, newest: Form) -> list[Form]:
-        """The queue with its newest element in front, which moves on by a place."""
-        held = [newest, *(form for key, form in self.now.items() if key.startswith(f"{name} "))]
-        self.next |= {f"{name} {k}": form for k, form in enumerate(held[:-1])}
-        return held
-
-    def system(self, output: Form) -> System:
-        """The matrices for an output."""
-        rows = np.array([self.next[name] for name in self.now])
-        return System(rows[:, :-1], rows[:, -1], output[:-1], float(output[-1]))
-
-
-def queue_names(name: str, length: int) -> list[str]:
-    """The names of the places of a queue."""
-    return [f"{name} {k}" for k in range(length)]
-
-
-def exact_step(A: Array, B: Array, T: float) -> tuple[Array, Array]:
-    """The step of dx = A·x + B·u over a period with u held: exp([A B; 0 0]·T) by its series, halved ten times and squared."""
-    n = len(A)
-    whole = np.zeros((n + 1, n + 1))
-    whole[:n, :n], whole[:n, n] = A * T / 1024.0, B * T / 1024.0
-    step = np.eye(n + 1) + whole @ (np.eye(n + 1) + whole @ (np.eye(n + 1) / 2.0 + whole / 6.0))
-    for _ in range(10):
-        step = step @ step
-    return step[:n, :n], step[:n, n]
-
-
 def add_plant(forms: Forms, states: list[str], motion: tuple[Array, Array], actuator: Actuator, received: Form, T: float) -> None:
     """Add the next true state to the forms: dead time, lag and motion.
 
@@ -146,8 +71,8 @@ def add_plant(forms: Forms, states: list[str], motion: tuple[Array, Array], actu
         step, drive = exact_step(grown, np.append(np.zeros(len(A)), 1.0 / actuator.lag), T)
         states = [*states, "a"]
         rows = [forms.now[name] for name in states]
-    for name, row, push in zip(states, step, drive, strict=True):
-        forms.next[name] = sum(factor * form for factor, form in zip(row, rows, strict=True)) + push * arrived
+    for name, row, gain in zip(states, step, drive, strict=True):
+        forms.next[name] = sum(factor * form for factor, form in zip(row, rows, strict=True)) + gain * arrived
 
 
 def wrench_ahead(forms: Forms, c: Channel, n: int) -> list[Form]:
@@ -198,8 +123,13 @@ def surge_loop(g: Gains, hull: Hull, actuator: Actuator) -> System:
         later_x, later_u = later_x + T * (later_u + 0.5 * T * (fu + each)), later_u + T * (fu + each)
     u_c, du_c = -(g.k_p * later_x + s["xi"]), -g.k_p * later_u
     command = command_of(forms, du_c - fu - g.k2 * (later_u - u_c), a[-1], c)
-    push = fu + forms.next["model"]
-    forms.next |= {"px": x + T * (u + 0.5 * T * push), "pu": u + T * push, "fu": fu, "xi": s["xi"] + _drift(g, hull) * later_x}
+    acting = fu + forms.next["model"]
+    forms.next |= {
+        "px": x + T * (u + 0.5 * T * acting),
+        "pu": u + T * acting,
+        "fu": fu,
+        "xi": s["xi"] + _drift(g, hull) * later_x,
+    }
     motion = np.array([[0.0, 1.0], [0.0, hull.surge]]), np.array([0.0, hull.surge_gain])
     add_plant(forms, ["x", "u"], motion, actuator, forms.free, T)
     return forms.system(command)
@@ -261,53 +191,3 @@ def _turning(motion: tuple[Form, ...], fv: Form, g: Gains, U: float, xi: Form) -
     W2 = U * U + q2
     epsilon = (-(g.k_p * y + xi) - U * psi - v) / math.sqrt(W2)
     return g.c * epsilon - U * g.k_p * (U * psi + v) / W2 - U * U / W2 * g.eta * fv / math.sqrt(W2)
-
-
-def open_loop(system: System, omega: Array, T: float) -> NDArray[np.complex128]:
-    """L at the frequencies omega [rad/s] for the control period T [s]."""
-    z = np.exp(1j * omega * T)
-    inverse = z[:, None, None] * np.eye(len(system.A)) - system.A
-    states = np.linalg.solve(inverse, np.broadcast_to(system.B[:, None].astype(complex), (len(z), len(system.B), 1)))
-    found: NDArray[np.complex128] = -(states[:, :, 0] @ system.C + system.D)
-    return found
-
-
-def closed_poles(system: System) -> NDArray[np.complex128]:
-    """The poles of the closed loop in the z plane."""
-    closed = system.A + np.outer(system.B, system.C) / (1.0 - system.D)
-    return np.linalg.eigvals(closed).astype(complex)
-
-
-def margins(system: System, T: float) -> Margins:
-    """The margins of a loop with the control period T [s]."""
-    omega = np.geomspace(1e-5 / T, math.pi / T, FREQUENCIES)
-    L = open_loop(system, omega, T)
-    stable = bool(np.max(np.abs(closed_poles(system))) < 1.0)
-    logarithm, phase = np.log(np.abs(L)), np.unwrap(np.angle(L))
-    ones = _crossings(logarithm, logarithm, phase, np.log(omega))
-    lag = np.array([_turned(angle) for _, angle, _ in ones])
-    speed = np.exp([each for *_, each in ones])
-    # A half turn of the phase is passed wherever the angle beyond it changes sign without a jump.
-    beyond = np.array([_turned(angle) if abs(_turned(angle)) < 0.5 * math.pi else math.nan for angle in phase])
-    halves = [abs(size) for size, _, _ in _crossings(beyond, logarithm, phase, np.log(omega))]
-    return Margins(
-        stable,
-        20.0 / math.log(10.0) * min(halves, default=math.inf),
-        math.degrees(min(np.abs(lag), default=math.inf)),
-        float(min(np.where(lag < 0.0, lag + 2.0 * math.pi, lag) / speed, default=math.inf)),
-        float(max(speed, default=0.0)),
-    )
-
-
-def _turned(angle: float) -> float:
-    """The angle beyond a half turn, in [-pi, pi]: the phase lag that is left to it."""
-    return math.remainder(angle + math.pi, 2.0 * math.pi)
-
-
-def _crossings(of: Array, *columns: Array) -> list[tuple[float, ...]]:
-    """The columns where `of` passes zero, interpolated; nan in `of` is passed over."""
-    found = []
-    for k in np.flatnonzero(of[:-1] * of[1:] < 0.0):
-        share = of[k] / (of[k] - of[k + 1])
-        found.append(tuple(float(each[k] + share * (each[k + 1] - each[k])) for each in columns))
-    return found

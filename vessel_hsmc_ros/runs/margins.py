@@ -1,4 +1,4 @@
-"""The guided law on the ship of a scenario: margins of its linearised loops, the same loops perturbed, and what the reference needs.
+"""The guided law on the ship of a scenario: margins of its loops, the loops perturbed, and what the reference needs.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws.guided_margins import Actuator, Hull, Margins, margins, surge_loop, yaw_loop
+from vessel_hsmc_ros.laws.guided_margins import Actuator, Hull, surge_loop, yaw_loop
 from vessel_hsmc_ros.laws.guided_parameters import Gains, by_hand_or_derived, gains
 from vessel_hsmc_ros.laws.guided_rule import RULES, dynamics
+from vessel_hsmc_ros.laws.linear_loop import Margins, margins
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.plant import acceleration, unforced_acceleration
@@ -81,11 +82,11 @@ def hull_about(scenario: Scenario, speed: float) -> Hull:
         d = step * np.eye(3)[column]
         high, low = unforced_acceleration(speed + d[0], d[1], d[2], ship), unforced_acceleration(speed - d[0], -d[1], -d[2], ship)
         slopes[:, column] = (np.array(high) - np.array(low)) / (2.0 * step)
-    push = acceleration((1.0, 0.0, 0.0), ship)[0] * known.surge_inertia
+    thrust = acceleration((1.0, 0.0, 0.0), ship)[0] * known.surge_inertia
     turn = np.array(acceleration((0.0, declared.sway_force_per_yaw_moment, 1.0), ship)[1:]) * known.yaw_inertia
     to_point = np.array([[1.0, known.ahead], [0.0, 1.0]])
     lateral = to_point @ slopes[1:, 1:] @ np.linalg.inv(to_point)
-    return Hull(speed, float(slopes[0, 0]), push, lateral, to_point @ turn)
+    return Hull(speed, float(slopes[0, 0]), thrust, lateral, to_point @ turn)
 
 
 def true_actuators(scenario: Scenario) -> tuple[Actuator, Actuator]:
@@ -135,7 +136,7 @@ def _need(tau: Array, limit: float) -> Need:
     return Need(float(np.quantile(np.abs(tau), 0.99)), float(np.quantile(np.abs(rate), 0.99)), frequency)
 
 
-def warnings(scenario: Scenario, found: Study) -> list[str]:
+def shortcomings(scenario: Scenario, found: Study) -> list[str]:
     """What is wrong: margins that are too small, and a ship that is too slow for the reference; a line for each."""
     lines = []
     for name, loop in found.loops.items():

@@ -1,0 +1,83 @@
+"""The margins of the guided law, against the loop itself in compiled runs of the circle."""
+
+import math
+
+import pytest
+
+from vessel_hsmc_ros.laws.guided_rule import RULES
+from vessel_hsmc_ros.runs.batch import simulate_many
+from vessel_hsmc_ros.runs.margins import GAIN_MARGIN_DB, PHASE_MARGIN_DEG, hull_about, perturbed, shortcomings, study
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+
+INPUTS = ("surge", "yaw")
+LAW, PLANT = "controller.vessel", "vessel_sim.actuators"
+FAST: dict[str, object] = {
+    **{f"{LAW}.{name}_{what}": 0.0 for name in INPUTS for what in ("lag", "dead_time")},
+    f"{LAW}.surge_force_rate": math.inf,
+    f"{LAW}.yaw_moment_rate": math.inf,
+}
+LAG: dict[str, object] = {f"{node}.{name}_lag": 2.0 for node in (LAW, PLANT) for name in INPUTS}
+RATES: dict[str, object] = {
+    f"{node}.{name}": value for node in (LAW, PLANT) for name, value in (("surge_force_rate", 2e4), ("yaw_moment_rate", 3e5))
+}
+SETS: dict[str, dict[str, object]] = {"fast": FAST, "slow": FAST | LAG | RATES, "not declared": {}}
+
+CONVERGED = 0.1
+"""Largest rms position error over the last quarter of a run, m."""
+
+
+def circle(**changes: object) -> Scenario:
+    rates = {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}
+    return load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 250.0, **rates, **changes})
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_the_loop_converges_within_its_margins_and_not_beyond(name: str) -> None:
+    scenario = circle(**SETS[name])
+    loops = [study(scenario).loops[each] for each in ("surge force", "yaw moment")]
+    assert all(loop.stable for loop in loops)
+    gain_db, phase = min(loop.gain_db for loop in loops), min(loop.phase_deg for loop in loops)
+    # No more than the margins that are aimed for, and a little less than the computed ones, where it would converge slowly.
+    factor = 10.0 ** (min(0.75 * gain_db, GAIN_MARGIN_DB) / 20.0)
+    lag = math.radians(min(0.9 * phase, PHASE_MARGIN_DEG))
+    beyond = 10.0 ** ((gain_db + 3.0) / 20.0)
+    cases = [(1.0, 0.0), (factor, 0.0), (1.0 / factor, 0.0), (1.0, lag), (beyond, 0.0), (1.0 / beyond, 0.0)]
+    errors = [
+        outcome.metrics.position_error_rms_last_quarter if outcome.metrics else math.inf
+        for outcome in simulate_many(perturbed(scenario, *case) for case in cases)
+    ]
+    assert max(errors[:4]) < CONVERGED
+    assert max(errors[4:]) > CONVERGED
+
+
+def test_a_perturbed_scenario_holds_every_gain() -> None:
+    changed = perturbed(circle(), 2.0)
+    assert changed.controller.vessel.yaw_inertia == 2.0 * circle().controller.vessel.yaw_inertia
+    assert all(getattr(changed.controller.guided, name) >= 0.0 for name in RULES)
+
+
+def test_the_hull_about_a_path_is_that_of_the_papers_ship() -> None:
+    hull = hull_about(circle(), 2.0)
+    # dv = -(m11/m22)·U·r - d_v/m22·v, and m33·dr = (m11 - m22)·U·v - d_r·r.
+    assert hull.lateral[0] == pytest.approx([-147e3 / 177.9e3, -2.0 * 120e3 / 177.9e3], rel=1e-3)
+    assert hull.lateral[1] == pytest.approx([2.0 * (120e3 - 177.9e3) / 636e5, -802e4 / 636e5], rel=1e-3)
+    assert hull.lateral_gain == pytest.approx([0.0, 1.0])
+    assert hull.surge_gain == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, ""),
+        ({"reference_ship.yaw_moment": 3.5e6}, "it needs a yaw moment of 3.5 MN·m, the limit is 3 MN·m"),
+        ({"reference_ship.yaw_moment_sine.amplitude": 1e6, f"{LAW}.yaw_moment_rate": 1e4}, "a yaw moment that changes by"),
+        (
+            {"reference_ship.yaw_moment_sine.amplitude": 1e6, "reference_ship.yaw_moment_sine.frequency": 3.0},
+            "a yaw moment that varies at",
+        ),
+    ],
+)
+def test_a_ship_too_slow_for_its_reference_is_reported(changes: dict[str, object], said: str) -> None:
+    scenario = circle(**{f"{LAW}.yaw_lag": 0.0, **changes})
+    slow = [line for line in shortcomings(scenario, study(scenario)) if "too slow" in line]
+    assert any(said in line for line in slow) if said else not slow

@@ -1,0 +1,143 @@
+"""A linear loop in discrete time, written down as linear forms, and its margins.
+
+| symbol | meaning | unit |
+|---|---|---|
+| T | control period | s |
+| L(z) | open loop: output divided by input, times -1, so that the closed loop is at its limit where L = -1 | - |
+| z | exp(j·omega·T) | - |
+
+Every quantity of a period is a linear form: a row of its coefficients on the state and on the input at which the loop is broken.
+The forms of the next state are the rows of A and B, that of the output those of C and D, and L(z) = -(C·(zI - A)⁻¹·B + D).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Form = NDArray[np.float64]
+
+FREQUENCIES = 500
+"""Number of frequencies, on a logarithmic grid up to half the control rate."""
+
+
+class Margins(NamedTuple):
+    """What a loop tolerates before it becomes unstable.
+
+    Attributes:
+        stable: Whether the closed loop is stable; otherwise the rest has no meaning.
+        gain_db: Smallest factor on the gain, upwards or downwards, dB.
+        phase_deg: Smallest phase lag or lead, degrees.
+        delay: Smallest additional delay, s.
+        crossover: Largest frequency at which the loop has the gain 1, rad/s.
+    """
+
+    stable: bool
+    gain_db: float
+    phase_deg: float
+    delay: float
+    crossover: float
+
+
+class System(NamedTuple):
+    """The broken loop, next state = A·state + B·input and output = C·state + D·input; single input and output."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: float
+
+
+class Forms:
+    """The linear forms of one period.
+
+    Args:
+        names: The states; those that end in a number are the places of a queue.
+    """
+
+    def __init__(self, names: list[str]) -> None:
+        rows = np.eye(len(names) + 1)
+        self.now: dict[str, Form] = dict(zip(names, rows, strict=False))
+        self.free: Form = rows[-1]
+        self.next: dict[str, Form] = {}
+
+    def queue(self, name: str, newest: Form) -> list[Form]:
+        """The queue with its newest element in front, which moves on by a place."""
+        held = [newest, *(form for key, form in self.now.items() if key.startswith(f"{name} "))]
+        self.next |= {f"{name} {k}": form for k, form in enumerate(held[:-1])}
+        return held
+
+    def system(self, output: Form) -> System:
+        """The matrices for an output."""
+        rows = np.array([self.next[name] for name in self.now])
+        return System(rows[:, :-1], rows[:, -1], output[:-1], float(output[-1]))
+
+
+def queue_names(name: str, length: int) -> list[str]:
+    """The names of the places of a queue."""
+    return [f"{name} {k}" for k in range(length)]
+
+
+def exact_step(A: Array, B: Array, T: float) -> tuple[Array, Array]:
+    """The step of dx = A·x + B·u over a period with u held: exp([A B; 0 0]·T) by its series, halved ten times and squared."""
+    n = len(A)
+    whole = np.zeros((n + 1, n + 1))
+    whole[:n, :n], whole[:n, n] = A * T / 1024.0, B * T / 1024.0
+    step = np.eye(n + 1) + whole @ (np.eye(n + 1) + whole @ (np.eye(n + 1) / 2.0 + whole / 6.0))
+    for _ in range(10):
+        step = step @ step
+    return step[:n, :n], step[:n, n]
+
+
+def open_loop(system: System, omega: Array, T: float) -> NDArray[np.complex128]:
+    """L at the frequencies omega [rad/s] for the control period T [s]."""
+    z = np.exp(1j * omega * T)
+    inverse = z[:, None, None] * np.eye(len(system.A)) - system.A
+    states = np.linalg.solve(inverse, np.broadcast_to(system.B[:, None].astype(complex), (len(z), len(system.B), 1)))
+    found: NDArray[np.complex128] = -(states[:, :, 0] @ system.C + system.D)
+    return found
+
+
+def closed_poles(system: System) -> NDArray[np.complex128]:
+    """The poles of the closed loop in the z plane."""
+    closed = system.A + np.outer(system.B, system.C) / (1.0 - system.D)
+    return np.linalg.eigvals(closed).astype(complex)
+
+
+def margins(system: System, T: float) -> Margins:
+    """The margins of a loop with the control period T [s]."""
+    omega = np.geomspace(1e-5 / T, math.pi / T, FREQUENCIES)
+    L = open_loop(system, omega, T)
+    stable = bool(np.max(np.abs(closed_poles(system))) < 1.0)
+    logarithm, phase = np.log(np.abs(L)), np.unwrap(np.angle(L))
+    ones = _crossings(logarithm, logarithm, phase, np.log(omega))
+    lag = np.array([_turned(angle) for _, angle, _ in ones])
+    speed = np.exp([each for *_, each in ones])
+    # A half turn of the phase is passed wherever the angle beyond it changes sign without a jump.
+    beyond = np.array([_turned(angle) if abs(_turned(angle)) < 0.5 * math.pi else math.nan for angle in phase])
+    halves = [abs(size) for size, _, _ in _crossings(beyond, logarithm, phase, np.log(omega))]
+    if L[-1].real < 0.0:  # where the grid ends, half the control rate, the phase is a half turn or none
+        halves.append(abs(float(logarithm[-1])))
+    return Margins(
+        stable,
+        20.0 / math.log(10.0) * min(halves, default=math.inf),
+        math.degrees(min(np.abs(lag), default=math.inf)),
+        float(min(np.where(lag < 0.0, lag + 2.0 * math.pi, lag) / speed, default=math.inf)),
+        float(max(speed, default=0.0)),
+    )
+
+
+def _turned(angle: float) -> float:
+    """The angle beyond a half turn, in [-pi, pi]: the phase lag that is left to it."""
+    return math.remainder(angle + math.pi, 2.0 * math.pi)
+
+
+def _crossings(of: Array, *columns: Array) -> list[tuple[float, ...]]:
+    """The columns where `of` passes zero, interpolated; nan in `of` is passed over."""
+    found = []
+    for k in np.flatnonzero(of[:-1] * of[1:] < 0.0):
+        share = of[k] / (of[k] - of[k + 1])
+        found.append(tuple(float(each[k] + share * (each[k + 1] - each[k])) for each in columns))
+    return found
