@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
 Array = NDArray[np.float64]
@@ -44,6 +45,10 @@ PSI, U, V, R, BU, BV, BR, D1, D2, D3, CE, CN = range(2, 14)
 
 XI, DXI = 14, 17
 """Indices of the first states of xi and dxi, three each."""
+
+
+WIDEST = 20.0
+"""ln d is limited to this magnitude where it is used, so that its exponential stays finite."""
 
 
 class Model(NamedTuple):
@@ -112,7 +117,8 @@ def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
 @kernel
 def decays(x: Array, dt: float) -> tuple[float, float, float]:
     """Fractions by which linear damping reduces u_r, v_r and r within dt."""
-    d_1, d_2, d_3 = math.exp(float(x[D1])), math.exp(float(x[D2])), math.exp(float(x[D3]))
+    d_1, d_2 = math.exp(clip(float(x[D1]), WIDEST)), math.exp(clip(float(x[D2]), WIDEST))
+    d_3 = math.exp(clip(float(x[D3]), WIDEST))
     return -math.expm1(-d_1 * dt), -math.expm1(-d_2 * dt), -math.expm1(-d_3 * dt)
 
 
