@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.observer_covariance import change, jacobian, pass_waves
 from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD, initial_state, observe
-from vessel_hsmc_ros.control.observer_model import CE, D1, change, jacobian, model, pass_waves, propagate, wave_transition
+from vessel_hsmc_ros.control.observer_model import CE, D1, model, propagate, wave_transition
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel

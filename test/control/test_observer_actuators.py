@@ -1,6 +1,7 @@
 """The wrench on the hull as the observer computes it from the commands."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 PERIOD = 50_000_000
 
 
-def surge_forces(commands: list[float], **declared: float) -> list[float]:
+def surge_forces(commands: list[float], **declared: Any) -> list[float]:
     """The surge force at the end of each period of 50 ms."""
     c = actuators(ObserverParameters(), KnownVessel(surge_force_limit=10.0, **declared))
     ring, applied, forces = no_commands(c), (0.0, 0.0), []

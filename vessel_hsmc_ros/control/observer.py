@@ -1,5 +1,6 @@
-"""State estimation from the noisy pose alone: an extended Kalman filter with damping, disturbances, current
-and, optionally, waves as states.
+"""State estimation from the noisy pose alone: an extended Kalman filter.
+
+Besides the motion its states are damping, disturbances, current and, optionally, waves.
 
 The filter predicts by the model of `observer_model`, whose symbols it shares, and corrects by x, y and psi one after the other.
 
