@@ -1,5 +1,6 @@
-"""State estimation from the noisy pose alone: an extended Kalman filter with damping, disturbances, current
-and, optionally, waves as states.
+"""State estimation from the noisy pose alone: an extended Kalman filter.
+
+Besides the motion its states are damping, disturbances, current and, optionally, waves.
 
 The filter predicts by the model of `observer_model`, whose symbols it shares, and corrects by x, y and psi one after the other.
 
@@ -65,9 +66,9 @@ def walks(p: ObserverParameters, ship: Units) -> list[float]:
     per = 1.0 / math.sqrt(ship.time)
     speed = chosen(p.velocity_walk, 0.0003 * ship.speed * per)
     yaw_rate = chosen(p.yaw_rate_walk, 0.002 / ship.time * per)
-    force = chosen(p.force_walk, 0.003 * ship.acceleration * per)
+    force = chosen(p.force_walk, 0.0023 * ship.acceleration * per)
     moment = chosen(p.moment_walk, 0.016 * ship.yaw_acceleration * per)
-    current = chosen(p.weather_walk, 0.001 * ship.speed * per)
+    current = chosen(p.weather_walk, 0.0008 * ship.speed * per)
     damping = [0.04 * per if decay < 0.0 else 0.0 for decay in (p.surge_decay, p.sway_decay, p.yaw_decay)]
     return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + damping + [current] * 2
 
@@ -84,13 +85,13 @@ def wave_motion(p: ObserverParameters, ship: Units, omega: float) -> Array:
     """Standard deviations of the wave-frequency motion in x, y and psi.
 
     By default that of a fully developed sea of the period 2·pi/omega, whose elevation has the standard deviation
-    sigma = period²/100 s²/m. The hull averages waves of length lambda over its own: sigma/sqrt(2) along each axis, and a
-    third of the slope k·sigma in heading, both divided by 1 + L/lambda.
+    sigma = period²/100 in metres and seconds. The hull averages waves of length lambda over its own: sigma/sqrt(2) along each
+    axis and a quarter of the slope k·sigma in heading, both divided by 1 + L/lambda.
     """
     k, sigma = omega * omega / GRAVITY, (2.0 * math.pi / omega) ** 2 / 100.0
     averaged = 1.0 + 0.5 * ship.length * k / math.pi
     position = chosen(p.wave_position, sigma / math.sqrt(2.0) / averaged)
-    return np.array([position, position, chosen(p.wave_heading, k * sigma / 3.0 / averaged)])
+    return np.array([position, position, chosen(p.wave_heading, 0.25 * k * sigma / averaged)])
 
 
 def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:

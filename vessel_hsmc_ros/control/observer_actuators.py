@@ -39,7 +39,7 @@ class Commands(NamedTuple):
 
     at: NDArray[np.int64]
     wrench: Array
-    count: NDArray[np.int64]
+    number: NDArray[np.int64]
 
 
 def actuators(p: ObserverParameters, vessel: KnownVessel) -> Actuators:
@@ -72,9 +72,9 @@ def actuated(last: Wrench, stamp: int, command: Wrench, dt: float, ring: Command
         ring: The latest commands; written in place.
         c: What is known of the actuators.
     """
-    i = int(ring.count[0]) % len(ring.at)
+    i = int(ring.number[0]) % len(ring.at)
     ring.at[i], ring.wrench[i, 0], ring.wrench[i, 1] = stamp, command[0], command[1]
-    ring.count[0] += 1
+    ring.number[0] += 1
     surge, yaw = effective(0, stamp, ring, c), effective(1, stamp, ring, c)
     return followed(0, last[0], surge, dt, c), followed(1, last[1], yaw, dt, c)
 
@@ -89,7 +89,7 @@ def effective(j: int, stamp: int, ring: Commands, c: Actuators) -> float:
         ring: The latest commands.
         c: What is known of the actuators.
     """
-    n, count = len(ring.at), int(ring.count[0])
+    n, count = len(ring.at), int(ring.number[0])
     for k in range(min(n, count)):
         i = (count - 1 - k) % n
         if seconds(stamp - int(ring.at[i])) >= c.dead_time[j]:

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_actuators import Actuators, Commands, Wrench, actuated, no_commands
-from vessel_hsmc_ros.control.observer_model import D1, DXI, PSI, Model, V, propagate, propagate_covariance
+from vessel_hsmc_ros.control.observer_covariance import propagate_covariance
+from vessel_hsmc_ros.control.observer_model import D1, DXI, PSI, Model, V, propagate
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.timing import seconds

@@ -39,9 +39,7 @@ def decay(what: str, symbol: str) -> float:
         what: The velocity, for the description.
         symbol: Symbol in the model.
     """
-    return parameter(
-        -1.0, f"Decay rate of {what} without inputs; -1: estimated.", unit="1/s", low=-1.0, high=1e2, symbol=symbol
-    )
+    return parameter(-1.0, f"Decay rate of {what} without inputs; -1: estimated.", unit="1/s", low=-1.0, high=1e2, symbol=symbol)
 
 
 @dataclass(frozen=True)
