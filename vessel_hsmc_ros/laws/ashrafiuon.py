@@ -2,8 +2,7 @@
 
 After H. Ashrafiuon, K. R. Muske, L. C. McNinch, R. A. Soltan: Sliding-mode tracking control of surface vessels. IEEE Transactions
 on Industrial Electronics 55 (2008) 4004-4012, doi:10.1109/TIE.2008.2005933; the position term after T. Elmokadem, M. Zribi, K.
-Youcef-Toumi: Trajectory tracking sliding mode control of underactuated AUVs. Nonlinear Dynamics 84 (2016) 1079-1091,
-doi:10.1007/s11071-015-2551-x. Rebuilt from its description for the model (6).
+Youcef-Toumi: Trajectory tracking sliding mode control of underactuated AUVs (2016). Rebuilt from descriptions for the model (6).
 
 | symbol | meaning | unit |
 |---|---|---|

@@ -1,8 +1,8 @@
 """Hand-position tracking: feedback linearisation of a point ahead of the ship, which both actuators accelerate.
 
 After C. Paliotta, E. Lefeber, K. Y. Pettersen, J. Pinto, M. Costa, J. T. de Figueiredo Borges de Sousa: Trajectory tracking and
-path following for underactuated marine vehicles. IEEE Transactions on Control Systems Technology 27 (2019) 1423-1437,
-doi:10.1109/TCST.2018.2834518. Derived anew for the model (6); the current observer of the paper is an integral here.
+path following for underactuated marine vehicles. IEEE Transactions on Control Systems Technology 27 (2019) 1423-1437.
+Derived anew for the model (6); the current observer of the paper is an integral here.
 
 | symbol | meaning | unit |
 |---|---|---|
