@@ -49,7 +49,7 @@ RULES = {
     "drift_gain": Rule(0.233, 0.233, 0.165, 0, -2, True),
     "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
     "heading_surface_slope": Rule(1.93, 1.29, 0.639, 0, -1, True),
-    "sway_share": Rule(0.62, 0.62, 0.667),
+    "sway_share": Rule(0.62, 0.4, 0.667),
     "turn_acceleration_share": Rule(0.4, 0.05, 0.048),
     "turn_rate_limit": Rule(1.15, 0.37, 0.303, 0, -1, True),
     "command_bandwidth": Rule(9.2, 4.6, 1.32, 0, -1, True),
