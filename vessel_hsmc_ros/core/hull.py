@@ -89,13 +89,13 @@ def inherited(vessel: object) -> str:
 
 
 def _beside_the_papers(vessel: object) -> dict[str, tuple[float, float]]:
-    """Hull data with the paper's values, by name; flags describe no hull, a limit of infinity and a coefficient of 0 are none."""
+    """Hull data with the paper's values, by name; flags, limits of infinity, zeros and what is not declared are none."""
     values = schema.flatten(vessel)
     papers = {name: entry.default for name, entry in schema.entries(type(vessel)).items()}
     return {
         name: (value, paper)
         for name, paper in papers.items()
-        if isinstance(paper, float) and paper and math.isfinite(paper) and isinstance(value := values[name], float)
+        if isinstance(paper, float) and paper > 0.0 and math.isfinite(paper) and isinstance(value := values[name], float)
     }
 
 
