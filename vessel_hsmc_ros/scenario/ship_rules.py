@@ -125,13 +125,17 @@ def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
 def drift_decay(ship: ShipParameters, circle: Circle) -> float:
     """The decay rate of the drift if the law must be slower than it, else -1, 1/s.
 
-    On a circle, quadratic damping makes the drift decay faster than on a straight line at the same speed: the gains hold for both
-    with the geometric mean of the two.
+    On a circle, quadratic damping makes the drift decay faster than on a straight line at the same speed: this is the geometric
+    mean of the two. With rho > 1 it is divided by rho².
     """
     beta = circle.demand.drift
     turning = sway_at(ship, circle.speed * math.cos(beta), -circle.speed * math.sin(beta), circle.speed / circle.radius)
     straight = sway_at(ship, circle.speed, 0.0, 0.0)
-    return math.sqrt(turning.a * straight.a) if max(turning.rho, straight.rho) > LARGEST_RHO else NOT_DECLARED
+    rho = max(turning.rho, straight.rho)
+    if rho <= LARGEST_RHO:
+        return NOT_DECLARED
+    # With rho > 1 the course turns the other way first: a zero in the right half-plane at a/(rho - 1).
+    return math.sqrt(turning.a * straight.a) / max(1.0, rho) ** 2
 
 
 def sway_at(ship: ShipParameters, u: float, v: float, r: float) -> Sway:
