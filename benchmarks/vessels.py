@@ -1,49 +1,87 @@
-"""Track a circle and a virtual ship with every vessel of the library: `python benchmarks/vessels.py [NAME]...` prints a table."""
+"""Track circle, straight and slalom and keep station with every vessel of the library, in calm water and in a sea of its scale.
 
+`python benchmarks/vessels.py [NAME]...` prints a table. The scenario is that of `vessel-hsmc init`, the gains are those
+of the rule. All references and loads are dimensionless numbers times the units of the ship: length L, sqrt(g·L), and
+T = sqrt(m33/tau_2max).
+"""
+
+import math
 import sys
 
-import numpy as np
+from vessel_hsmc_ros.runs.batch import simulate_one
+from vessel_hsmc_ros.scenario.own_ship import scenario_for, ship_of
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, Scale, loads, scale_of
+from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
 
-from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.runs.offline import simulate
-from vessel_hsmc_ros.scenario.own_ship import scenario_for
-from vessel_hsmc_ros.scenario.scenario import parse_scenario
-from vessel_hsmc_ros.scenario.vessels import LibraryVessel, read_vessel, vessel_names
+FORCE_SHARE, MOMENT_SHARE, FREQUENCY = 0.3, 0.1, 0.1
+"""Inputs of the virtual ship in the slalom as shares of the limits, and the frequency of its yaw moment, in 1/T."""
 
-FORCE_SHARE, MOMENT_SHARE = 0.3, 0.1
-"""Inputs of the virtual ship as shares of the limits that a law knows."""
+WIND, CURRENT = 0.3, 0.03
+"""Wind and current, in sqrt(g·L)."""
+
+LIMITS = {"calm": 0.002, "sea": 0.01}
+"""Limits of the rms position error, in lengths."""
 
 
-def tracking(vessel: LibraryVessel, virtual_ship: bool, share: float = 1.0) -> tuple[float, float]:
-    """Track the reference of the scenario that `vessel-hsmc init` writes, or a virtual ship driven by constant inputs.
+def references(s: Scenario, scale: Scale) -> dict[str, dict[str, object]]:
+    """The changes for each reference; the ship starts half a length behind and beside it, 45° off its heading."""
+    start: dict[str, object] = {"vessel_sim.initial_pose": [-0.3 * scale.L, -0.4 * scale.L, math.pi / 4.0]}
+    limits = s.controller.vessel
+    rest = {**start, "reference_ship.mode": "virtual_ship", "reference_ship.surge_force": 0.0, "reference_ship.yaw_moment": 0.0}
+    slalom = {
+        **rest,
+        "reference_ship.surge_force": FORCE_SHARE * limits.surge_force_limit,
+        "reference_ship.yaw_moment_sine.amplitude": MOMENT_SHARE * limits.yaw_moment_limit,
+        "reference_ship.yaw_moment_sine.frequency": FREQUENCY / scale.T,
+    }
+    return {"circle": start, "straight": {**start, "reference_ship.mode": "straight"}, "slalom": slalom, "rest": rest}
+
+
+def sea(scale: Scale) -> dict[str, object]:
+    """Wind from the west with gusts, current from the south and noise, in the units of the ship."""
+    speed = math.sqrt(GRAVITY * scale.L)
+    wind = loads(scale.L, WIND * speed)
+    return {
+        "vessel_sim.disturbance.earth_fixed.east_force": wind["wind_force"],
+        "vessel_sim.disturbance.earth_fixed.gust_deviation": wind["gust_deviation"],
+        "vessel_sim.disturbance.earth_fixed.gust_time_constant": 4.0 * scale.T,
+        "vessel_sim.disturbance.current.north": CURRENT * speed,
+        "vessel_sim.sensors.position_noise": 0.003 * scale.L,
+        "vessel_sim.sensors.heading_noise": 0.005,
+        "vessel_sim.sensors.velocity_noise": 0.001 * speed,
+        "vessel_sim.sensors.yaw_rate_noise": 0.005 / scale.T,
+    }
+
+
+def errors(name: str, weather: str) -> dict[str, float]:
+    """The rms position error of the last quarter of each reference, in lengths; infinite for a run that fails.
 
     Args:
-        vessel: The vessel.
-        virtual_ship: Track the virtual ship instead of the circle.
-        share: Share of the duration of the scenario, two laps of the circle.
-
-    Returns:
-        The position error, rms of the last quarter and largest, in lengths of the vessel.
+        name: The vessel.
+        weather: `calm` or `sea`.
     """
-    scenario = parse_scenario(scenario_for(vessel.values, vessel.key), vessel.key)
-    limits = scenario.controller.vessel
-    changes: dict[str, object] = {
-        "vessel_sim.duration": share * scenario.vessel_sim.duration,
-        "reference_ship.surge_force": FORCE_SHARE * limits.surge_force_limit,
-        "reference_ship.yaw_moment": MOMENT_SHARE * limits.yaw_moment_limit,
-    }
-    run = simulate(scenario.changed({**changes, "reference_ship.mode": "virtual_ship"} if virtual_ship else changes))
-    error = position_error(run.state, run.reference) / scenario.vessel_sim.vessel.length
-    return rms(error[run.time >= 0.75 * run.time[-1]]), float(np.max(error))
+    values = read_vessel(name).values
+    scenario, scale = parse_scenario(scenario_for(values, name), name), scale_of(ship_of(values))
+    loads_of_sea = sea(scale) if weather == "sea" else {}
+    found = {}
+    for reference, changes in references(scenario, scale).items():
+        metrics = simulate_one(scenario.changed({**changes, **loads_of_sea})).metrics
+        found[reference] = metrics.position_error_rms_last_quarter / scale.L if metrics else math.inf
+    return found
 
 
 def main(names: list[str]) -> None:
-    """Print the errors as percentages of the length."""
-    print("| vessel | circle, rms % | circle, largest % | virtual ship, rms % | virtual ship, largest % |")
-    print("| --- | --- | --- | --- | --- |")
+    """Print the errors in percent of the length; an asterisk marks those above the limit."""
+    kinds = ("circle", "straight", "slalom", "rest")
+    print("| vessel | " + " | ".join(f"{kind}, {weather} %" for weather in LIMITS for kind in kinds) + " |")
+    print("|" + " --- |" * (1 + 2 * len(kinds)))
     for name in names or vessel_names():
-        errors = [100.0 * each for virtual in (False, True) for each in tracking(read_vessel(name), virtual)]
-        print(f"| {name} | " + " | ".join(f"{error:.2g}" for error in errors) + " |", flush=True)
+        cells = []
+        for weather, limit in LIMITS.items():
+            found = errors(name, weather)
+            cells += [f"{100.0 * found[kind]:.2g}{'' if found[kind] <= limit else ' *'}" for kind in kinds]
+        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

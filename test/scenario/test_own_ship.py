@@ -8,6 +8,7 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
+from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
@@ -58,8 +59,10 @@ def test_a_new_scenario_is_complete_and_gives_no_warning(length: float) -> None:
     assert check_scenario(scenario) == []
     for node in ("vessel_sim", "reference_ship", "controller"):
         hull = schema.entries(type(getattr(scenario, node).vessel), f"{node}.vessel.")
-        # A flag, a coefficient of 0 and a limit of infinity are those of any ship.
-        papers = {name for name, entry in hull.items() if entry.type is float and entry.default not in (0.0, math.inf)}
+        # A flag, a coefficient of 0, a limit of infinity and what is not declared are those of any ship.
+        papers = {
+            name for name, entry in hull.items() if entry.type is float and entry.default not in (0.0, math.inf, NOT_DECLARED)
+        }
         assert papers <= scenario.given
 
 

@@ -40,6 +40,19 @@ def test_the_changes_of_a_row_override_the_shared_ones(tmp_path: Path) -> None:
     assert row == Row("one", "case2_tracking", {"a.b": 3, "c.d": 2}, "last_half", at_most=0.01, largest=1.0)
 
 
+def test_an_entry_with_variants_stands_for_a_row_for_each(tmp_path: Path) -> None:
+    text = """
+variants: {slow: {a.b: 3}, fast: {a.b: 4}, other: {}}
+rows:
+  - {name: one, set: {a.b: 1, c.d: 2}, variants: [slow, fast], at_most: 1}
+  - {name: two}
+"""
+    slow, fast, two = suite(tmp_path, text)
+    assert slow == Row("one, slow", changes={"a.b": 3, "c.d": 2}, at_most=1.0)
+    assert fast == Row("one, fast", changes={"a.b": 4, "c.d": 2}, at_most=1.0)
+    assert two == Row("two")
+
+
 def test_the_position_error_is_evaluated_in_the_window_of_the_row() -> None:
     run = run_with(lambda t: 8.0 if t < 50.0 else 4.0 if t < 75.0 else 2.0)
     assert judge(Row("q"), run) == (2.0, 2.0, 1.0, True)
@@ -77,6 +90,9 @@ def test_a_run_that_is_not_finite_is_a_miss() -> None:
         ("rows: [{name: a, atmost: 1}]", "takes a name and any of scenario, set, over"),
         ("rows: [{name: a, over: last}]", "over = last of row a is not allowed: it takes one of last_quarter, last_half"),
         ("rows: [{name: a, at_most: -1}]", "at_most = -1 of row a is not allowed: it takes a number above 0"),
+        ("variants: {b: {}}\nrows: [{name: a, variants: [b, c]}]", "variant c of row a is unknown: the suite has b"),
+        ("rows: [{name: a, variants: 3}]", "variants = 3 of row a is not allowed: it takes a list of names"),
+        ("variants: [b]\nrows: []", "variants of suite file .* takes changes by name"),
         ("rows: [{name: a, largest: true}]", "largest = True of row a"),
     ],
 )

@@ -8,9 +8,11 @@
 | T_f | longest time from zero to the limit, limit/rate | s |
 | s | slowness of the actuators, from 0 to 1 | - |
 | q | stretch of the time unit for actuators beyond s = 1 | - |
+| a | declared decay rate of the drift | 1/s |
 
 A gain is its number for instant actuators to the power 1 - s times that for slow ones to the power s. What is not declared counts
-as slow. docs/guided.md states where the numbers come from.
+as slow. Where the course follows the heading only as the drift decays, a bounds the gains. docs/guided.md states where the
+numbers come from.
 """
 
 import math
@@ -70,6 +72,13 @@ RULES = {
     "backing_distance": Rule(1.6, 1.6, 1.6, 1, 0),
 }
 """The rule of each gain of the guided law, by its name."""
+
+
+POSITION_BOUND, SURFACE_BOUND = 0.5, 2.0
+"""Largest position gain and slope of the heading surface in terms of a."""
+
+DRIFT_SHARE = 0.25
+"""Integral gain on the position error in terms of the position gain squared, where a bounds it."""
 
 
 class Input(NamedTuple):
@@ -134,8 +143,8 @@ def _input(lag: float, rate: float, dead_time: float, limit: float, T: float) ->
         T: Unit of time, s.
     """
     assumed = lag if lag >= 0.0 else ASSUMED_LAG * T
-    # Of a lag that is not known no more than half is led against: too much lead would be worse than none.
-    remaining = max(0.2 * lag, min(lag, 0.05 * T)) if lag >= 0.0 else 0.5 * assumed
+    # A lag that is not known is not led against: what is missing may be a dead time, and lead against that oscillates.
+    remaining = max(0.2 * lag, min(lag, 0.05 * T)) if lag >= 0.0 else assumed
     fastest = rate if rate > 0.0 else math.inf
     return Input(assumed, remaining, fastest, max(dead_time, 0.0), limit / fastest)
 
@@ -156,7 +165,15 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
     rule = RULES[name]
     T = unit_time(vessel) * (d.q if rule.stretches else 1.0)
     number = rule.fast ** (1.0 - d.s) * rule.slow**d.s if d.declared else rule.unknown
-    return number * vessel.length**rule.length * T**rule.time
+    gain = number * vessel.length**rule.length * T**rule.time
+    return min(gain, bound(name, vessel)) if vessel.drift_decay >= 0.0 else gain
+
+
+def bound(name: str, vessel: KnownVessel) -> float:
+    """The largest value of a gain for the declared decay rate of the drift: the law has to wait until the course has followed."""
+    k_p, c = POSITION_BOUND * vessel.drift_decay, SURFACE_BOUND * vessel.drift_decay
+    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2, "sway_share": 0.0}
+    return bounds.get(name, math.inf)
 
 
 def derived_gains(vessel: KnownVessel) -> dict[str, float]:

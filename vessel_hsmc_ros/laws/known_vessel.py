@@ -91,6 +91,14 @@ class KnownVessel(NamedVessel):
     yaw_moment_rate: float = rate("yaw moment", "N·m/s")
     surge_dead_time: float = delay("Dead time of the surge force")
     yaw_dead_time: float = delay("Dead time of the yaw moment")
+    drift_decay: float = parameter(
+        NOT_DECLARED,
+        "Decay rate of the drift of a hull that a turn carries sideways as much as it turns the course; the guided law is then"
+        " slower than it. Negative: the course follows the heading at once.",
+        unit="1/s",
+        low=NOT_DECLARED,
+        high=1e3,
+    )
 
     @property
     def pivot(self) -> float:

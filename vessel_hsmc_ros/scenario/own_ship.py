@@ -1,7 +1,7 @@
 """A scenario for any ship: one of which only the main data are known, the rest by rules of thumb, or one with known hull data.
 
-The scenario is the same for a ship whose hull data are known: references and gains follow from these by `ship_rules`. The
-templates in `config/templates` state the rule beside each number.
+The scenario is the same for a ship whose hull data are known: references follow from these by `ship_rules`, and the gains by the
+rule of the law. The templates in `config/templates` state the rule beside each number.
 """
 
 import json
@@ -17,8 +17,9 @@ from vessel_hsmc_ros.core.hull import another_ship
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.laws.guided_rule import derived_gains
 from vessel_hsmc_ros.scenario.parameters import VESSEL
-from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, SLOW, circle_for, gains, loads, references, scale_of, sway_of
+from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, circle_for, drift_decay, loads, references, scale_of
 from vessel_sim_node.plant import ShipParameters
 
 WATER_DENSITY = 1025.0
@@ -44,7 +45,7 @@ OVERRIDES = ("length", "beam", *LIMITS)
 """The main data that are hull data too, so that they can differ from those of a vessel."""
 
 OF_A_VESSEL = """Hull, propulsion and thrusters are those of vessel {vessel}; single values can be changed here, as in
-vessel: {{name: {vessel}, length: 2.1}}. References and gains are scaled to it by the rules beside the numbers."""
+vessel: {{name: {vessel}, length: 2.1}}. References are scaled to it by the rules beside the numbers."""
 
 
 def datum(what: str, unit: str, high: float, rule: str) -> float:
@@ -79,22 +80,13 @@ class MainData:
         )
 
 
-FAST_RULES = {
-    "position_rule": "0.6/T: larger in calm water, smaller where the ship oscillates",
-    "slope_rule": "1.9/T",
-    "sway_rule": "share of the sway acceleration that is fed forward",
-}
-SLOW_RULES = {
-    "position_rule": f"{SLOW:g} of the decay rate a, at most 0.6/T",
-    "slope_rule": f"{SLOW:g} of the decay rate a, at most 1.9/T",
-    "sway_rule": "nothing is fed forward of the sway acceleration",
-}
 THRUSTERS = """
     actuators: {kind: thrusters}        # driven by the thrusters of the vessel; wrench: by surge force and yaw moment"""
 
-SLOW_NOTE = """
-                                        # A turn carries this hull sideways {rho:.2g} times as much as it turns its course: the
-                                        # law waits for the decay of the drift, at the rate a = {a:.2g} 1/s on the circle"""
+SLOW_DRIFT = """
+    vessel:
+      drift_decay: {a}              # 1/s; a turn carries this hull sideways as much as it turns its course, so that the law
+                                        # has to wait for the decay of the drift"""
 
 
 def scenario_text(name: str, data: MainData) -> str:
@@ -168,7 +160,7 @@ def ship_of(values: Mapping[str, object]) -> ShipParameters:
 def _filled(
     name: str, about: str, data: str, vessel: str, values: Mapping[str, object], wind: float, thrusters: bool = False
 ) -> str:
-    """The scenario from its template, with references and gains scaled to a ship.
+    """The scenario from its template, with references scaled to a ship.
 
     Args:
         name, about: Name of the ship, and what it is, for the headline.
@@ -181,9 +173,10 @@ def _filled(
     ship = ship_of(values)
     scale = scale_of(ship)
     circle = circle_for(ship, scale)
-    sway = sway_of(ship, circle)
-    tuned = gains(scale, sway)
-    estimates = {**loads(scale.L, wind), **references(circle, scale, tuned["position_gain"]), **tuned}
+    decay = _rounded(drift_decay(ship, circle))
+    law = derived_gains(known_vessel(values, ship, decay).as_controlled())
+    observer = dict(zip(("surge_decay", "sway_decay", "yaw_decay"), scale.decay, strict=True))
+    estimates = {**loads(scale.L, wind), **references(circle, scale, law["position_gain"]), **observer, "turn_rate": scale.r_max}
     numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
     radius, speed = f"{_rounded(circle.radius / scale.L):g} lengths", f"{_rounded(circle.speed / scale.U):g} of the top speed"
     text = _template("ship").substitute(
@@ -193,14 +186,26 @@ def _filled(
         data=data.rstrip(),
         vessel=vessel.rstrip(),
         wind=_number(wind),
-        top_speed=_number(_rounded(scale.U)),
         radius_rule=radius,
         cruise_rule=speed,
-        **(SLOW_RULES if sway.is_slow else FAST_RULES),
         actuators=THRUSTERS if thrusters else "",
-        note=SLOW_NOTE.format(a=sway.a, rho=sway.rho) if sway.is_slow else "",
+        drift=SLOW_DRIFT.format(a=_number(decay)) if decay >= 0.0 else "",
     )
     return "\n".join(map(_aligned, text.splitlines())) + "\n"
+
+
+def known_vessel(values: Mapping[str, object], ship: ShipParameters, decay: float) -> KnownVessel:
+    """What a law knows of a ship with these hull data.
+
+    Args:
+        values: Hull data by their dotted names, with the lags and rates of the actuators.
+        ship: The same ship.
+        decay: Decay rate of its drift, or -1.
+    """
+    own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
+    known = {name: own.get(name, getattr(ship, name, None)) for name in schema.entries(KnownVessel) if name != "name"}
+    given = {name: value for name, value in known.items() if value is not None}
+    return schema.build(KnownVessel, {**given, "drift_decay": decay}, "vessel")
 
 
 def _template(name: str) -> Template:

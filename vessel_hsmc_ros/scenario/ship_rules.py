@@ -1,4 +1,4 @@
-"""Rules that scale references and gains to a ship: its own units of length, speed, force and time, for any hull.
+"""Rules that scale references to a ship, and its drift in turns: its own units of length, speed, force and time, for any hull.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -8,7 +8,7 @@
 | U | top speed, at which F equals the surge damping | m/s |
 | r_max | yaw rate of a turn on the spot, at which N equals the yaw damping | rad/s |
 | T | unit of time of the ship's turns, sqrt(m33/N) | s |
-| a | decay rate of the sway velocity on the circle, -df_v/dv at the pivot point | 1/s |
+| a | decay rate of the sway velocity, -df_v/dv at the pivot point | 1/s |
 | rho | sway acceleration of a turn beside the centripetal one, -df_v/dr/u at the pivot point | - |
 
 A turn of a hull with rho < 1 carries its course along at once, by the share 1 - rho, and all the way when the drift has
@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc
 from vessel_sim_node.plant import ShipParameters, unforced_acceleration
@@ -35,9 +36,6 @@ LARGEST_FROUDE = 1.5
 
 LARGEST_RHO = 0.85
 """Largest rho with which the law may be faster than the decay of the drift."""
-
-SLOW = 0.33
-"""Gains on position and heading in terms of a, above LARGEST_RHO."""
 
 LARGEST_SHARE = 0.7
 """Largest share of F and of N that a circle takes in calm water: the rest is for wind and for catching up."""
@@ -63,15 +61,10 @@ class Scale(NamedTuple):
 
 
 class Sway(NamedTuple):
-    """How a hull drifts in turns: a, 1/s, and rho."""
+    """How a hull drifts: a, 1/s, and rho."""
 
     a: float
     rho: float
-
-    @property
-    def is_slow(self) -> bool:
-        """Whether the law must be slower than the decay of the drift."""
-        return self.rho > LARGEST_RHO
 
 
 class Circle(NamedTuple):
@@ -129,10 +122,25 @@ def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
     raise ParameterError(f"no circle is feasible for this ship: {size} takes more than {LARGEST_SHARE:g} of its propulsion")
 
 
-def sway_of(ship: ShipParameters, circle: Circle) -> Sway:
-    """How a hull drifts near its steady motion on a circle; a and rho by central differences."""
-    vessel, beta = ship.coefficients(), circle.demand.drift
-    u, v, r = circle.speed * math.cos(beta), -circle.speed * math.sin(beta), circle.speed / circle.radius
+def drift_decay(ship: ShipParameters, circle: Circle) -> float:
+    """The decay rate of the drift if the law must be slower than it, else -1, 1/s.
+
+    On a circle, quadratic damping makes the drift decay faster than on a straight line at the same speed: this is the geometric
+    mean of the two. With rho > 1 it is divided by rho².
+    """
+    beta = circle.demand.drift
+    turning = sway_at(ship, circle.speed * math.cos(beta), -circle.speed * math.sin(beta), circle.speed / circle.radius)
+    straight = sway_at(ship, circle.speed, 0.0, 0.0)
+    rho = max(turning.rho, straight.rho)
+    if rho <= LARGEST_RHO:
+        return NOT_DECLARED
+    # With rho > 1 the course turns the other way first: a zero in the right half-plane at a/(rho - 1).
+    return math.sqrt(turning.a * straight.a) / max(1.0, rho) ** 2
+
+
+def sway_at(ship: ShipParameters, u: float, v: float, r: float) -> Sway:
+    """How a hull drifts near a motion with these body velocities; a and rho by central differences."""
+    vessel = ship.coefficients()
     # The law controls the pivot point: its sway velocity is v + x_p·r, which the yaw moment does not accelerate.
     x_p = ship.sway_yaw_inertia / ship.sway_inertia
 
@@ -140,7 +148,7 @@ def sway_of(ship: ShipParameters, circle: Circle) -> Sway:
         _, f_v, f_r = unforced_acceleration(u, v + dv - x_p * dr, r + dr, vessel)
         return float(f_v + x_p * f_r)
 
-    dv, dr = 1e-4 * circle.speed, 1e-4 * r
+    dv, dr = 1e-4 * u, 1e-4 * u / ship.length
     a = (acceleration(-dv, 0.0) - acceleration(dv, 0.0)) / (2.0 * dv)
     return Sway(a, (acceleration(0.0, -dr) - acceleration(0.0, dr)) / (2.0 * dr * u))
 
@@ -172,43 +180,4 @@ def references(circle: Circle, s: Scale, position_gain: float) -> dict[str, floa
         "motion_yaw_acceleration": 0.25 * s.N / s.m33,
         "astern_distance": 0.3 * s.L,
         "path_radius": max(0.3 * s.L, 0.1),
-    }
-
-
-def gains(s: Scale, sway: Sway) -> dict[str, float]:
-    """Gains of the guided law: those of the paper's ship in units of T, length and speed; and decay rates of the observer.
-
-    The position gain is smaller: most hulls damp sway less than the paper's ship, and station keeping in wind would oscillate.
-    """
-    T = s.T
-    slow = SLOW * sway.a if sway.is_slow else math.inf
-    position = min(0.6 / T, slow)
-    return {
-        "unit_time": T,
-        "turn_rate": s.r_max,
-        "position_gain": position,
-        "sway_share": 0.0 if sway.is_slow else 0.62,
-        "approach_speed": 0.36 * s.U,
-        "drift_gain": 0.25 * position**2,
-        "drift_limit": 0.03 * s.U,
-        "heading_surface_slope": min(1.9 / T, slow),
-        "turn_rate_limit": 0.8 * s.r_max,
-        "command_bandwidth": 9.2 / T,
-        "yaw_reaching_gain": 8.3 / T,
-        "surge_reaching_gain": 6.4 / T,
-        "surge_learning_rate": 9.2 / T,
-        "sway_learning_rate": 14.0 / T,
-        "yaw_learning_rate": 8.3 / T,
-        "position_filter": 6.9 / T,
-        "heading_filter": 14.0 / T,
-        "slew_time": 0.2 * T,
-        "resting_lever": max(0.0056 * s.L, 1e-3),
-        "resting_lever_time": 0.65 * T,
-        "resting_heading_gain": 0.14 / T,
-        "resting_speed": max(0.006 * s.U, 1e-3),
-        "resting_push": max(0.003 * s.F / s.m11, 1e-3),
-        "backing_distance": 1.6 * s.L,
-        "surge_decay": s.decay[0],
-        "sway_decay": s.decay[1],
-        "yaw_decay": s.decay[2],
     }

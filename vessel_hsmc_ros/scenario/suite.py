@@ -8,7 +8,12 @@ A suite is a YAML file with the parameters to `set` for all of its rows, and the
 
 A row may name its `scenario` (default: case2_tracking) and limits: `at_most` of the rms position error over a window at the end
 of the run, `largest` of the largest position error in that window, and `excursion` of the largest position error of the entire
-run as a multiple of the initial one.
+run as a multiple of the initial one. A row with `variants` stands for a row for each of these named changes:
+
+    variants:
+      slow rudder: {vessel_sim.actuators.yaw_lag: 2.0}
+    rows:
+      - {name: circle, variants: [slow rudder], at_most: 0.01}
 """
 
 from collections.abc import Mapping
@@ -96,10 +101,12 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
         document = read_yaml(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise ScenarioError(f"suite file {path} cannot be read: {in_one_line(error)}") from None
-    if not isinstance(document, dict) or not document.keys() <= {"set", "rows"} or not isinstance(document.get("rows"), list):
-        raise ScenarioError(f"suite file {path} is not a suite: it takes `set` and `rows`")
-    shared = document.get("set") or {}
-    return tuple(_row(entry, shared, path) for entry in document["rows"])
+    if not isinstance(document, dict) or not document.keys() <= set(PARTS) or not isinstance(document.get("rows"), list):
+        raise ScenarioError(f"suite file {path} is not a suite: it takes {', '.join(PARTS)}")
+    shared, variants = document.get("set") or {}, document.get("variants") or {}
+    if not isinstance(variants, dict) or not all(isinstance(changes, dict) for changes in variants.values()):
+        raise ScenarioError(f"variants of suite file {path} are malformed: each takes changes by name")
+    return tuple(_row(each, shared, path) for entry in document["rows"] for each in _expanded(entry, variants, path))
 
 
 def suite_names() -> list[str]:
@@ -116,6 +123,23 @@ def _find(name: str | Path) -> Path:
     return share_directory() / "config" / "suites" / f"{name}.yaml"
 
 
+def _expanded(entry: Any, variants: Mapping[str, Mapping[str, object]], path: Path) -> list[Any]:
+    """The rows that an entry stands for: one for each of its variants, whose changes override its own."""
+    if not isinstance(entry, dict) or "variants" not in entry:
+        return [entry]
+    rest = {key: value for key, value in entry.items() if key != "variants"}
+    name, changes, rows = rest.get("name"), rest.get("set") or {}, []
+    if not isinstance(entry["variants"], list):
+        raise ScenarioError(f"{path}: variants = {entry['variants']} of row {name} is not allowed: it takes a list of names")
+    for variant in entry["variants"]:
+        if variant not in variants:
+            known = ", ".join(variants) or "none"
+            raise ScenarioError(f"{path}: variant {variant} of row {name} is unknown: the suite has {known}")
+        rows.append({**rest, "name": f"{name}, {variant}", "set": {**changes, **variants[variant]}})
+    return rows
+
+
+PARTS = ("set", "variants", "rows")
 KEYS = ("name", "scenario", "set", "over", "at_most", "largest", "excursion")
 _LIMITS = ("at_most", "largest", "excursion")
 
@@ -123,7 +147,7 @@ _LIMITS = ("at_most", "largest", "excursion")
 def _row(entry: Any, shared: Mapping[str, object], path: Path) -> Row:
     """Make a row; its own changes override the shared ones."""
     if not isinstance(entry, dict) or "name" not in entry or not entry.keys() <= set(KEYS):
-        raise ScenarioError(f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}")
+        raise ScenarioError(f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}, variants")
     name = str(entry["name"])
     over = entry.get("over", "last_quarter")
     if over not in WINDOWS:
