@@ -66,7 +66,7 @@ def test_the_hull_about_a_path_is_that_of_the_papers_ship() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "reported"),
     [
         ({}, ""),
         ({"reference_ship.yaw_moment": 3.5e6}, "it needs a yaw moment of 3.5 MN·m, the limit is 3 MN·m"),
@@ -77,7 +77,7 @@ def test_the_hull_about_a_path_is_that_of_the_papers_ship() -> None:
         ),
     ],
 )
-def test_a_ship_too_slow_for_its_reference_is_reported(changes: dict[str, object], said: str) -> None:
+def test_a_ship_too_slow_for_its_reference_is_reported(changes: dict[str, object], reported: str) -> None:
     scenario = circle(**{f"{LAW}.yaw_lag": 0.0, **changes})
     slow = [line for line in shortcomings(scenario, study(scenario)) if "too slow" in line]
-    assert any(said in line for line in slow) if said else not slow
+    assert any(reported in line for line in slow) if reported else not slow

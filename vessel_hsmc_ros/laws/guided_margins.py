@@ -158,7 +158,7 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     fv = s["fv"] + (1.0 - g.z_v) ** 2 / T * (s["v"] - s["pv"])
     fr = s["fr"] + (1.0 - g.z_r) ** 2 / T * (s["r"] - s["pr"])
     a = wrench_ahead(forms, c, n)
-    later = y, psi, v, r
+    later: tuple[Form, ...] = (y, psi, v, r)
     for each in a[1:]:
         later = _predicted(later, fv, fr + each, U, T)
     turning = _turning(later, fv, g, U, s["xi"])

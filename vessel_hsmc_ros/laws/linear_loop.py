@@ -94,16 +94,15 @@ def exact_step(A: Array, B: Array, T: float) -> tuple[Array, Array]:
 def open_loop(system: System, omega: Array, T: float) -> NDArray[np.complex128]:
     """L at the frequencies omega [rad/s] for the control period T [s]."""
     z = np.exp(1j * omega * T)
-    inverse = z[:, None, None] * np.eye(len(system.A)) - system.A
-    states = np.linalg.solve(inverse, np.broadcast_to(system.B[:, None].astype(complex), (len(z), len(system.B), 1)))
-    found: NDArray[np.complex128] = -(states[:, :, 0] @ system.C + system.D)
-    return found
+    resolvent = z[:, None, None] * np.eye(len(system.A)) - system.A
+    states = np.linalg.solve(resolvent, np.broadcast_to(system.B[:, None].astype(complex), (len(z), len(system.B), 1)))
+    return np.asarray(-(states[:, :, 0] @ system.C + system.D), dtype=np.complex128)
 
 
 def closed_poles(system: System) -> NDArray[np.complex128]:
     """The poles of the closed loop in the z plane."""
     closed = system.A + np.outer(system.B, system.C) / (1.0 - system.D)
-    return np.linalg.eigvals(closed).astype(complex)
+    return np.asarray(np.linalg.eigvals(closed), dtype=np.complex128)
 
 
 def margins(system: System, T: float) -> Margins:

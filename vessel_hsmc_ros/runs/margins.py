@@ -144,8 +144,8 @@ def shortcomings(scenario: Scenario, found: Study) -> list[str]:
             lines.append(f"the loop of the {name} is unstable")
         elif loop.gain_db < GAIN_MARGIN_DB or loop.phase_deg < PHASE_MARGIN_DEG:
             lines.append(
-                f"the loop of the {name} has margins of {loop.gain_db:.1f} dB and {loop.phase_deg:.0f}°,"
-                f" less than {GAIN_MARGIN_DB:g} dB and {PHASE_MARGIN_DEG:g}°"
+                f"the loop of the {name} has margins of {loop.gain_db:.1f} dB and {loop.phase_deg:.1f}°;"
+                f" it should have {GAIN_MARGIN_DB:g} dB and {PHASE_MARGIN_DEG:g}° at least"
             )
     known = scenario.controller.vessel
     inputs = dynamics(known.as_controlled())
