@@ -1,7 +1,8 @@
 """Backstepping for tracking and stabilisation in the form of Do, Jiang and Pan, with dynamic surfaces.
 
 After K. D. Do, Z. P. Jiang, J. Pan: Universal controllers for stabilization and tracking of underactuated ships. Systems &
-Control Letters 47 (2002) 299-317. Rebuilt: the robustifying terms of its Lyapunov function are left out, and the derivatives of the virtual controls come from first-order filters (dynamic surface control).
+Control Letters 47 (2002) 299-317. Rebuilt: the robustifying terms of its Lyapunov
+function are left out, and the derivatives of the virtual controls come from first-order filters (dynamic surface control).
 
 | symbol | meaning | unit |
 |---|---|---|
