@@ -1,7 +1,7 @@
 """The guided law on its whole suite, and its computation time.
 
 Runs every row of config/suites/guided.yaml with the law at 10, 50 and 100 Hz; the law knows that the actuators are instant.
-Measures the time of an update in turns with the hierarchical law, and the rate of the wrench with noisy sensors for both laws. The
+Measures the time of an update in turns with the hierarchical law, and the rate of the wrench with noisy sensors for both. The
 exit code is 1 if a row misses its limit or an update takes more than 2.5 times the time.
 
     python benchmarks/guided.py [--rates 10 50 100] [--jobs 2]
