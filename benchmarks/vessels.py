@@ -54,16 +54,16 @@ def sea(scale: Scale) -> dict[str, object]:
     }
 
 
-def errors(name: str, conditions: str) -> dict[str, float]:
+def errors(name: str, state: str) -> dict[str, float]:
     """The rms position error of the last quarter of each reference, in lengths; infinite for a run that fails.
 
     Args:
         name: The vessel.
-        conditions: `calm` or `sea`.
+        state: `calm` or `sea`.
     """
     values = read_vessel(name).values
     scenario, scale = parse_scenario(scenario_for(values, name), name), scale_of(ship_of(values))
-    loads_of_sea = sea(scale) if conditions == "sea" else {}
+    loads_of_sea = sea(scale) if state == "sea" else {}
     found = {}
     for reference, changes in references(scenario, scale).items():
         metrics = simulate_one(scenario.changed({**changes, **loads_of_sea})).metrics
@@ -74,12 +74,12 @@ def errors(name: str, conditions: str) -> dict[str, float]:
 def main(names: list[str]) -> None:
     """Print the errors in percent of the length; an asterisk marks those above the limit."""
     kinds = ("circle", "straight", "slalom", "rest")
-    print("| vessel | " + " | ".join(f"{kind}, {conditions} %" for conditions in LIMITS for kind in kinds) + " |")
+    print("| vessel | " + " | ".join(f"{kind}, {state} %" for state in LIMITS for kind in kinds) + " |")
     print("|" + " --- |" * (1 + 2 * len(kinds)))
     for name in names or vessel_names():
         cells = []
-        for conditions, limit in LIMITS.items():
-            found = errors(name, conditions)
+        for state, limit in LIMITS.items():
+            found = errors(name, state)
             cells += [f"{100.0 * found[kind]:.2g}{'' if found[kind] <= limit else ' *'}" for kind in kinds]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 

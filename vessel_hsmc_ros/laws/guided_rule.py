@@ -64,7 +64,7 @@ RULES = {
     "position_filter": Rule(6.9, 6.9, 6.9, 0, -1),
     "heading_filter": Rule(13.8, 13.8, 13.8, 0, -1),
     "slew_time": Rule(0.0, 0.0, 0.0, 0, 1),
-    "resting_lever": Rule(0.0056, 0.0056, 0.0056, 1, 0),
+    "resting_lever": Rule(0.0056, 0.0045, 0.0045, 1, 0),
     "resting_lever_time": Rule(0.65, 0.65, 0.65, 0, 1),
     "resting_heading_gain": Rule(0.14, 0.14, 0.14, 0, -1),
     "resting_speed": Rule(0.0029, 0.0029, 0.0029, 1, -1),

@@ -173,7 +173,7 @@ def _filled(
     ship = ship_of(values)
     scale = scale_of(ship)
     circle = circle_for(ship, scale)
-    decay = _rounded(drift_decay(ship, circle))
+    decay = _rounded(drift_decay(ship, scale, circle))
     law = derived_gains(known_vessel(values, ship, decay).as_controlled())
     observer = dict(zip(("surge_decay", "sway_decay", "yaw_decay"), scale.decay, strict=True))
     estimates = {**loads(scale.L, wind), **references(circle, scale, law["position_gain"]), **observer, "turn_rate": scale.r_max}

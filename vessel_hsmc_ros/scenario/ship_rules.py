@@ -37,6 +37,9 @@ LARGEST_FROUDE = 1.5
 LARGEST_RHO = 0.85
 """Largest rho with which the law may be faster than the decay of the drift."""
 
+SLOW_RHO, SLOW_DECAY = 0.6, 0.5
+"""The same where the decay is slow beside the ship's turns, and the a·T below which it counts as slow."""
+
 LARGEST_SHARE = 0.7
 """Largest share of F and of N that a circle takes in calm water: the rest is for wind and for catching up."""
 
@@ -122,7 +125,7 @@ def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
     raise ParameterError(f"no circle is feasible for this ship: {size} takes more than {LARGEST_SHARE:g} of its propulsion")
 
 
-def drift_decay(ship: ShipParameters, circle: Circle) -> float:
+def drift_decay(ship: ShipParameters, scale: Scale, circle: Circle) -> float:
     """The decay rate of the drift if the law must be slower than it, else -1, 1/s.
 
     On a circle, quadratic damping makes the drift decay faster than on a straight line at the same speed: this is the geometric
@@ -131,11 +134,11 @@ def drift_decay(ship: ShipParameters, circle: Circle) -> float:
     beta = circle.demand.drift
     turning = sway_at(ship, circle.speed * math.cos(beta), -circle.speed * math.sin(beta), circle.speed / circle.radius)
     straight = sway_at(ship, circle.speed, 0.0, 0.0)
-    rho = max(turning.rho, straight.rho)
-    if rho <= LARGEST_RHO:
+    a, rho = math.sqrt(turning.a * straight.a), max(turning.rho, straight.rho)
+    if rho <= (LARGEST_RHO if a * scale.T > SLOW_DECAY else SLOW_RHO):
         return NOT_DECLARED
     # With rho > 1 the course turns the other way first: a zero in the right half-plane at a/(rho - 1).
-    return math.sqrt(turning.a * straight.a) / max(1.0, rho) ** 2
+    return a / max(1.0, rho) ** 2
 
 
 def sway_at(ship: ShipParameters, u: float, v: float, r: float) -> Sway:
