@@ -115,7 +115,7 @@ def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float,
 
     Args:
         demand: Force or moment that the law demands.
-        last: The input of the last period.
+        last: The input that acts now.
         limit: Largest magnitude; the slew rate is limited to limit/T_s.
         g: Gains.
 
@@ -165,9 +165,8 @@ def step(
     c, filtered = command(later, goal, acceleration, f, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
-    column = m.head - 1 if m.head > 0 else m.queue.shape[1] - 1
-    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), m.queue[0, column], g.surge.limit, g)
-    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), m.queue[1, column], g.yaw.limit, g)
+    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), tau_1, g.surge.limit, g)
+    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), tau_2, g.yaw.limit, g)
     m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
     wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
