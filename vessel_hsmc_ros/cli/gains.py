@@ -32,7 +32,7 @@ REASONS = {
     "yaw_learning_rate": "as fast as noise permits: the estimate enters the moment unfiltered",
     "position_filter": "averages noise; the prediction has no lag",
     "heading_filter": "averages noise; the prediction has no lag",
-    "slew_time": "none: the declared rates are in the law's model",
+    "slew_time": "keeps noise from instant actuators; of others the rates are in the law's model",
     "resting_lever": "a small part of the length: the radius of the turn in station keeping",
     "resting_lever_time": "the yaw loop settles in it",
     "resting_heading_gain": "slow, only in calm",
