@@ -175,8 +175,7 @@ def _filled(
     circle = circle_for(ship, scale)
     decay = _rounded(drift_decay(ship, scale, circle))
     law = derived_gains(known_vessel(values, ship, decay).as_controlled())
-    observer = dict(zip(("surge_decay", "sway_decay", "yaw_decay"), scale.decay, strict=True))
-    estimates = {**loads(scale.L, wind), **references(circle, scale, law["position_gain"]), **observer, "turn_rate": scale.r_max}
+    estimates = {**loads(scale.L, wind), **references(circle, scale, law["position_gain"]), "turn_rate": scale.r_max}
     numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
     radius, speed = f"{_rounded(circle.radius / scale.L):g} lengths", f"{_rounded(circle.speed / scale.U):g} of the top speed"
     text = _template("ship").substitute(

@@ -50,7 +50,7 @@ ADJUSTMENTS = 60
 
 
 class Scale(NamedTuple):
-    """A ship in its own units, by the symbols above, and its linear decay rates in surge, sway and yaw, 1/s."""
+    """A ship in its own units, by the symbols above."""
 
     L: float
     F: float
@@ -60,7 +60,6 @@ class Scale(NamedTuple):
     m11: float
     m33: float
     T: float
-    decay: tuple[float, float, float]
 
 
 class Sway(NamedTuple):
@@ -92,10 +91,9 @@ def scale_of(ship: ShipParameters) -> Scale:
     top = _steady(s.surge_force_limit, s.surge_damping, s.surge_damping_quadratic, s.surge_damping_cubic)
     turn = _steady(s.yaw_moment_limit, s.yaw_damping, s.yaw_damping_quadratic, s.yaw_damping_cubic)
     T = math.sqrt(s.yaw_inertia / s.yaw_moment_limit)
-    decay = s.surge_damping / s.surge_inertia, s.sway_damping / s.sway_inertia, s.yaw_damping / s.yaw_inertia
     top = min(top, LARGEST_FROUDE * math.sqrt(GRAVITY * s.length), s.surge_speed_range[1])
     turn = min(turn, 1.0 / T, s.yaw_rate_range[1])
-    return Scale(s.length, s.surge_force_limit, s.yaw_moment_limit, top, turn, s.surge_inertia, s.yaw_inertia, T, decay)
+    return Scale(s.length, s.surge_force_limit, s.yaw_moment_limit, top, turn, s.surge_inertia, s.yaw_inertia, T)
 
 
 def _steady(load: float, linear: float, quadratic: float, cubic: float) -> float:

@@ -1,0 +1,25 @@
+"""The decay of the drift in vessel files: it is of the hull data of the same file."""
+
+import pytest
+
+from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.scenario.own_ship import ship_of
+from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.ship_rules import circle_for, drift_decay, scale_of
+from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
+
+
+@pytest.mark.parametrize("name", vessel_names())
+def test_a_vessel_file_states_the_decay_of_the_drift_that_follows_from_its_hull(name: str) -> None:
+    values = read_vessel(name).values
+    ship = ship_of(values)
+    scale = scale_of(ship)
+    stated = values.get("vessel.drift_decay", KnownVessel().drift_decay)
+    assert stated == pytest.approx(drift_decay(ship, scale, circle_for(ship, scale)), rel=0.01)
+
+
+def test_the_law_knows_the_decay_of_the_drift_of_a_vessel_by_its_name() -> None:
+    scenario = load_scenario(
+        "case2_tracking", {"vessel": "gunnerus", "reference_ship.surge_force": 1e4, "reference_ship.yaw_moment": 1e4}
+    )
+    assert scenario.controller.vessel.drift_decay == read_vessel("gunnerus").values["vessel.drift_decay"]
