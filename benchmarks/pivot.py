@@ -18,8 +18,9 @@ from rich.table import Table
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text, ship_of
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.scenario.ship_rules import circle_for, drift_decay, scale_of
 
 SCENARIOS = ("case2_tracking", "figure_eight", "waypoints")
 COUPLINGS = (0.0, 6e5, 1.2e6, -1.2e6)
@@ -65,6 +66,8 @@ def changes_of(law: str, m23: float, point: str | None) -> dict[str, object]:
     """The changes of a scenario for a coupled plant, and a law that knows of it where a point is given."""
     plant: dict[str, object] = {"vessel_sim.vessel.sway_yaw_inertia": m23, "vessel_sim.vessel.sway_damping_from_yaw": 0.3 * m23}
     changes = {"controller.law": law, "controller.rate_hz": 100.0, "vessel_sim.rate_hz": 100.0, "reference_ship.rate_hz": 100.0}
+    # A law that takes its actuators for slow is slow enough for the coupling, too; these actuators are instant.
+    changes |= {"controller.vessel.surge_lag": 0.0, "controller.vessel.yaw_lag": 0.0}
     known: dict[str, object] = {"controller.vessel.sway_yaw_inertia": m23, "controller.vessel.controlled_point": point}
     return {**plant, **changes, **(known if point else {})}
 
@@ -99,6 +102,8 @@ def circle(hull: dict[str, Any], mass: float, point: str) -> Scenario:
     """A ship on a circle in a wind from the west, two laps."""
     data = MainData(hull["length"], hull["beam"], mass, hull["surge_force_limit"], hull["yaw_moment_limit"], 3.0 * SPEED)
     radius = RADIUS * hull["length"]
+    ship = ship_of({f"vessel.{name}": value for name, value in hull.items()})
+    scale = scale_of(ship)
     changes = {
         **{f"vessel.{name}": value for name, value in hull.items()},
         "reference_ship.circle.radius": radius,
@@ -107,6 +112,7 @@ def circle(hull: dict[str, Any], mass: float, point: str) -> Scenario:
         "vessel_sim.disturbance.earth_fixed.gust_deviation": 0.0,
         "vessel_sim.duration": round(4.0 * math.pi * radius / SPEED),
         "controller.vessel.controlled_point": point,
+        "controller.vessel.drift_decay": drift_decay(ship, scale, circle_for(ship, scale)),
     }
     return parse_scenario(scenario_text("circle", data), "circle", changes)
 
