@@ -36,17 +36,20 @@ BASE = {
 SINE = "reference_ship.yaw_moment_sine."
 
 
-def ship(force: float, moment: float, **more: object) -> dict[str, object]:
+Changes = dict[str, object]
+
+
+def ship(force: float, moment: float, **more: object) -> Changes:
     """The inputs of the virtual ship."""
     return {"reference_ship.surge_force": force, "reference_ship.yaw_moment": moment, **more}
 
 
-def slalom(amplitude: float, frequency: float) -> dict[str, object]:
+def slalom(amplitude: float, frequency: float) -> Changes:
     """A slalom of the virtual ship."""
     return ship(1e5, 0.0, **{f"{SINE}amplitude": amplitude, f"{SINE}frequency": frequency})
 
 
-REFERENCES = {
+REFERENCES: dict[str, Changes] = {
     "circle": ship(9e4, 6e5),
     "tight": ship(1e5, 1e6),
     "slow": ship(6e4, -4e5),
@@ -71,16 +74,16 @@ ACTUATORS = {
 """Lag, time from zero to the limit and dead time of both inputs, s."""
 
 
-def inputs(owner: str, lag: float, full: float, dead_time: float) -> dict[str, object]:
+def inputs(owner: str, lag: float, full: float, dead_time: float) -> Changes:
     """Lag, rates and dead time of both inputs, as the plant has them or as the law knows them."""
     force, moment = (limit / full if full else math.inf for limit in (FORCE, MOMENT))
-    values: dict[str, object] = {f"{owner}surge_force_rate": force, f"{owner}yaw_moment_rate": moment}
+    values: Changes = {f"{owner}surge_force_rate": force, f"{owner}yaw_moment_rate": moment}
     return values | {
         f"{owner}{axis}_{name}": value for axis in ("surge", "yaw") for name, value in (("lag", lag), ("dead_time", dead_time))
     }
 
 
-def wrong(lag: float, full: float, dead_time: float) -> Iterable[dict[str, object]]:
+def wrong(lag: float, full: float, dead_time: float) -> Iterable[Changes]:
     """Declarations that are wrong by 50 % in lag, rate and dead time and by 20 % in the inertias."""
     for factor, inertia in itertools.product((0.5, 1.5), (0.8, 1.2)):
         yield inputs(KNOWN, factor * lag, full / 1.5 if factor < 1.0 else full * 1.5, factor * dead_time) | {
@@ -89,7 +92,7 @@ def wrong(lag: float, full: float, dead_time: float) -> Iterable[dict[str, objec
         }
 
 
-def errors(base: Scenario, changes: dict[str, object]) -> list[float]:
+def errors(base: Scenario, changes: Changes) -> list[float]:
     """The errors of all references; infinite for a run that fails."""
     outcomes = (simulate_one(base.changed({**changes, **reference})) for reference in REFERENCES.values())
     return [outcome.metrics.position_error_rms_last_quarter if outcome.metrics else math.inf for outcome in outcomes]
