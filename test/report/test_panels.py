@@ -50,6 +50,8 @@ def test_network_estimate_and_truth_are_the_same_quantity_in_a_large_disturbance
     load: dict[str, Any] = {
         f"vessel_sim.disturbance.periodic.{name}": value for name, value in (("surge_force", 3e4), ("sway_force", 2e4))
     }
+    # A network that knows its actuators does not learn them.
+    load |= {"controller.vessel.surge_lag": 0.0, "controller.vessel.yaw_lag": 0.0}
     made = simulated(duration=25.0, **GUIDED, **load)
     for axis in ("surge dynamics f_u", "sway dynamics f_v"):
         estimate, truth = by_title(made)[f"{axis} and disturbance"].lines

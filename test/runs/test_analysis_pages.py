@@ -63,7 +63,7 @@ def test_without_pandas_one_line_names_the_command_that_installs_it(monkeypatch:
 
 
 def test_the_suite_of_the_page_is_valid_and_can_be_compared(tmp_path: Path) -> None:
-    (text,) = blocks("suites.md", "yaml")
+    text, *_ = blocks("suites.md", "yaml")
     path = tmp_path / "my_suite.yaml"
     path.write_text(text, encoding="utf-8")
     rows = load_suite(path)

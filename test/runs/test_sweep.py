@@ -77,8 +77,8 @@ def test_a_sweep_has_one_or_two_different_parameters(names: list[str]) -> None:
 
 def test_a_wrong_value_is_an_error_before_anything_runs() -> None:
     done: list[Outcome] = []
-    with pytest.raises(ParameterError, match=rf"{GAIN} = -1.0 is not allowed"):
-        run_all(points("case2_tracking", [Axis(GAIN, (0.1, -1.0))], SHORT), 1, done.append)
+    with pytest.raises(ParameterError, match=rf"{GAIN} = -2.0 is not allowed"):
+        run_all(points("case2_tracking", [Axis(GAIN, (0.1, -2.0))], SHORT), 1, done.append)
     with pytest.raises(ScenarioError, match="case9 is unknown"):
         run_all(points("case9", [Axis(GAIN, (0.1,))]), 1, done.append)
     assert not done

@@ -58,8 +58,10 @@ def test_waves_act_on_the_dimensions_of_the_ship_unless_others_are_given() -> No
     def end(changes: dict[str, object]) -> list[float]:
         return list(simulate(load_scenario("waypoints", {**sea, **changes})).state[-1])
 
-    assert end({"vessel.length": 8.0, "vessel.draught": 0.5}) == end({f"{own}length": 8.0, f"{own}draught": 0.5})
-    assert end({"vessel.length": 8.0, "vessel.draught": 0.5}) != end({})
+    # Of the plant alone: the law's gains follow from its own length.
+    hull = {"vessel_sim.vessel.length": 8.0, "vessel_sim.vessel.draught": 0.5}
+    assert end(hull) == end({f"{own}length": 8.0, f"{own}draught": 0.5})
+    assert end(hull) != end({})
 
 
 def test_the_drawn_hull_is_the_ships_unless_another_is_given() -> None:

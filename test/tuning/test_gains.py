@@ -43,7 +43,7 @@ def test_a_range_beside_an_asterisk_takes_precedence(present: Scenario) -> None:
         ("controller.guided.position_gian", "guided", "is not a gain of guided: did you mean controller.guided.position_gain"),
         ("position_gain", "guided", "did you mean controller.guided.position_gain"),
         (GAIN, "los_pid", "it is not a gain of los_pid"),
-        (f"{GAIN}=0.1:2e4", "guided", r"position_gain = 20000.0 is not allowed: it takes a finite number from 0.001 to 1000"),
+        (f"{GAIN}=0.1:2e4", "guided", r"position_gain = 20000.0 is not allowed: it takes a finite number from -1 to 1000"),
         (f"{GAIN}=2:1", "guided", "low takes a number below high"),
         (f"{GAIN}=1:1", "guided", "low takes a number below high"),
         (f"{GAIN}=1:x", "guided", "it takes controller.law.name"),

@@ -20,7 +20,7 @@ set:
   controller.rate_hz: 10.0
   reference_ship.rate_hz: 10.0
   vessel_sim.rate_hz: 10.0
-  vessel_sim.duration: 1.0
+  vessel_sim.duration: 5.0
 rows:
   - {name: calm}
   - {name: noise, set: {vessel_sim.sensors.position_noise: 0.1}, at_most: 20.0}
