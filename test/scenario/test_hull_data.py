@@ -59,7 +59,7 @@ def test_waves_act_on_the_dimensions_of_the_ship_unless_others_are_given() -> No
         return list(simulate(load_scenario("waypoints", {**sea, **changes})).state[-1])
 
     # Of the plant alone: the law's gains follow from its own length.
-    hull = {"vessel_sim.vessel.length": 8.0, "vessel_sim.vessel.draught": 0.5}
+    hull: dict[str, object] = {"vessel_sim.vessel.length": 8.0, "vessel_sim.vessel.draught": 0.5}
     assert end(hull) == end({f"{own}length": 8.0, f"{own}draught": 0.5})
     assert end(hull) != end({})
 
