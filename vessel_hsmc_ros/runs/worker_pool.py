@@ -10,11 +10,13 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any, TypeVar
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.scenario.law_file import load_law_file, loaded_law_files
+from vessel_hsmc_ros.simulation.compilation import uninterrupted
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -61,7 +63,7 @@ def run_all(
     if workers <= 1:
         return _run_here(function, tasks, on_result, on_progress)
     with _processes(workers, len(tasks)) as (pool, progress):
-        futures = [pool.submit(_run_task, function, index, task) for index, task in enumerate(tasks)]
+        futures = [_submit(pool, function, index, task) for index, task in enumerate(tasks)]
         pending = set(futures)
         while pending:
             pending = _take(pending, on_result)
@@ -95,7 +97,7 @@ def stream(
     with _threads(workers) if threads else _processes(workers, 1) as (pool, shared):
         pending: set[Future[Result]] = set()
         for task in tasks:
-            pending.add(pool.submit(function, task, shared) if threads else pool.submit(_run_task, function, 0, task))
+            pending.add(pool.submit(function, task, shared) if threads else _submit(pool, function, 0, task))
             while len(pending) >= AHEAD * workers:
                 pending = _take(pending, on_result)
         while pending:
@@ -156,6 +158,25 @@ def _run_here(
         if on_result is not None:
             on_result(results[-1])
     return results
+
+
+def _submit(pool: Executor, function: Callable[[Any, Progress], Result], index: int, task: Any) -> Future[Result]:
+    """Submit a task to worker processes, some of which the pool starts here; an interrupt waits meanwhile.
+
+    It would leave a worker half started, which prints a traceback. A worker inherits the blocked signal and ignores it as soon as
+    it runs; blocked alone, the signal could still reach this process through another thread.
+    """
+
+    def start() -> Future[Result]:
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return pool.submit(_run_task, function, index, task)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    resource_tracker.ensure_running()  # as it unblocks the signal when the first worker needs it
+    submitted: Future[Result] = uninterrupted(start, ())
+    return submitted
 
 
 def _take(pending: set[Future[Result]], on_result: Callable[[Result], None] | None) -> set[Future[Result]]:
