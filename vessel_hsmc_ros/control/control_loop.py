@@ -104,7 +104,7 @@ class ControlLoop:
 
     def reset(self) -> None:
         """Reset law, observer, wrench, count and time."""
-        self.forget()
+        self._forget()
         self.wrench = NO_WRENCH
         self.commands = past_commands(self.grid.period)
         self.missed_periods = 0
@@ -112,7 +112,11 @@ class ControlLoop:
         self._lyapunov: float | None = None
 
     def forget(self) -> None:
-        """Reset law and observer; wrench, time and count continue."""
+        """Reset law and observer; wrench, time and count continue, from the present wrench at a bounded rate."""
+        self._forget()
+        self.supervision.handover()
+
+    def _forget(self) -> None:
         with guarded(self.law):
             self.law.reset()
         self.delta = 0.0
@@ -121,7 +125,6 @@ class ControlLoop:
             self.observer.reset()
         if self.watch:
             self.watch.reset()
-        self.supervision.handover()
 
     def retune(self, parameters: object) -> None:
         """Apply new parameters of the law, which keeps its internal state.
@@ -170,7 +173,6 @@ class ControlLoop:
                 commanded.
         """
         elapsed = self._elapsed_periods(stamp)
-        fix = measured
         if self.observer:
             # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
             measured_at = stamp if measured_at is None else measured_at
@@ -180,7 +182,7 @@ class ControlLoop:
         at = carry(measured, desired, acceleration, self.delta, self.pivot)
         inputs = at.motion, at.desired, at.acceleration, age
         if self.watch:
-            reason = reason or self.watch.step(self.wrench, measured, fix, self.observer, self.grid.period)
+            reason = reason or self.watch.step(self.wrench, measured, self.observer, self.grid.period)
         try:
             wanted, terms = guarded_step(self.law, *inputs)
         except LawError:
