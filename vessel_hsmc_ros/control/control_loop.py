@@ -136,6 +136,10 @@ class ControlLoop:
             self.law.retune(parameters)
         self.supervision.handover()
 
+    def begin(self) -> None:
+        """Count the control periods anew, as after a step of the clock: none is missed."""
+        self._last_index = None
+
     def due(self, stamp: int) -> bool:
         """Whether a time in nanoseconds lies in a control period that has not been served yet."""
         return self.grid.index(stamp) != self._last_index

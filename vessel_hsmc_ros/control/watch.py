@@ -31,9 +31,7 @@ class Watch:
         for monitor in self.monitors:
             monitor.reset()
 
-    def step(
-        self, command: tuple[float, float], motion: Motion, observer: Observer | None, period: float
-    ) -> Reason:
+    def step(self, command: tuple[float, float], motion: Motion, observer: Observer | None, period: float) -> Reason:
         """Watch a control period; returns the reason of the first monitor that demands the safe action.
 
         Args:

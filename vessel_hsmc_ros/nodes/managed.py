@@ -1,8 +1,10 @@
 """A managed (lifecycle) node, whose output a person activates, deactivates and stops.
 
+`...` stands for `ros2 lifecycle set NODE`.
+
 | request | lifecycle | effect |
 |---|---|---|
-| `~/enable` true, `ros2 lifecycle set NODE activate` | inactive -> active | the node commands; refused with a reason unless it is ready |
+| `~/enable` true, `... activate` | inactive -> active | the node commands; refused with a reason unless it is ready |
 | `~/enable` false, `... deactivate` | active -> inactive | standby: the node computes and commands nothing |
 | `~/stop` | active -> inactive | zero at once, latched until `~/rearm`, which leads to standby |
 | `... cleanup` | inactive -> unconfigured | the node computes nothing either; `configure` leads back to standby |
@@ -33,6 +35,7 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):
     def __init__(self, **options: Any) -> None:
         VesselNode.__init__(self, **options)
         self._refusal = ""
+        self._quiet = False
 
     def manage(self) -> None:
         """Offer the transitions and services; the node is then inactive."""
@@ -88,6 +91,14 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):
             self._refusal = f"the node is {self.lifecycle}: it takes a transition to inactive first"
         return self.lifecycle == "active"
 
+    def activate_quietly(self) -> bool:
+        """Begin to command without a request, and so without an event."""
+        self._quiet = True
+        try:
+            return self.activate()
+        finally:
+            self._quiet = False
+
     def _deactivate(self) -> bool:
         if self.lifecycle == "active":
             self.trigger_deactivate()
@@ -117,7 +128,8 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):
             self.get_logger().warning(f"not activated: {error}", throttle_duration_sec=1.0)
             return REFUSED
         self._refusal = ""
-        self.reporter.event("enable", "enabled")
+        if not self._quiet:
+            self.reporter.event("enable", "enabled")
         return DONE
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
