@@ -108,7 +108,7 @@ def test_a_fault_between_good_periods_starts_their_count_anew() -> None:
         s.step(wanted, reason, T)
     assert s.operation == Operation.SAFE
     s.step(GOOD, OK, T)
-    assert s.operation == Operation.ACTIVE
+    assert s.reason == Reason.HANDOVER
 
 
 def test_stop_is_answered_by_the_next_period_from_any_state() -> None:

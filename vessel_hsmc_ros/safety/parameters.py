@@ -69,7 +69,7 @@ class MonitorParameters:
     )
     not_moving_warning: float = delay("Time for which the ship is driven and does not move before a warning.", 10.0)
     not_moving_safe: float = delay("The same before the safe action; inf: never.", 30.0)
-    saturation_warning: float = delay("Time at one and the same limit before a warning.", 120.0)
+    saturation_warning: float = delay("Time at one and the same limit before a warning.", 300.0)
     saturation_safe: float = delay("The same before the safe action; inf: never.", math.inf)
     innovation_limit: float = parameter(
         20.0, "Innovation of the observer that contradicts its estimate, in standard deviations.", low=1.0, high=1e6
