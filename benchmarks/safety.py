@@ -30,7 +30,7 @@ from vessel_hsmc_ros.safety.supervision import Supervision
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 
-from safety_sequences import drive  # noqa: E402  (found by the line above)
+from safety_sequences import drive
 
 GUARD_LIMIT = 20.0
 """Longest time of a call of the output guard, µs."""
