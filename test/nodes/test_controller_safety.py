@@ -222,7 +222,7 @@ def test_a_clock_that_is_set_back_resets_law_and_inputs(sea: RealTimePlant, simu
     assert_bounded(sea)
 
 
-def test_a_node_without_its_clock_says_that_it_waits_for_it(bench: Any) -> None:
+def test_a_node_without_its_clock_reports_that_it_waits_for_it(bench: Any) -> None:
     node = bench.start(ControllerNode, lockstep=False, use_sim_time=True)
     bench.until(lambda: node.status()[1].startswith("waiting for /clock"))
 
