@@ -23,12 +23,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.events import Event, changed_parameters, last_diagnostics, read_events
-from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
+from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
@@ -169,7 +168,7 @@ class Bag:
             ParameterError: a parameter is unknown or out of range.
         """
         name = self.recording.get("scenario") or self.path.absolute().parent.name
-        text = self.attachments.get(SCENARIO, b"").decode()
+        text = self.attachments.get(SCENARIO, b"").decode(errors="replace")
         live = changed_parameters(event for event in self.events() if event.time <= at) if at > -math.inf else {}
         changed = {**live, **(changes or {})}
         return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law)
@@ -248,8 +247,8 @@ class Bag:
         if channel.message_encoding != "cdr" or schema is None or schema.encoding != "ros2msg":
             raise BagError(f"{contents.path}: {channel.topic} is not a ROS 2 topic, cdr with a ros2msg schema")
         if channel.topic not in self.topics:
-            qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or []
+            qos = offered_qos(channel)
             type_hash = channel.metadata.get("topic_type_hash", "")
-            series = Series(channel.topic, schema.name, schema.data.decode(), type_hash, qos, self._source)
+            series = Series(channel.topic, schema.name, schema.data.decode(errors="replace"), type_hash, qos, self._source)
             self.topics[channel.topic] = series
         self.topics[channel.topic].count += contents.counts[channel.id]

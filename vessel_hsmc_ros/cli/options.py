@@ -9,8 +9,8 @@ import yaml
 
 from vessel_hsmc_ros.cli.console import print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
-from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 from vessel_hsmc_ros.simulation import compilation

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
+from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER, taking_part
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
@@ -78,7 +78,7 @@ class NodeGroup:
         if namespace:
             arguments += ["-r", f"__ns:=/{namespace}"]
         # A profile that the user has set takes precedence over that of the package; the log format must not.
-        environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
+        environment = {**os.environ, PROFILES: discovery_profiles(), **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         try:
             for name in names:

@@ -1,34 +1,16 @@
 """ROS parameters files: YAML text to flat parameters by node, and back."""
 
-import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 
 USE_SIM_TIME = "use_sim_time"
 """A parameter that every ROS node has; it is not one of a scenario."""
-
-
-class _Loader(yaml.SafeLoader):
-    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
-)
-
-
-def read_yaml(text: str) -> Any:
-    """Parse a YAML text with the number format of ROS parameters files.
-
-    Raises:
-        yaml.YAMLError: the text is not YAML.
-    """
-    return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe loader
 
 
 def read_parameters(text: str, nodes: Mapping[str, Collection[str]], source: str) -> dict[str, dict[str, object]]:

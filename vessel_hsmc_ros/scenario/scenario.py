@@ -12,6 +12,7 @@ from vessel_hsmc_ros.core.exceptions import InstabilityError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.changes import by_node, full_names
 from vessel_hsmc_ros.scenario.consistency import check_rates, check_thrusters
 from vessel_hsmc_ros.scenario.law_file import law_source
@@ -125,7 +126,7 @@ def _read_values(text: str, source: str, folder: Path) -> dict[str, dict[str, ob
 
 def _read(path: Path, kind: str) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"{kind} {path} cannot be read: {in_one_line(error)}") from None
 
