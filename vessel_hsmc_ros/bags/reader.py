@@ -34,8 +34,8 @@ from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.plant import Vessel
 

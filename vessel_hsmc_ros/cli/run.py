@@ -32,7 +32,9 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 @output_option
 @click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
 @vessel_option
-@click.option("--faults", type=click.Path(path_type=Path), metavar="FILE", help="Script of faults to carry out between the nodes.")
+@click.option(
+    "--faults", type=click.Path(path_type=Path), metavar="FILE", help="Script of faults to carry out between the nodes."
+)
 @click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
 @click.option("--live-port", type=click.IntRange(1, 65535), default=8765, show_default=True, help="Port of the live view.")
 def run(

@@ -41,7 +41,9 @@ _NOT_IN_LOCKSTEP = False
 
 KINDS = {
     "drop": Kind("topic", "messages are lost", ("probability",)),
-    "delay": Kind("topic", "messages come late, by `delay` and up to `jitter` more", ("probability", "delay", "jitter"), ("delay",)),
+    "delay": Kind(
+        "topic", "messages come late, by `delay` and up to `jitter` more", ("probability", "delay", "jitter"), ("delay",)
+    ),
     "duplicate": Kind("topic", "messages come twice", ("probability",)),
     "reorder": Kind("topic", "a message comes after the one that follows it", ("probability",)),
     "corrupt": Kind("topic", "a field of the message is wrong", ("probability", "field", "change", "amount"), ("field",)),
@@ -58,7 +60,9 @@ KINDS = {
         "clock", "the clock of a node, of all nodes by default, is off by `offset`", ("offset",), ("offset",), _NOT_IN_LOCKSTEP
     ),
     "second_publisher": Kind("topic", "another node publishes the topic as well", ("amount",), lockstep=_NOT_IN_LOCKSTEP),
-    "mismatched_qos": Kind("topic", "another node publishes it, best effort, which no node of the loop takes", lockstep=_NOT_IN_LOCKSTEP),
+    "mismatched_qos": Kind(
+        "topic", "another node publishes it, best effort, which no node of the loop takes", lockstep=_NOT_IN_LOCKSTEP
+    ),
 }
 """Every kind of fault by its name."""
 
@@ -84,7 +88,9 @@ class Fault:
         0.0, "What `add` adds to the field; the surge force that a second publisher commands.", low=-1e12, high=1e12
     )
     frame: str = parameter("", "The frame in which the messages are.")
-    offset: float = parameter(0.0, "By how much stamps or the clock are off; below 0 they are late.", unit="s", low=-1e6, high=1e6)
+    offset: float = parameter(
+        0.0, "By how much stamps or the clock are off; below 0 they are late.", unit="s", low=-1e6, high=1e6
+    )
     factor: float = parameter(1.0, "Share of the demand that a weakened actuator gives.", low=-10.0, high=10.0)
     component: str = parameter("both", "The actuator of cmd_wrench.", choices=("surge", "yaw", "both"))
 
@@ -183,6 +189,8 @@ def check_mode(fault: Fault, lockstep: bool, owner: str) -> None:
     if not lockstep:
         return
     if not KINDS[fault.kind].lockstep:
-        raise ParameterError(f"{owner}.kind = {fault.kind} is not possible in lockstep, where time waits for every node: --real-time")
+        raise ParameterError(
+            f"{owner}.kind = {fault.kind} is not possible in lockstep, where time waits for every node: --real-time"
+        )
     if fault.topic.startswith(THRUSTERS) and fault.kind in ("duplicate", "reorder"):
         raise ParameterError(f"{owner}.kind = {fault.kind} is not possible in lockstep on {fault.topic}: it takes --real-time")

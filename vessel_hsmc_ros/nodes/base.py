@@ -93,9 +93,7 @@ class VesselNode(Node):
         self._topics["publishes"].append(publisher.topic_name)
         return publisher
 
-    def listen(
-        self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile, raw: bool = False
-    ) -> None:
+    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile, raw: bool = False) -> None:
         """Subscribe to a topic whose messages drive the node.
 
         In lockstep the subscription is created only when the topic has a publisher. It is then connected as soon as the publisher

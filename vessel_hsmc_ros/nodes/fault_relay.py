@@ -30,7 +30,7 @@ class FaultRelayNode(VesselNode):
     """Publishes each message of its topics on `relayed/<topic>`, as the faults of the script leave it.
 
     Without an active fault the serialised message is passed on unchanged. Lockstep: whatever a fault drops, delays or gives
-    another stamp, the receiver is told that there is nothing more for the step, by a message with the stamp of the step, without
+    another stamp, the receiver learns that there is nothing more for the step, from a message with the stamp of the step, without
     a frame and with NaN; so that every step is answered, and two runs are alike. An event names each fault as it begins and ends.
     """
 
@@ -102,7 +102,7 @@ class FaultRelayNode(VesselNode):
         return self.stamp
 
     def _answer(self, relayed: RelayedTopic, deliveries: list[Delivery], stamp: int, step: int) -> None:
-        """Lockstep: deliver, and say so if the receiver gets nothing more for this step."""
+        """Lockstep: deliver, and announce it if the receiver gets nothing more for this step."""
         if not relayed.stamped:  # a demand of a thruster is known by its place: one a step
             deliveries = deliveries[-1:]
         self._send(relayed, deliveries)

@@ -7,7 +7,6 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
-
 from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.messages import conversions

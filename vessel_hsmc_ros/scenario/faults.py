@@ -103,5 +103,3 @@ def dump_script(script: FaultScript) -> str:
         values = schema.flatten(fault)
         entries.append({n: v for n, v in values.items() if n in ("at", "kind") or v != default[n]})
     return yaml.safe_dump({"seed": script.seed, "faults": entries}, sort_keys=False)
-
-
