@@ -57,8 +57,14 @@ def test_what_is_no_script_is_refused(text: str, reason: str) -> None:
         ("at: 1, kind: drop", r"faults\[0\] has no topic: a fault of kind drop needs it"),
         ("kind: drop, topic: odom", r"faults\[0\] has no at: "),
         ("at: 1, kind: delay, topic: odom", r"faults\[0\] has no delay: "),
-        ("at: 1, kind: drop, topic: odom, delay: 1", r"faults\[0\].delay does not apply to kind drop: it takes at, duration, kind"),
-        ("at: 1, kind: drop, topic: clock", r"faults\[0\].topic = clock is not allowed: it takes one of odom, reference, cmd_wrench"),
+        (
+            "at: 1, kind: drop, topic: odom, delay: 1",
+            r"faults\[0\].delay does not apply to kind drop: it takes at, duration, kind",
+        ),
+        (
+            "at: 1, kind: drop, topic: clock",
+            r"faults\[0\].topic = clock is not allowed: it takes one of odom, reference, cmd_wrench",
+        ),
         ("at: 1, kind: drop, topic: odom, probability: 2", "it takes a finite number from 0 to 1"),
         ("at: 1, kind: corrupt, topic: odom, field: pose.x", "it takes a floating-point number of nav_msgs/msg/Odometry"),
         ("at: 1, kind: corrupt, topic: odom, field: header.frame_id", "it takes a floating-point number"),
