@@ -7,7 +7,9 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript
-from vessel_hsmc_ros.scenario.faults import check_script, dump_script, load_script, parse_script
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.fault_script import dump_script, parse_script
+from vessel_hsmc_ros.scenario.faults import check_script, load_script
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 LOCKSTEP = load_scenario("figure_eight")
@@ -36,7 +38,7 @@ def test_a_script_of_the_package_is_read_and_written(path: Path) -> None:
     ("text", "reason"),
     [
         ("[1]", "is not a fault script: it takes seed and a list named faults"),
-        ("faults: {}", "is not a fault script"),
+        ("faults: {}", "is not a fault script: faults takes a list of faults"),
         ("faults: [", "cannot be read"),
         ("faults: []\nspeed: 1", "speed is unknown: it takes seed and faults"),
         ("faults: []\nseed: x", "seed = 'x' is not allowed: it takes an integer from 0 to 4294967295"),
@@ -59,11 +61,11 @@ def test_what_is_no_script_is_refused(text: str, reason: str) -> None:
         ("at: 1, kind: delay, topic: odom", r"faults\[0\] has no delay: "),
         (
             "at: 1, kind: drop, topic: odom, delay: 1",
-            r"faults\[0\].delay does not apply to kind drop: it takes at, duration, kind",
+            r"faults\[0\].delay does not apply to kind drop: it takes at",
         ),
         (
             "at: 1, kind: drop, topic: clock",
-            r"faults\[0\].topic = clock is not allowed: it takes one of odom, reference, cmd_wrench",
+            r"faults\[0\].topic = clock is not allowed: it takes one of odom, ref",
         ),
         ("at: 1, kind: drop, topic: odom, probability: 2", "it takes a finite number from 0 to 1"),
         ("at: 1, kind: corrupt, topic: odom, field: pose.x", "it takes a floating-point number of nav_msgs/msg/Odometry"),
@@ -103,9 +105,27 @@ def test_every_fault_is_described_in_one_line() -> None:
 
 def test_a_missing_script_is_named(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"fault script .*none.yaml cannot be read"):
-        load_script(tmp_path / "none.yaml", LOCKSTEP)
+        load_script(tmp_path / "none.yaml")
 
 
 def test_every_kind_names_its_settings() -> None:
     known = set(Fault.__dataclass_fields__)
     assert all({*kind.takes, *kind.needs} <= known and {*kind.needs} <= {*kind.takes} for kind in KINDS.values())
+
+
+def test_a_scenario_may_bring_its_faults(tmp_path: Path) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text(
+        "/**/vessel_sim:\n  ros__parameters: {seed: 4}\nfaults:\n  - {at: 1.0, kind: drop, topic: odom}\n", encoding="utf-8"
+    )
+    assert load_scenario(path).faults == FaultScript((Fault(at=1.0, kind="drop", topic="odom"),), 4)
+    assert LOCKSTEP.faults is None
+
+
+def test_a_scenario_with_faults_is_not_simulated_without_them(tmp_path: Path) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text(
+        "/**/vessel_sim:\n  ros__parameters: {duration: 1.0}\nfaults:\n  - {at: 0.5, kind: drop, topic: odom}\n", encoding="utf-8"
+    )
+    with pytest.raises(ScenarioError, match="own has faults, which only the nodes carry out: vessel-hsmc run"):
+        simulate(load_scenario(path))
