@@ -7,13 +7,12 @@ of the same scenario without faults.
 """
 
 import argparse
-import json
 import os
 import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +92,7 @@ def main() -> int:
     parser.add_argument("--mode", choices=MODES, action="append", help="only this mode")
     parser.add_argument("--target", choices=TOPICS, action="append", help="only this target")
     parser.add_argument("--only", help="only the cells of this name")
-    parser.add_argument("--results", type=Path, help="JSON file to write the cells to")
+    parser.add_argument("--bags", type=Path, help="folder that keeps the runs; those that are there are not repeated")
     chosen = parser.parse_args()
     os.environ.setdefault("ROS_DOMAIN_ID", "88")
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
@@ -103,14 +102,12 @@ def main() -> int:
         for mode in chosen.mode or MODES:
             for target in chosen.target or TOPICS:
                 planned = [cell for cell in plan(target, law, mode) if chosen.only in (None, cell.name)]
-                for cell in run(planned) if planned else []:
+                for cell in run(planned, chosen.bags) if planned else []:
                     cells.append(cell)
                     print(line(cell), flush=True)
     minutes = (time.monotonic() - began) / 60.0
     bad = sum(bool(cell.problems) for cell in cells)
     print(f"{len(cells)} cells, {bad} not as expected, {minutes:.1f} minutes")
-    if chosen.results:
-        chosen.results.write_text(json.dumps([asdict(cell) for cell in cells]), encoding="utf-8")
     if chosen.page:
         write_page(chosen.page, cells, minutes)
     return 1 if bad else 0
@@ -147,29 +144,38 @@ def scenario_of(cells: Sequence[Cell]) -> Scenario:
     return load_scenario("case2_tracking", chosen | for_nodes(True, mode == "real time"))
 
 
-def run(planned: Sequence[Cell]) -> Iterator[Cell]:
+def run(planned: Sequence[Cell], bags: Path | None) -> Iterator[Cell]:
     """Carry out the faults of some cells in one run, and judge each."""
     # In one run the faults follow each other, whatever other cells were left out.
     mode = planned[0].mode
-    shifted = [replace(c, fault=replace(c.fault, at=LEAD[mode] + SPACING[mode] * i)) for i, c in enumerate(planned)]
-    scenario = scenario_of(shifted)
-    script = FaultScript(tuple(cell.fault for cell in shifted), seed=1)
-    check_script(script, scenario)
-    with tempfile.TemporaryDirectory() as name:
-        folder = RunFolder(Path(name))
-        injection = Injection(script, scenario)
-        folder.write_parameters(injection.relayed(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
-        with exclusive("", mode == "lockstep"):
-            status = supervise(folder, "", lambda _: None, injection=injection)
+    cells = [replace(c, fault=replace(c.fault, at=LEAD[mode] + SPACING[mode] * i)) for i, c in enumerate(planned)]
+    scenario = scenario_of(cells)
+    with tempfile.TemporaryDirectory() as temporary:
+        first = cells[0]
+        folder = RunFolder((bags or Path(temporary)) / f"{first.target}_{first.law}_{mode}_{len(cells)}".replace(" ", "_"))
+        failure = folder.read_summary()["failure"] if folder.summary.exists() else carry_out(cells, scenario, folder)
         try:
             recording = Recording(open_bag(folder.bag), scenario)
         except VesselHsmcError as error:
-            yield from (replace(cell, problems=(f"no recording: {error}; {status.failure}",)) for cell in shifted)
+            yield from (replace(cell, problems=(f"no recording: {error}; {failure}",)) for cell in cells)
             return
-        if status.failure:
-            print(f"  the run ended after {recording.end:.1f} s: {status.failure}", file=sys.stderr)
-        for cell in shifted:
-            yield judge(cell, recording, status.failure)
+        if failure:
+            print(f"  the run ended after {recording.end:.1f} s: {failure}", file=sys.stderr)
+        for cell in cells:
+            yield judge(cell, recording, failure)
+
+
+def carry_out(cells: Sequence[Cell], scenario: Scenario, folder: RunFolder) -> str:
+    """Run the nodes with the faults of some cells, recorded into a folder; returns how the run failed, if it did."""
+    script = FaultScript(tuple(cell.fault for cell in cells), seed=1)
+    check_script(script, scenario)
+    injection = Injection(script, scenario)
+    folder.path.mkdir(parents=True, exist_ok=True)
+    folder.write_parameters(injection.relayed(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
+    with exclusive("", scenario.controller.lockstep):
+        status = supervise(folder, "", lambda _: None, injection=injection)
+    folder.write_summary({"failure": status.failure})
+    return status.failure
 
 
 class Recording:
@@ -219,7 +225,7 @@ def judge(cell: Cell, recording: Recording, failure: str) -> Cell:
     if recording.end < min(until, end + 1.0):
         return replace(cell, problems=(f"the run ended at {recording.end:.1f} s: {failure}",))
     problems = [*commanded_wrong(recording, begin, until), *reacted_wrong(cell, recording, begin, end)]
-    recovery = recovered_after(cell, recording, end, until)
+    recovery = recovered_after(recording, end, until)
     limit = RECOVERY if cell.mode == "lockstep" else SPACING[cell.mode] - cell.fault.duration - 0.5
     if recovery is None or recovery > limit:
         problems.append(f"not recovered within {limit:g} s")
@@ -275,7 +281,7 @@ def _at(run_: Run, times: Array) -> Array:
     return np.asarray(run_.wrench[np.searchsorted(run_.time, times - 1e-9)])
 
 
-def recovered_after(cell: Cell, recording: Recording, end: float, until: float) -> float | None:
+def recovered_after(recording: Recording, end: float, until: float) -> float | None:
     """Time after the fault from which on the ship stays at its undisturbed error; in real time, until the law commands again."""
     if recording.undisturbed is None:
         rows = (recording.state_at >= end) & (recording.state_at < until)

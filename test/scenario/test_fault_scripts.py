@@ -1,5 +1,6 @@
 """Fault scripts: what is read, and what is refused with a reason."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript
 from vessel_hsmc_ros.runs.offline import simulate
-from vessel_hsmc_ros.scenario.fault_script import dump_script, parse_script
+from vessel_hsmc_ros.scenario.fault_script import dump_script, kind_table, parse_script, setting_table
 from vessel_hsmc_ros.scenario.faults import check_script, load_script
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -129,3 +130,9 @@ def test_a_scenario_with_faults_is_not_simulated_without_them(tmp_path: Path) ->
     )
     with pytest.raises(ScenarioError, match="own has faults, which only the nodes carry out: vessel-hsmc run"):
         simulate(load_scenario(path))
+
+
+@pytest.mark.parametrize("table", [kind_table, setting_table])
+def test_the_page_has_the_declared_kinds_and_settings(table: Callable[[], str]) -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
+    assert table() in page.read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ import yaml
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.faults.fault import Fault, FaultScript, check_settings
+from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript, check_settings
 from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line, read_yaml
 
 MOST_FAULTS = 1000
@@ -82,3 +82,21 @@ def dump_script(script: FaultScript) -> str:
         values = schema.flatten(fault)
         entries.append({n: v for n, v in values.items() if n in ("at", "kind") or v != default[n]})
     return yaml.safe_dump({"seed": script.seed, "faults": entries}, sort_keys=False)
+
+
+def kind_table() -> str:
+    """The kinds of faults as a Markdown table, as docs/faults.md has it."""
+    rows = ["| kind | acts on | what happens | settings | lockstep |", "|---|---|---|---|---|"]
+    for name, kind in KINDS.items():
+        settings = ", ".join(f"**{s}**" if s in kind.needs else s for s in kind.takes)
+        rows.append(f"| `{name}` | {kind.target} | {kind.meaning} | {settings} | {'yes' if kind.lockstep else 'no'} |")
+    return "\n".join(rows) + "\n"
+
+
+def setting_table() -> str:
+    """The settings of faults as a Markdown table, as docs/faults.md has it."""
+    rows = ["| setting | default | allowed | meaning |", "|---|---|---|---|"]
+    for name, entry in schema.entries(Fault).items():
+        default = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
+        rows.append(f"| `{name}` | {default} | {entry.allowed} | {entry.description} |")
+    return "\n".join(rows) + "\n"
