@@ -28,6 +28,7 @@ from vessel_hsmc_ros.laws import (
 )
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
+from vessel_hsmc_ros.scenario.auxiliary_parameters import AUXILIARY as AUXILIARY
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
