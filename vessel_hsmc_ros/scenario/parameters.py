@@ -28,6 +28,7 @@ from vessel_hsmc_ros.laws import (
 )
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
+from vessel_hsmc_ros.scenario.clock_parameters import ClockParameters
 from vessel_sim_node.plant_parameters import PlantParameters
 
 
@@ -69,6 +70,7 @@ class SimParameters(PlantParameters, CommonParameters):
         low=0.01,
         high=60.0,
     )
+    clock: ClockParameters = group(ClockParameters)
 
 
 @dataclass(frozen=True)
