@@ -18,7 +18,7 @@ class Event(NamedTuple):
     Attributes:
         time: Since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect.
         node: Name of the node, without its namespace.
-        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal` or `path`.
+        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal`, `path` or `fault`.
         text: Details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`.
     """
 

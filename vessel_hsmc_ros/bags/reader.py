@@ -35,6 +35,7 @@ from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.plant import Vessel
 
@@ -140,7 +141,8 @@ class Bag:
     @property
     def namespaces(self) -> list[str]:
         """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
-        return [name.removesuffix("odom") for name in self.topics if name.endswith("/odom")]
+        names = [name.removesuffix("odom") for name in self.topics if name.endswith("/odom")]
+        return [name for name in names if not name.endswith(f"/{RELAYED}")]
 
     def namespace(self, wanted: str | None = None) -> str:
         """The given namespace if it holds a vessel, or the only one that does, with its slashes.

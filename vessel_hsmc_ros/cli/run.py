@@ -19,6 +19,7 @@ from vessel_hsmc_ros.cli.options import (
 )
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.scenario.faults import load_script
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes
 
@@ -31,6 +32,9 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 @output_option
 @click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
 @vessel_option
+@click.option(
+    "--faults", type=click.Path(path_type=Path), metavar="FILE", help="Script of faults to carry out between the nodes."
+)
 @click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
 @click.option("--live-port", type=click.IntRange(1, 65535), default=8765, show_default=True, help="Port of the live view.")
 def run(
@@ -41,6 +45,7 @@ def run(
     output: Path,
     real_time: bool,
     namespace: str,
+    faults: Path | None,
     live: bool,
     live_port: int,
 ) -> None:
@@ -57,6 +62,7 @@ def run(
         loaded = chosen.scenario(of_nodes)
     else:
         loaded = load_checked(scenario or "", of_nodes | parse_changes(changes))
+    script = None if faults is None else load_script(faults, loaded)
     check_writable(output)
     if live:
         scenario_run.check_live_port(live_port)
@@ -65,6 +71,6 @@ def run(
     with scenario_run.reserve_namespace(namespace, loaded.controller.lockstep):
         folder = make_run_folder(output, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
-            result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None)
+            result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None, faults=script)
     print_result(result)
     sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)

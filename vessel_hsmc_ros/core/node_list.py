@@ -26,6 +26,14 @@ WATCHERS = {
 }
 """Nodes that only watch a run: they may fail without harm to it."""
 
+AUXILIARY = {
+    "fault_relay": NodeProgram("vessel_hsmc_ros.nodes.fault_relay", "fault_relay_node"),
+}
+"""Nodes that take part in a run only on demand, and whose parameters are not part of a scenario."""
+
+RELAY = "fault_relay"
+"""The node that carries out scripted faults."""
+
 ALLOCATION = "thruster_allocation"
 """The node of the loop that takes part only where thrusters drive the ship."""
 

@@ -93,7 +93,7 @@ class VesselNode(Node):
         self._topics["publishes"].append(publisher.topic_name)
         return publisher
 
-    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
+    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile, raw: bool = False) -> None:
         """Subscribe to a topic whose messages drive the node.
 
         In lockstep the subscription is created only when the topic has a publisher. It is then connected as soon as the publisher
@@ -104,11 +104,12 @@ class VesselNode(Node):
             topic: Name relative to the node's namespace.
             callback: Called with each message.
             profile: Quality of service.
+            raw: Whether the callback takes serialised messages.
         """
         if self.parameters.lockstep:
-            self.connections.add_subscription(Awaited(kind, topic, callback, profile))
+            self.connections.add_subscription(Awaited(kind, topic, callback, profile, raw))
         else:
-            self.create_subscription(kind, topic, callback, profile)
+            self.create_subscription(kind, topic, callback, profile, raw=raw)
         self._topics["subscribes to"].append(self.resolve_topic_name(topic))
 
     def framed(self, message: Any) -> Any:

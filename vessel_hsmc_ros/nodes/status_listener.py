@@ -1,15 +1,20 @@
 """Subscription to the diagnostics of a run's nodes: their progress, and evidence that they are alive."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
+
+RESTART_LIMIT = 5.0
+"""Time for a node that is started again to report, s."""
 
 
 class StatusListener:
@@ -48,6 +53,15 @@ class StatusListener:
     def listen(self, seconds: float) -> None:
         """Wait at most a time, s, for a message, and process it."""
         self._executor.spin_once(timeout_sec=seconds)
+
+    def on_fault(self, act: Callable[[str], str]) -> None:
+        """Call a function with the text of each event of a scripted fault; a node that it names is heard of at that time."""
+
+        def on_event(message: Event) -> None:
+            if message.kind == "fault" and (back := act(message.text)):
+                self.heard_at[back] = time.monotonic() + RESTART_LIMIT
+
+        self._node.create_subscription(Event, f"/{self._prefix}{EVENTS}", on_event, qos.EVENTS)
 
     def _on_status(self, message: DiagnosticArray) -> None:
         latest = conversions.read_status(message, self._prefix)

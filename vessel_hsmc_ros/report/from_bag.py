@@ -25,7 +25,7 @@ Topics = Mapping[str, Series]
 FORCES = [0, 2]
 """Indices of the actuated components among surge force, sway force and yaw moment: the ship has no sway actuator."""
 
-WITH_VALUES = ("parameter", "goal", "path")
+WITH_VALUES = ("parameter", "goal", "path", "fault")
 """Kinds of events whose text has values; that of the others repeats their kind."""
 
 TOGETHER = 1.0

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,9 @@ from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 MODULES = {name: LOOP[name].module for name in START_ORDER}
 """Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
+
+AUXILIARY = {name: program.module for name, program in node_list.AUXILIARY.items()}
+"""Nodes that take part on demand."""
 
 WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()}
 """Nodes that only observe a run: their failure does not affect it."""
@@ -64,40 +67,43 @@ class NodeGroup:
         parameters: The ROS parameters file of all nodes.
         logs: Folder for their output.
         namespace: Their namespace, without leading and trailing slashes.
-        names: The nodes to start, from MODULES or WATCHERS.
+        names: The nodes to start, from MODULES, AUXILIARY or WATCHERS; those of a fleet with the namespaces of their vessels,
+            such as `vessel_2/controller`.
+        extra: Further ROS arguments of nodes, by their names.
 
     Raises:
         RunError: a node cannot be started, for instance because the disk is full.
     """
 
     def __init__(
-        self, parameters: Path, logs: Path, namespace: str = "", names: Sequence[str] = taking_part(by_thrusters=False)
+        self,
+        parameters: Path,
+        logs: Path,
+        namespace: str = "",
+        names: Sequence[str] = taking_part(by_thrusters=False),
+        extra: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         logs.mkdir(parents=True, exist_ok=True)
-        arguments = ["--ros-args", "--params-file", str(parameters)]
-        if namespace:
-            arguments += ["-r", f"__ns:=/{namespace}"]
         # A profile that the user has set takes precedence over that of the package; the log format must not.
-        environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
+        self._environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         try:
             for name in names:
-                options = law_file_options() if name == "controller" else []
-                command = [sys.executable, "-m", (MODULES | WATCHERS)[name], *options, *arguments]
-                self._start(name, command, logs / f"{name}.log", environment)
+                command = [*_command(name, parameters, namespace), *(extra or {}).get(name, ())]
+                self._start(name, command, logs / f"{name.replace('/', '_')}.log")
         except OSError as error:
             self.stop()
             raise RunError(f"{name} cannot be started with its log in {logs}: {error.strerror}") from None
 
-    def _start(self, name: str, command: list[str], log: Path, environment: dict[str, str]) -> None:
-        with log.open("wb") as output:
+    def _start(self, name: str, command: list[str], log: Path) -> None:
+        with log.open("ab") as output:  # the log of a node that is restarted goes on
             _reserve(output.fileno())
             popen = subprocess.Popen(  # noqa: S603 - our own modules
                 command,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
-                env=environment,
+                env=self._environment,
                 start_new_session=True,  # Ctrl-C must reach only the supervisor, which stops the nodes in order
                 preexec_fn=_die_with_parent,
             )
@@ -109,13 +115,28 @@ class NodeGroup:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def ended(self) -> NodeProcess | None:
-        """The first process that has ended, if any."""
-        return next((process for process in self.processes if process.popen.poll() is not None), None)
+    def send_signal(self, name: str, number: int) -> None:
+        """Send a signal to the process of a node."""
+        self._named(name).popen.send_signal(number)
 
-    def failed(self) -> NodeProcess | None:
-        """The first process that ended with an error, if any."""
-        return next((process for process in self.processes if process.popen.returncode), None)
+    def restart(self, name: str) -> None:
+        """Start a node that has ended once more, with the arguments of its first start."""
+        old = self._named(name)
+        old.popen.wait()
+        self.processes.remove(old)
+        command = [*map(str, old.popen.args)]  # type: ignore[arg-type] # a list, as `_start` gives it
+        self._start(name, command, old.log)
+
+    def _named(self, name: str) -> NodeProcess:
+        return next(process for process in self.processes if process.name == name)
+
+    def ended(self, but: Collection[str] = ()) -> NodeProcess | None:
+        """The first process that has ended, if any, except those of some nodes."""
+        return next((p for p in self.processes if p.popen.poll() is not None and p.name not in but), None)
+
+    def failed(self, but: Collection[str] = ()) -> NodeProcess | None:
+        """The first process that ended with an error, if any, except those of some nodes."""
+        return next((p for p in self.processes if p.popen.returncode and p.name not in but), None)
 
     def stop(self) -> None:
         """Send SIGINT to all nodes but the recorder, then to the recorder; kill those that do not end in time."""
@@ -124,6 +145,7 @@ class NodeGroup:
 
     def _stop(self, processes: Sequence[NodeProcess]) -> None:
         for process in processes:
+            process.popen.send_signal(signal.SIGCONT)  # one that is suspended could not end
             process.popen.send_signal(signal.SIGINT)
         deadline = time.monotonic() + STOP_LIMIT
         for process in processes:
@@ -132,6 +154,16 @@ class NodeGroup:
             except subprocess.TimeoutExpired:
                 process.popen.kill()
                 process.popen.wait()
+
+
+def _command(name: str, parameters: Path, namespace: str) -> list[str]:
+    """The command line of a node."""
+    vessel, _, node = name.rpartition("/")
+    options = law_file_options() if node == "controller" else []
+    arguments = ["--ros-args", "--params-file", str(parameters)]
+    if within := "/".join(part for part in (namespace, vessel) if part):
+        arguments += ["-r", f"__ns:=/{within}"]
+    return [sys.executable, "-m", (MODULES | AUXILIARY | WATCHERS)[node], *options, *arguments]
 
 
 def _reserve(file: int) -> None:

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.exceptions import BagError, ControlError, ReportError,
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.runs import offline
 from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, provenance
@@ -64,6 +65,7 @@ def run_nodes(
     progress: Progress,
     live_port: int | None = None,
     requested_at: float | None = None,
+    faults: FaultScript | None = None,
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
@@ -76,6 +78,7 @@ def run_nodes(
         progress: Called with the simulated time.
         live_port: Port of the live view; None for no live view.
         requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
+        faults: Faults to carry out, checked against the scenario; None for a run without a relay.
 
     Returns:
         The result; a failed run is a result with a nonzero exit code.
@@ -85,8 +88,10 @@ def run_nodes(
     """
     supervisor = _supervisor()
     origin = _origin(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
-    folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    status = supervisor.supervise(folder, namespace, progress, live_port, scenario.vessel_sim.by_thrusters)
+    injection = None if faults is None else supervisor.Injection(faults, scenario)
+    recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
+    folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
+    status = supervisor.supervise(folder, namespace, progress, live_port, scenario.vessel_sim.by_thrusters, injection)
     result = Result(folder, status.code, status.failure)
     try:
         _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted

@@ -191,6 +191,18 @@ class MarkerParameters(CommonParameters):
     hull: DrawnHull = group(DrawnHull)
 
 
+@dataclass(frozen=True)
+class FaultRelayParameters(CommonParameters):
+    """Parameters of fault_relay."""
+
+    script: str = parameter("", "The fault script; empty for none.")
+    topics: tuple[str, ...] = parameter(("odom", "reference", "cmd_wrench"), "Topics to pass on, each below relayed/.")
+    rate_hz: float = rate("Rate of the plant, by which the relay counts the steps of a lockstep run.")
+
+
+AUXILIARY: dict[str, type] = {"fault_relay": FaultRelayParameters}
+"""Nodes that take part in a run only on demand, whose parameters are not part of a scenario."""
+
 WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters}
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
