@@ -201,7 +201,9 @@ class VesselSimNode(VesselNode):
         """
         if self._fleet and self._fleet.waiting:
             if lost := self._fleet.lost():
-                raise SimulationError(f"no node publishes {lost} any more, for which this plant waits at t = {seconds(self.stamp):g} s")
+                raise SimulationError(
+                    f"no node publishes {lost} any more, for which this plant waits at t = {seconds(self.stamp):g} s"
+                )
             return
         waited = time.monotonic() - self._answer_at
         limit = self.parameters.command_timeout
