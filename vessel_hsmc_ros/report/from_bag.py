@@ -98,10 +98,11 @@ def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
     Raises:
         BagError: a vessel has no odometry.
     """
-    found = [prefix + name for prefix in bag.namespaces for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)]
+    prefixes = sorted(bag.namespaces, key=lambda prefix: (len(prefix), prefix))  # vessel_10 after vessel_2
+    found = [prefix + name for prefix in prefixes for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)]
     bag.load(*found)  # in one pass over the bag
     records = []
-    for prefix in bag.namespaces:
+    for prefix in prefixes:
         name = prefix.strip("/")
         records.append(replace(of_vessel(bag, prefix, {**(origin or {}), "namespace": name}), name=name or prefix))
     return records

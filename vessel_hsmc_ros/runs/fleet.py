@@ -60,11 +60,13 @@ def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress) -> FleetResul
         RunError: ROS is not installed.
     """
     supervisor_module()
-    from vessel_hsmc_ros.runs.fleet_supervision import supervise_fleet
+    from vessel_hsmc_ros.runs.fleet_supervision import spread, supervise_fleet
 
     origin = origin_of(fleet.base, "lockstep" if fleet.lockstep else "real time", "")
     folder.write_text_of_parameters(dump_fleet(fleet.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
-    status = supervise_fleet(folder, tuple(fleet.vessels), progress, fleet.base.vessel_sim.by_thrusters)
+    vessels = tuple(fleet.vessels)
+    processes = spread(vessels, fleet.base.vessel_sim.by_thrusters, fleet.lockstep)
+    status = supervise_fleet(folder, vessels, progress, processes)
     result = FleetResult(folder, status.code, status.failure)
     try:
         _summarise(result, origin)

@@ -1,8 +1,10 @@
 """Supervision of a fleet: the nodes of every vessel and one recorder as processes, until every plant has ended the run."""
 
+import os
 import signal
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
@@ -18,28 +20,61 @@ CONNECT_LIMIT_PER_VESSEL = 10.0
 SILENCE_LIMIT = 10.0
 """As of a single vessel, s, but longer: many processes share the cores."""
 
-PLANT = "/vessel_sim"
-"""How the name of the process of a plant ends."""
+OWN_PROCESSES = 4
+"""Up to so many vessels, every node has a process of its own; in real time always, so that one does not delay another."""
+
+PLANT = "vessel_sim"
 
 
-def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progress, by_thrusters: bool) -> ExitStatus:
+@dataclass(frozen=True)
+class Processes:
+    """How the nodes of a fleet are spread over processes.
+
+    Attributes:
+        names: The processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels.
+        groups: The arguments of each group, by its name.
+        plants: Namespaces of the vessels whose plants run in a process, by its name.
+    """
+
+    names: tuple[str, ...]
+    groups: Mapping[str, Sequence[str]]
+    plants: Mapping[str, Sequence[str]]
+
+
+def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Processes:
+    """Give every node a process; the nodes of a large fleet in lockstep share as many processes as there are cores.
+
+    Args:
+        vessels: Namespaces of the vessels.
+        by_thrusters: Whether thrusters drive the ships, so that their allocations take part.
+        lockstep: Whether the fleet runs in lockstep.
+    """
+    if len(vessels) <= OWN_PROCESSES or not lockstep:
+        return Processes(taking_part(by_thrusters, vessels), {}, {f"{vessel}/{PLANT}": [vessel] for vessel in vessels})
+    nodes = ",".join(name for name in taking_part(by_thrusters) if name != "recorder")
+    count = max(1, len(os.sched_getaffinity(0)))
+    parts = {f"group_{number + 1}": vessels[number::count] for number in range(min(count, len(vessels)))}
+    return Processes(("recorder", *parts), {name: (nodes, *part) for name, part in parts.items()}, parts)
+
+
+def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progress, processes: Processes) -> ExitStatus:
     """Start the nodes of all vessels and a recorder, wait until every plant has ended the run, stop them.
 
     Args:
         folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
         vessels: Namespaces of the vessels.
         progress: Called with the simulated time that every vessel has reached.
-        by_thrusters: Whether thrusters drive the ships, so that their allocations take part.
+        processes: How the nodes are spread over processes.
 
     Returns:
         How the run ended; a failure names the node with the namespace of its vessel, and is not raised.
     """
     with (
         Interrupts() as interrupts,
-        NodeGroup(folder.parameters, folder.logs, "", taking_part(by_thrusters, vessels)) as nodes,
+        NodeGroup(folder.parameters, folder.logs, "", processes.names, groups=processes.groups) as nodes,
         StatusListener("", vessels) as listener,
     ):
-        status = _monitor(nodes, listener, interrupts, progress)
+        status = _monitor(nodes, listener, interrupts, progress, processes.plants)
     if not status.failure and (failed := nodes.failed()):
         status = ExitStatus(1, failed.describe_exit())
     try:
@@ -50,10 +85,13 @@ def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progres
     return status
 
 
-def _monitor(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, progress: Progress) -> ExitStatus:
+def _monitor(
+    nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, progress: Progress, of_plants: Mapping[str, Sequence[str]]
+) -> ExitStatus:
     """Wait until all plants have finished, a node has failed or stopped reporting, or the run is interrupted."""
-    plants = [process for process in nodes.processes if process.name.endswith(PLANT)]
-    limit = CONNECT_LIMIT + CONNECT_LIMIT_PER_VESSEL * len(plants)
+    plants = [process for process in nodes.processes if process.name in of_plants]
+    names = [f"{vessel}/{PLANT}" for part in of_plants.values() for vessel in part]
+    limit = CONNECT_LIMIT + CONNECT_LIMIT_PER_VESSEL * len(names)
     deadline = time.monotonic() + limit
     while True:
         listener.listen(0.05)
@@ -66,7 +104,7 @@ def _monitor(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts,
             return ExitStatus(1, failure + _silence(running, listener, 0.2 * SILENCE_LIMIT))
         if silent := _silence(running, listener, SILENCE_LIMIT):
             return ExitStatus(1, f"the run has stalled{silent}")
-        simulated = min(float(listener.status.get(plant.name, {}).get("simulated_time", 0.0)) for plant in plants)
+        simulated = min(float(listener.status.get(name, {}).get("simulated_time", 0.0)) for name in names)
         if simulated > 0.0:
             progress(simulated)
         elif time.monotonic() > deadline:
@@ -82,7 +120,10 @@ def _failure(nodes: NodeGroup, plants: Sequence[NodeProcess], running: Sequence[
 
 
 def _silence(running: Sequence[NodeProcess], listener: StatusListener, limit: float) -> str:
-    """The running nodes without diagnostics for longer than a limit, as the end of an error message."""
+    """The nodes without diagnostics for longer than a limit, as the end of an error message; none of those that have ended."""
     now = time.monotonic()
-    heard = {process.name: listener.heard_at.get(process.name, now) for process in running}
+    own = {process.name for process in running}
+    # The nodes of a group have no process of their own; all of them run until the group ends.
+    grouped = len(own) > 1 and not any("/" in name for name in own)
+    heard = {name: at for name, at in listener.heard_at.items() if grouped or name in own}
     return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in heard.items() if now - at > limit)

@@ -27,6 +27,9 @@ AUXILIARY = {name: program.module for name, program in node_list.AUXILIARY.items
 WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()}
 """Nodes that only observe a run: their failure does not affect it."""
 
+VESSEL_GROUP = "vessel_hsmc_ros.nodes.vessel_group"
+"""The module that runs the nodes of several vessels in one process."""
+
 STOP_LIMIT = 8.0
 """Time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines."""
 
@@ -70,6 +73,7 @@ class NodeGroup:
         names: The nodes to start, from MODULES, AUXILIARY or WATCHERS; those of a fleet with the namespaces of their vessels,
             such as `vessel_2/controller`.
         extra: Further ROS arguments of nodes, by their names.
+        groups: Vessels whose nodes share a process, as arguments of the module VESSEL_GROUP, by names among `names`.
 
     Raises:
         RunError: a node cannot be started, for instance because the disk is full.
@@ -82,6 +86,7 @@ class NodeGroup:
         namespace: str = "",
         names: Sequence[str] = taking_part(by_thrusters=False),
         extra: Mapping[str, Sequence[str]] | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         logs.mkdir(parents=True, exist_ok=True)
         # A profile that the user has set takes precedence over that of the package; the log format must not.
@@ -89,7 +94,7 @@ class NodeGroup:
         self.processes: list[NodeProcess] = []
         try:
             for name in names:
-                command = [*_command(name, parameters, namespace), *(extra or {}).get(name, ())]
+                command = [*_command(name, parameters, namespace, (groups or {}).get(name)), *(extra or {}).get(name, ())]
                 self._start(name, command, logs / f"{name.replace('/', '_')}.log")
         except OSError as error:
             self.stop()
@@ -156,14 +161,15 @@ class NodeGroup:
                 process.popen.wait()
 
 
-def _command(name: str, parameters: Path, namespace: str) -> list[str]:
-    """The command line of a node."""
+def _command(name: str, parameters: Path, namespace: str, group: Sequence[str] | None) -> list[str]:
+    """The command line of a node, or of a group of vessels with its arguments."""
     vessel, _, node = name.rpartition("/")
-    options = law_file_options() if node == "controller" else []
+    options = law_file_options() if group or node == "controller" else []
     arguments = ["--ros-args", "--params-file", str(parameters)]
     if within := "/".join(part for part in (namespace, vessel) if part):
         arguments += ["-r", f"__ns:=/{within}"]
-    return [sys.executable, "-m", (MODULES | AUXILIARY | WATCHERS)[node], *options, *arguments]
+    module = VESSEL_GROUP if group else (MODULES | AUXILIARY | WATCHERS)[node]
+    return [sys.executable, "-m", module, *(group or ()), *options, *arguments]
 
 
 def _reserve(file: int) -> None:
