@@ -6,16 +6,13 @@ participant of the middleware, whose discovery costs grow with the square of the
 
 import signal
 import sys
-import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from traceback import walk_tb
 from typing import Any
 
 import rclpy
-from rclpy.executors import TimeoutException
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
@@ -36,28 +33,17 @@ CLASSES = {
 PLANT = "vessel_sim"
 
 
-class GroupExecutor(DirectExecutor):
-    """Serves the subscriptions of all nodes directly, and their timers and services less often the more nodes there are."""
-
-    def __init__(self, nodes: Sequence[VesselNode]) -> None:
-        shared: Any = []
-        for node in nodes:  # every node appends to the list that the executor serves
-            shared += node.direct_subscriptions
-            node.direct_subscriptions = node.connections.subscriptions = shared
-        super().__init__(shared, context=nodes[0].context)
-        self._service_period = SERVICE_PERIOD * len(nodes) / len(CLASSES)
-        for node in nodes:
-            self.add_node(node)
-
-    def _serve_rest(self) -> None:
-        """Serve every entity that is ready: with many nodes, the wait set that finds them costs more than their callbacks."""
-        with suppress(TimeoutException):
-            while True:
-                handler, *_ = self.wait_for_ready_callbacks(timeout_sec=0.0)
-                handler()
-                if error := handler.exception():
-                    raise error
-        self._next_service = time.monotonic() + self._service_period
+def executor_of(nodes: Sequence[VesselNode]) -> DirectExecutor:
+    """One executor for all nodes; the more there are, the less often it serves their timers and services."""
+    shared: Any = []
+    for node in nodes:  # a subscription that a node creates later is appended to the list that the executor serves
+        shared += node.direct_subscriptions
+        node.direct_subscriptions = node.connections.subscriptions = shared
+    period = SERVICE_PERIOD * len(nodes) / len(CLASSES)
+    executor = DirectExecutor(shared, context=nodes[0].context, service_period=period)
+    for node in nodes:
+        executor.add_node(node)
+    return executor
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -100,7 +86,7 @@ def _run(nodes: Sequence[VesselNode], running: Callable[[], bool]) -> int:
     for node in nodes:
         node.announce()
     code = 0
-    with GroupExecutor(nodes) as executor:
+    with executor_of(nodes) as executor:
         spin = partial(executor.spin_while, lambda: running() and not all(plant.finished for plant in plants))
         for work in (spin, *(node.close for node in nodes)):
             try:
