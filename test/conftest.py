@@ -82,6 +82,7 @@ KINDS = {
     "core": "pure",
     "laws": "pure",
     "control": "pure",
+    "faults": "pure",
     "plant": "pure",
     "reference": "pure",
     "nodes": "nodes",

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.cli.options import (
 )
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.scenario.faults import load_script
+from vessel_hsmc_ros.scenario.faults import check_script, load_script
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes
 
@@ -35,7 +35,10 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 @vessel_option
 @fleet_options
 @click.option(
-    "--faults", type=click.Path(path_type=Path), metavar="FILE", help="Script of faults to carry out between the nodes."
+    "--faults",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Script of faults to carry out between the nodes, in the place of the scenario's own.",
 )
 @click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
 @click.option("--live-port", type=click.IntRange(1, 65535), default=8765, show_default=True, help="Port of the live view.")
@@ -68,9 +71,13 @@ def run(
         loaded = chosen.scenario(of_nodes)
     else:
         loaded = load_checked(scenario or "", of_nodes | parse_changes(changes))
+    if vessels and loaded.faults:
+        raise click.UsageError("--vessels takes no scenario with faults")
     if vessels:
         sys.exit(run_vessels(loaded, output, vessels, namespace, spacing))
-    script = None if faults is None else load_script(faults, loaded)
+    script = load_script(faults) if faults else loaded.faults
+    if script is not None:
+        check_script(script, loaded)
     check_writable(output)
     if live:
         scenario_run.check_live_port(live_port)

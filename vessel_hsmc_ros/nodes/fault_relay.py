@@ -19,8 +19,8 @@ from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.fault_sources import make_sources
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.relayed_topic import RelayedTopic
-from vessel_hsmc_ros.scenario.faults import parse_script
-from vessel_hsmc_ros.scenario.parameters import FaultRelayParameters
+from vessel_hsmc_ros.scenario.auxiliary_parameters import FaultRelayParameters
+from vessel_hsmc_ros.scenario.fault_script import parse_script
 
 DUE_PERIOD = 0.002
 """Real time: time between two searches for delayed messages that are due, and for faults that begin or end, s."""

@@ -120,11 +120,12 @@ class RecorderNode(VesselNode):
         lockstep, sim_time, writer = p.lockstep, self._sim_time, self._writer
 
         def record(data: bytes, info: dict[str, int]) -> None:
-            nonlocal expected
+            nonlocal expected, numbered
             if numbered:
                 number = info["publication_sequence_number"]
                 if number > expected > 0:
                     self._dropped += number - expected
+                numbered = number >= expected  # a lower one is of another publisher: from there on gaps have no meaning
                 expected = number + 1
             if lockstep:
                 if stamped:  # messages without a stamp get that of the latest one that has one

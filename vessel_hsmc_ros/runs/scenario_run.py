@@ -88,6 +88,8 @@ def run_nodes(
     supervisor = supervisor_module()
     origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
     injection = None if faults is None else supervisor.Injection(faults, scenario)
+    if faults:
+        origin |= {"faults": [fault.describe() for fault in faults.faults]}
     recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
     folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
     status = supervisor.supervise(folder, namespace, progress, live_port, scenario.vessel_sim.by_thrusters, injection)

@@ -16,11 +16,11 @@ import yaml
 
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
-from vessel_hsmc_ros.core.node_list import taking_part
+from vessel_hsmc_ros.core.node_list import RELAY, taking_part
 from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.fault_injection import Injection, ProcessFaults
-from vessel_hsmc_ros.runs.processes import AUXILIARY, MODULES, WATCHERS, NodeGroup
+from vessel_hsmc_ros.runs.processes import MODULES, WATCHERS, NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -115,7 +115,7 @@ def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> 
     """The process of the relay, if there are faults."""
     if injection is None:
         return NodeGroup(folder.parameters, folder.logs, namespace, ())
-    return NodeGroup(injection.write(folder.path), folder.logs, namespace, tuple(AUXILIARY))
+    return NodeGroup(injection.write(folder.path), folder.logs, namespace, (RELAY,))
 
 
 @contextmanager

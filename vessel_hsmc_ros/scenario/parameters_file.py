@@ -12,6 +12,9 @@ from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hu
 USE_SIM_TIME = "use_sim_time"
 """A parameter that every ROS node has; it is not one of a scenario."""
 
+FAULTS = "faults"
+"""The section of a scenario with scripted faults, which is not of a node."""
+
 
 class _Loader(yaml.SafeLoader):
     """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
@@ -60,6 +63,8 @@ def read_parameters(
         raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
     values: dict[str, dict[str, object]] = {node: {} for node in nodes}
     for section, content in document.items():
+        if section == FAULTS:
+            continue
         nested = content.get("ros__parameters") if isinstance(content, dict) else None
         if not isinstance(nested, dict):
             raise ScenarioError(f"{source}: section {section} has no ros__parameters")

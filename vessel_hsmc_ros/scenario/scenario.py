@@ -10,10 +10,12 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.changes import by_node, full_names
 from vessel_hsmc_ros.scenario.consistency import check_rates, check_thrusters
+from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
@@ -37,6 +39,7 @@ class Scenario:
         name: Name of the scenario, for run folders and reports.
         vessel_sim, reference_ship, controller, recorder, thruster_allocation: Parameters of the nodes.
         given: The parameters that its file and its changes set, by `node.parameter`; the others have their defaults.
+        faults: The faults that its file scripts; None for none.
     """
 
     name: str
@@ -46,6 +49,7 @@ class Scenario:
     recorder: RecorderParameters
     thruster_allocation: AllocationParameters = field(default_factory=AllocationParameters)
     given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+    faults: FaultScript | None = None
 
     def changed(self, changes: Mapping[str, object]) -> "Scenario":
         """The same scenario with other values, as `load_scenario` with these changes gives it, without reading a file.
@@ -161,7 +165,8 @@ def parse_scenario(
         values[node] |= changed
     # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
     parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
-    return _validated(Scenario(name, **parts, given=full_names(values)), NODES)
+    faults = faults_of_scenario(text, parts["vessel_sim"].seed, source)
+    return _validated(Scenario(name, **parts, given=full_names(values), faults=faults), NODES)
 
 
 def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
