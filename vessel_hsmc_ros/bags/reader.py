@@ -157,13 +157,20 @@ class Bag:
             raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
 
-    def scenario(self, changes: dict[str, object] | None = None, at: float = -math.inf, any_law: bool = False) -> Scenario:
+    def scenario(
+        self,
+        changes: dict[str, object] | None = None,
+        at: float = -math.inf,
+        any_law: bool = False,
+        namespace: str | None = None,
+    ) -> Scenario:
         """The resolved scenario of the recording: attached to the bag, from the nodes' parameters, or from params.yaml beside it.
 
         Args:
             changes: Values by `node.parameter` that replace the recorded ones.
             at: A time as in `events`, s: parameters that were changed until then have their new values. At the start by default.
             any_law: Accept a law whose code is not known here, for an evaluation that only needs its name: without changes.
+            namespace: The vessel's, where the bag has several.
 
         Raises:
             ScenarioError: there is none, or it cannot be read.
@@ -171,9 +178,9 @@ class Bag:
         """
         name = self.recording.get("scenario") or self.path.absolute().parent.name
         text = self.attachments.get(SCENARIO, b"").decode(errors="replace")
-        live = changed_parameters(event for event in self.events() if event.time <= at) if at > -math.inf else {}
+        live = changed_parameters(event for event in self.events(namespace) if event.time <= at) if at > -math.inf else {}
         changed = {**live, **(changes or {})}
-        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law)
+        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law, namespace)
 
     def events(self, namespace: str | None = None) -> list[Event]:
         """The events of one vessel: services called, parameters changed while the nodes ran, goals and paths accepted.
@@ -209,7 +216,7 @@ class Bag:
             ScenarioError: the vessel is not given and the bag has no scenario.
         """
         prefix = self.namespace(namespace)
-        vessel = vessel or self.scenario(any_law=True).vessel_sim.vessel.coefficients()
+        vessel = vessel or self.scenario(any_law=True, namespace=prefix).vessel_sim.vessel.coefficients()
         names = [name for name in run_from_bag.TOPICS if self.topics.get(prefix + name)]
         for name in run_from_bag.NEEDED:
             if name not in names:

@@ -7,6 +7,7 @@ import click
 
 from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import print_status, progress_bar
+from vessel_hsmc_ros.cli.fleet import fleet_options, run_vessels
 from vessel_hsmc_ros.cli.options import (
     checked_namespace,
     law_file_option,
@@ -32,6 +33,7 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
 @output_option
 @click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
 @vessel_option
+@fleet_options
 @click.option(
     "--faults",
     type=click.Path(path_type=Path),
@@ -48,6 +50,8 @@ def run(
     output: Path,
     real_time: bool,
     namespace: str,
+    vessels: int | None,
+    spacing: float,
     faults: Path | None,
     live: bool,
     live_port: int,
@@ -57,14 +61,20 @@ def run(
     SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The
     nodes take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives
     the recording, all parameters, a page with diagrams, and the metrics. With --campaign and --run in the place of SCENARIO it
-    repeats a row of a campaign, and compares the metrics.
+    repeats a row of a campaign, and compares the metrics; with --vessels it runs several vessels at a time.
     """
+    if vessels and (campaign or faults or live):
+        raise click.UsageError("--vessels takes no --campaign, no --faults and no --live")
     namespace = checked_namespace(namespace)
-    of_nodes = for_nodes(True, real_time, namespace)
+    of_nodes = for_nodes(True, real_time, "" if vessels else namespace)
     if chosen := of_row(scenario, campaign, row, real_time or bool(changes)):
         loaded = chosen.scenario(of_nodes)
     else:
         loaded = load_checked(scenario or "", of_nodes | parse_changes(changes))
+    if vessels and loaded.faults:
+        raise click.UsageError("--vessels takes no scenario with faults")
+    if vessels:
+        sys.exit(run_vessels(loaded, output, vessels, namespace, spacing))
     script = load_script(faults) if faults else loaded.faults
     if script is not None:
         check_script(script, loaded)

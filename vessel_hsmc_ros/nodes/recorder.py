@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -51,7 +52,7 @@ class RecorderNode(VesselNode):
         if scenario:
             self._writer.attach(SCENARIO, scenario)
         self._sim_time = not p.lockstep and self.get_parameter("use_sim_time").value
-        self._foreign = {self.resolve_topic_name(topic) for topic in FOREIGN_TOPICS}
+        self._foreign = self._topics_named(FOREIGN_TOPICS)
         self._dropped = 0
         self._collector = ParameterCollector(self)
         self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
@@ -61,6 +62,11 @@ class RecorderNode(VesselNode):
     def describe(self) -> str:
         """Where the bag is written."""
         return f"recording into {self._writer.directory}"
+
+    def _topics_named(self, names: Iterable[str]) -> set[str]:
+        """The recorded topics of some names, in the namespace of the recorder and in those of a fleet's vessels."""
+        own = {self.resolve_topic_name(name) for name in names}
+        return own | {topic for topic in self._choice.names if topic.endswith(tuple(f"/{name}" for name in names))}
 
     # -- topics -------------------------------------------------------------------------------------------------------
 
@@ -191,7 +197,7 @@ class RecorderNode(VesselNode):
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of recorded and of dropped messages, and the topics that have no publisher yet."""
-        optional = {self.resolve_topic_name(topic) for topic in OPTIONAL_TOPICS}
+        optional = self._topics_named(OPTIONAL_TOPICS)
         missing = [topic for topic in self._choice.missing if topic not in optional]
         values = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
         if self._dropped:

@@ -1,7 +1,7 @@
 """Subscription to the diagnostics of a run's nodes: their progress, and evidence that they are alive."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -22,13 +22,15 @@ class StatusListener:
 
     Args:
         namespace: The nodes' namespace, without slashes at its ends.
+        vessels: Namespaces of the vessels of a fleet, whose nodes are named such as `vessel_2/controller`.
 
     Attributes:
         status: The latest diagnostics values of each node.
         heard_at: Time of the latest status of each node, on the monotonic clock, s.
     """
 
-    def __init__(self, namespace: str = "") -> None:
+    def __init__(self, namespace: str = "", vessels: Iterable[str] = ()) -> None:
+        self._vessels = tuple(f"{vessel}/" for vessel in vessels)
         self._prefix = f"{namespace}/" if namespace else ""
         self.status: dict[str, dict[str, str]] = {}
         self.heard_at: dict[str, float] = {}
@@ -63,5 +65,7 @@ class StatusListener:
 
     def _on_status(self, message: DiagnosticArray) -> None:
         latest = conversions.read_status(message, self._prefix)
+        for vessel in self._vessels:
+            latest |= {f"{vessel}{node}": status for node, status in conversions.read_status(message, vessel).items()}
         self.status.update(latest)
         self.heard_at.update(dict.fromkeys(latest, time.monotonic()))

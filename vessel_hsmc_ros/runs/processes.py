@@ -27,6 +27,9 @@ AUXILIARY = {name: program.module for name, program in node_list.AUXILIARY.items
 WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()}
 """Nodes that only observe a run: their failure does not affect it."""
 
+VESSEL_GROUP = "vessel_hsmc_ros.nodes.vessel_group"
+"""The module that runs the nodes of several vessels in one process."""
+
 STOP_LIMIT = 8.0
 """Time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines."""
 
@@ -67,8 +70,10 @@ class NodeGroup:
         parameters: The ROS parameters file of all nodes.
         logs: Folder for their output.
         namespace: Their namespace, without leading and trailing slashes.
-        names: The nodes to start, from MODULES, AUXILIARY or WATCHERS.
+        names: The nodes to start, from MODULES, AUXILIARY or WATCHERS; those of a fleet with the namespaces of their vessels,
+            such as `vessel_2/controller`.
         extra: Further ROS arguments of nodes, by their names.
+        groups: Vessels whose nodes share a process, as arguments of the module VESSEL_GROUP, by names among `names`.
 
     Raises:
         RunError: a node cannot be started, for instance because the disk is full.
@@ -81,20 +86,16 @@ class NodeGroup:
         namespace: str = "",
         names: Sequence[str] = taking_part(by_thrusters=False),
         extra: Mapping[str, Sequence[str]] | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         logs.mkdir(parents=True, exist_ok=True)
-        arguments = ["--ros-args", "--params-file", str(parameters)]
-        if namespace:
-            arguments += ["-r", f"__ns:=/{namespace}"]
         # A profile that the user has set takes precedence over that of the package; the log format must not.
         self._environment = {**os.environ, PROFILES: discovery_profiles(), **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         try:
             for name in names:
-                options = law_file_options() if name == "controller" else []
-                module = (MODULES | AUXILIARY | WATCHERS)[name]
-                command = [sys.executable, "-m", module, *options, *arguments, *(extra or {}).get(name, ())]
-                self._start(name, command, logs / f"{name}.log")
+                command = [*_command(name, parameters, namespace, (groups or {}).get(name)), *(extra or {}).get(name, ())]
+                self._start(name, command, logs / f"{name.replace('/', '_')}.log")
         except OSError as error:
             self.stop()
             raise RunError(f"{name} cannot be started with its log in {logs}: {error.strerror}") from None
@@ -158,6 +159,17 @@ class NodeGroup:
             except subprocess.TimeoutExpired:
                 process.popen.kill()
                 process.popen.wait()
+
+
+def _command(name: str, parameters: Path, namespace: str, group: Sequence[str] | None) -> list[str]:
+    """The command line of a node, or of a group of vessels with its arguments."""
+    vessel, _, node = name.rpartition("/")
+    options = law_file_options() if group or node == "controller" else []
+    arguments = ["--ros-args", "--params-file", str(parameters)]
+    if within := "/".join(part for part in (namespace, vessel) if part):
+        arguments += ["-r", f"__ns:=/{within}"]
+    module = VESSEL_GROUP if group else (MODULES | AUXILIARY | WATCHERS)[node]
+    return [sys.executable, "-m", module, *(group or ()), *options, *arguments]
 
 
 def _reserve(file: int) -> None:

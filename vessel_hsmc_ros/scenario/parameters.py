@@ -29,6 +29,7 @@ from vessel_hsmc_ros.laws import (
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
 from vessel_hsmc_ros.scenario.auxiliary_parameters import AUXILIARY as AUXILIARY
+from vessel_hsmc_ros.scenario.clock_parameters import ClockParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
@@ -53,6 +54,7 @@ class SimParameters(PlantParameters, CommonParameters):
         low=0.01,
         high=60.0,
     )
+    clock: ClockParameters = group(ClockParameters)
     freshness: FreshnessParameters = group(FreshnessParameters)
 
 

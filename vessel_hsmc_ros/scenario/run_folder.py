@@ -57,7 +57,15 @@ class RunFolder:
         Raises:
             RunError: it cannot be written.
         """
-        _write(self.parameters, dump_scenario(scenario))
+        self.write_text_of_parameters(dump_scenario(scenario))
+
+    def write_text_of_parameters(self, text: str) -> None:
+        """Write the text of a ROS parameters file as that of the run.
+
+        Raises:
+            RunError: it cannot be written.
+        """
+        _write(self.parameters, text)
 
     @property
     def summary(self) -> Path:

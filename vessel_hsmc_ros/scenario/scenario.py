@@ -122,10 +122,11 @@ def read_changes(path: Path) -> dict[str, object]:
     return {f"{node}.{name}": value for node, of_node in values.items() for name, value in of_node.items()}
 
 
-def _read_values(text: str, source: str, folder: Path) -> dict[str, dict[str, object]]:
+def _read_values(text: str, source: str, folder: Path, namespace: str | None = None) -> dict[str, dict[str, object]]:
     """Values by node and dotted name, with those of the vessel that the text names."""
     nodes = declared()
-    return {node: with_vessel(values, nodes[node], folder) for node, values in read_parameters(text, nodes, source).items()}
+    found = read_parameters(text, nodes, source, namespace)
+    return {node: with_vessel(values, nodes[node], folder) for node, values in found.items()}
 
 
 def _read(path: Path, kind: str) -> str:
@@ -141,6 +142,7 @@ def parse_scenario(
     changes: Mapping[str, object] | None = None,
     source: str = "the bag's scenario",
     folder: Path = Path(),
+    namespace: str | None = None,
 ) -> Scenario:
     """Make a scenario from the text of a ROS parameters file.
 
@@ -150,6 +152,7 @@ def parse_scenario(
         changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
         source: Where the text comes from, for error messages.
         folder: Where the path of a vessel file in the text starts.
+        namespace: Of the vessel, where the text has sections for several.
 
     Returns:
         The validated scenario.
@@ -158,7 +161,7 @@ def parse_scenario(
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    values = _read_values(text, source, folder)
+    values = _read_values(text, source, folder, namespace)
     for node, changed in by_node(changes or {}).items():
         values[node] |= changed
     # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
