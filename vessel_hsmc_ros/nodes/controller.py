@@ -15,6 +15,7 @@ from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
+from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.step_clock import StepClock
@@ -60,6 +61,7 @@ class ControllerNode(VesselNode):
         self._inputs = InputMonitor(self, {"odom": "odometry", "reference": "reference"}, p.input_timeout)
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
+        self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
         self.reporter.offer_switch("enable", "disable", self._enable)
