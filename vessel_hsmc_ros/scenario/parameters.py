@@ -28,7 +28,7 @@ from vessel_hsmc_ros.laws import (
 )
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
-from vessel_hsmc_ros.scenario.black_box import BlackBoxParameters
+from vessel_hsmc_ros.scenario.diagnostics import BlackBoxParameters, DiagnosticsParameters
 from vessel_sim_node.plant_parameters import PlantParameters
 
 
@@ -107,6 +107,7 @@ class ControllerParameters(CommonParameters):
     nmpc: NmpcParameters = group(NmpcParameters)
     manoeuvre: ManoeuvreParameters = group(ManoeuvreParameters)
     open_loop: OpenLoopParameters = group(OpenLoopParameters)
+    diagnostics: DiagnosticsParameters = group(DiagnosticsParameters)
     black_box: BlackBoxParameters = group(BlackBoxParameters)
 
 

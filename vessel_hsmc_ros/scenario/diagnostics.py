@@ -1,8 +1,29 @@
-"""The parameters of a black box."""
+"""The parameters of diagnostics and black box."""
 
+import math
 from dataclasses import dataclass
 
 from vessel_hsmc_ros.core.schema import parameter
+
+
+@dataclass(frozen=True)
+class DiagnosticsParameters:
+    """Limits above which diagnostics warn; they have no effect on what is commanded."""
+
+    surface_limit: float = parameter(
+        math.inf,
+        "Magnitude of a sliding surface, in its own unit, above which diagnostics warn; inf: never.",
+        low=0.0,
+        high=math.inf,
+        tunable=True,
+    )
+    weight_norm_limit: float = parameter(
+        math.inf,
+        "Norm of a network's weights, in the unit of its output, above which diagnostics warn; inf: never.",
+        low=0.0,
+        high=math.inf,
+        tunable=True,
+    )
 
 
 @dataclass(frozen=True)
