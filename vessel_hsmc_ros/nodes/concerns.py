@@ -1,9 +1,11 @@
 """The concerns that several nodes have in common, as statuses of /diagnostics."""
 
 import math
+import shutil
 import time
 from collections import deque
 from collections.abc import Mapping
+from pathlib import Path
 
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern
 
@@ -12,6 +14,12 @@ MINUTE = 60.0
 
 TOLERATED = 5
 """Events a minute that are not worth a warning, such as periods that a busy machine missed."""
+
+LOW_SPACE, NO_SPACE = 1e9, 1e8
+"""Free disk space below which a recording is in danger, and will end soon, bytes."""
+
+LONGEST_WAIT = 1.0
+"""Longest time for which a message may wait for the recorder, s: the publisher of a full queue waits 2 s and then fails."""
 
 
 class Recent:
@@ -80,3 +88,42 @@ def bounded(name: str, values: Mapping[str, float], limit: float) -> Concern:
     above = [key for key, value in present.items() if value > limit]
     message = f"{' and '.join(above)} above {limit:g}" if above else "within its limit" if present else "the law has none"
     return Concern(name, WARN if above else OK, message, {**present, "limit": limit})
+
+
+def motion(values: Mapping[str, float], refused: str) -> Concern:
+    """Whether a reference can be followed.
+
+    Args:
+        values: Its present velocities and accelerations by name.
+        refused: Why the latest goal or path was ignored; empty if it was not.
+    """
+    wrong = [key for key, value in values.items() if not math.isfinite(value)]
+    if wrong:
+        return Concern("feasibility", ERROR, f"not finite: {', '.join(wrong)}", dict(values))
+    return Concern("feasibility", WARN if refused else OK, refused or "feasible", dict(values))
+
+
+def recording(directory: Path, waited: float, dropped: int) -> list[Concern]:
+    """The concerns of a recorder: its queue, the space left on its disk, gaps in its topics.
+
+    Args:
+        directory: The bag's folder.
+        waited: Longest time for which a message has waited since the last call, s.
+        dropped: Number of messages that are missing.
+    """
+    slow = waited > LONGEST_WAIT
+    gaps = f"{dropped} messages are missing" if dropped else "no message is missing"
+    return [
+        Concern("queue", WARN if slow else OK, f"messages wait for {waited:.2f} s", {"longest_wait": round(waited, 4)}),
+        _space(directory),
+        Concern("gaps", WARN if dropped else OK, gaps, {"dropped": dropped}),
+    ]
+
+
+def _space(directory: Path) -> Concern:
+    try:
+        free = shutil.disk_usage(directory).free
+    except OSError as error:
+        return Concern("disk space", STALE, f"unknown: {error.strerror}", {})
+    level = ERROR if free < NO_SPACE else WARN if free < LOW_SPACE else OK
+    return Concern("disk space", level, f"{free / 1e9:.1f} GB left", {"free": free})

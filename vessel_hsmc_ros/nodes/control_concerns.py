@@ -26,13 +26,12 @@ class ControlConcerns:
     """Collects what the concerns need, once a control period, and states them on request.
 
     Args:
-        parameters: Limits.
         loop: The loop of the law.
         lockstep: Whether the plant sets the pace, so that the control period is nobody's concern.
     """
 
-    def __init__(self, parameters: DiagnosticsParameters, loop: ControlLoop, lockstep: bool) -> None:
-        self._parameters, self._loop, self._lockstep = parameters, loop, lockstep
+    def __init__(self, loop: ControlLoop, lockstep: bool) -> None:
+        self._loop, self._lockstep = loop, lockstep
         self._intervals: deque[int] = deque(maxlen=max(2, round(SPAN / loop.grid.period)))
         self._last: int | None = None
         self._terms = Terms()
@@ -51,9 +50,14 @@ class ControlConcerns:
         self._updates += 1
         self._saturated += terms.surge_saturated or terms.yaw_saturated
 
-    def concerns(self, saturated: bool = False) -> list[Concern]:
-        """All of them; `saturated` says that the command has been at one limit for too long."""
-        t, p = self._terms, self._parameters
+    def concerns(self, limits: DiagnosticsParameters, saturated: bool = False) -> list[Concern]:
+        """All of them.
+
+        Args:
+            limits: Those above which they warn.
+            saturated: Whether the command has been at one limit for too long.
+        """
+        t = self._terms
         of = self._recent["updates"].increase(self._updates)
         share = self._recent["saturated"].increase(self._saturated) / max(of, 1)
         missed = self._loop.missed_periods
@@ -69,8 +73,8 @@ class ControlConcerns:
                 "missed periods",
             ),
             saturation(share, saturated),
-            bounded("surface magnitude", surfaces, p.surface_limit),
-            bounded("weight norm", norms, p.weight_norm_limit),
+            bounded("surface magnitude", surfaces, limits.surface_limit),
+            bounded("weight norm", norms, limits.weight_norm_limit),
             self._numerical_health(),
         ]
 

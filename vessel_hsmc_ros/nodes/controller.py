@@ -14,8 +14,9 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, VesselNode
+from vessel_hsmc_ros.nodes.base import OK, Concern, VesselNode
 from vessel_hsmc_ros.nodes.black_box import installed
+from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.step_clock import StepClock
@@ -61,6 +62,7 @@ class ControllerNode(VesselNode):
         self._inputs = InputMonitor(self, {"odom": "odometry", "reference": "reference"}, p.input_timeout)
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
+        self._health = ControlConcerns(self._loop, p.lockstep)
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
@@ -171,6 +173,7 @@ class ControllerNode(VesselNode):
 
     def _on_timer(self) -> None:
         now = self.now()
+        self._health.served(now)
         if not self._loop.due(now - self._start) or self._odometry is None or not self._references:
             return
         terms = None
@@ -204,6 +207,7 @@ class ControllerNode(VesselNode):
         self._compute_time = time.perf_counter() - began
         self._compute_time_max = max(self._compute_time_max, self._compute_time)
         self._updates += 1
+        self._health.stepped(terms)
         return terms
 
     def _publish(self, stamp: int, terms: Terms | None) -> None:
@@ -251,6 +255,10 @@ class ControllerNode(VesselNode):
         }
         level, message = self._inputs.status() or (OK, "running" if self._loop.enabled else "disabled")
         return level, message, values
+
+    def concerns(self) -> list[Concern]:
+        """Timing, saturation, surfaces, weights and numerical health besides the status."""
+        return [*super().concerns(), *self._health.concerns(self.parameters.diagnostics)]
 
 
 def main(arguments: list[str] | None = None) -> int:
