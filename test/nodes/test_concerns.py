@@ -48,7 +48,7 @@ def test_a_disk_that_fills_is_a_warning_and_then_an_error(free: float, level: by
 
 
 def test_a_slow_recorder_and_lost_messages_are_warnings(tmp_path: Path) -> None:
-    found = {c.name: c.level for c in concerns.recording(tmp_path, 1.5, 2)}
+    found = {c.name: c.level for c in concerns.recording(tmp_path, 5.5, 2)}
     assert (found["queue"], found["gaps"]) == (WARN, WARN)
     assert concerns.recording(tmp_path / "gone", 0.0, 0)[1].level == STALE
 
