@@ -103,7 +103,9 @@ def sample(pid: int, at: float) -> Sample:
     """The present state of a process."""
     lines = Path(f"/proc/{pid}/status").read_text(encoding="utf-8").splitlines()
     status = dict(line.split(":", 1) for line in lines if ":" in line)
-    return Sample(at, int(status["VmRSS"].split()[0]) / 1024, len(list(Path(f"/proc/{pid}/fd").iterdir())), int(status["Threads"]))
+    return Sample(
+        at, int(status["VmRSS"].split()[0]) / 1024, len(list(Path(f"/proc/{pid}/fd").iterdir())), int(status["Threads"])
+    )
 
 
 def settled(samples: list[Sample]) -> list[Sample]:

@@ -1,8 +1,10 @@
 """The concerns of the nodes: when each of them is OK, a warning, an error or stale."""
 
 import math
-from collections import namedtuple
+import shutil
+import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,8 +12,10 @@ import pytest
 
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.nodes import concerns
-from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns, correlation_condition
+from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns, correlation_condition, monitors
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern
+from vessel_hsmc_ros.safety.monitors import Alarm
+from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.diagnostics import DiagnosticsParameters
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
@@ -33,7 +37,7 @@ def test_missed_deadlines_are_a_warning_from_some_a_minute_and_an_error_from_one
 
 def test_events_of_more_than_a_minute_ago_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
-    monkeypatch.setattr(concerns.time, "monotonic", lambda: now)
+    monkeypatch.setattr(time, "monotonic", lambda: now)
     recent, found = concerns.Recent(), []
     for now, count in ((0.0, 10), (30.0, 14), (61.0, 15), (91.0, 15)):
         found.append(recent.increase(count))
@@ -42,7 +46,7 @@ def test_events_of_more_than_a_minute_ago_are_not_counted(monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize(("free", "level"), [(2e9, OK), (5e8, WARN), (5e7, ERROR)])
 def test_a_disk_that_fills_is_a_warning_and_then_an_error(free: float, level: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(concerns.shutil, "disk_usage", lambda _: namedtuple("Usage", "free")(free))  # noqa: PYI024
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
     found = {c.name: c.level for c in concerns.recording(Path(), 0.0, 0)}
     assert found == {"queue": OK, "disk space": level, "gaps": OK}
 
@@ -104,7 +108,14 @@ def test_a_saturated_law_is_stated_with_its_share(health: ControlConcerns) -> No
     for k in range(10):
         health.stepped(Terms(surge_saturated=k < 3))
     assert of(health, "saturation") == Concern("saturation", OK, "30% of the last minute at a limit", {"share": 0.3})
-    assert next(c for c in health.concerns(DiagnosticsParameters(), True) if c.name == "saturation").level == WARN
+
+
+def test_a_monitor_that_warns_is_a_warning_and_one_that_demands_the_safe_action_an_error() -> None:
+    assert concerns.saturation(0.5, lasting=True).level == WARN
+    assert monitors({Reason.NOT_MOVING: Alarm.OK, Reason.SATURATED: Alarm.OK}).level == OK
+    assert monitors({Reason.NOT_MOVING: Alarm.OK, Reason.SATURATED: Alarm.WARN}).level == WARN
+    found = monitors({Reason.NOT_MOVING: Alarm.SAFE, Reason.SATURATED: Alarm.OK})
+    assert (found.level, found.message) == (ERROR, "the ship is driven and does not move")
 
 
 def test_the_condition_of_a_covariance_does_not_depend_on_units_and_is_infinite_where_it_is_singular() -> None:

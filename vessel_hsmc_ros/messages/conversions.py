@@ -84,8 +84,10 @@ def new_reference() -> ReferenceState:
 
 
 def new_control_state() -> ControlState:
-    """An empty control-state message in the body frame."""
-    return _new("vessel_hsmc_msgs/msg/ControlState", BODY)
+    """An empty control-state message in the body frame, of a controller whose law commands."""
+    message = _new("vessel_hsmc_msgs/msg/ControlState", BODY)
+    message.operation = message.ACTIVE
+    return message
 
 
 def write_pose(pose: Any, state: Motion | Array) -> None:

@@ -19,7 +19,7 @@ LOW_SPACE, NO_SPACE = 1e9, 1e8
 """Free disk space below which a recording is in danger, and will end soon, bytes."""
 
 LONGEST_WAIT = 5.0
-"""Longest time for which a message may wait for the recorder, s; on a busy machine some seconds are normal, and no message is lost."""
+"""Longest time for which a message may wait for the recorder, s; on a busy machine a second or two are normal, and harmless."""
 
 
 class Recent:

@@ -3,7 +3,6 @@
 import math
 from collections import deque
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,8 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.nodes.concerns import MINUTE, Recent, bounded, counted, saturation
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern
+from vessel_hsmc_ros.safety.monitors import Alarm
+from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.scenario.diagnostics import DiagnosticsParameters
 
 SPAN = 5.0
@@ -50,14 +51,10 @@ class ControlConcerns:
         self._updates += 1
         self._saturated += terms.surge_saturated or terms.yaw_saturated
 
-    def concerns(self, limits: DiagnosticsParameters, saturated: bool = False) -> list[Concern]:
-        """All of them.
-
-        Args:
-            limits: Those above which they warn.
-            saturated: Whether the command has been at one limit for too long.
-        """
-        t = self._terms
+    def concerns(self, limits: DiagnosticsParameters) -> list[Concern]:
+        """All of them, with the limits above which they warn."""
+        t, watch = self._terms, self._loop.watch
+        alarms = {monitor.reason: monitor.alarm for monitor in watch.monitors} if watch else {}
         of = self._recent["updates"].increase(self._updates)
         share = self._recent["saturated"].increase(self._saturated) / max(of, 1)
         missed = self._loop.missed_periods
@@ -72,7 +69,8 @@ class ControlConcerns:
                 MINUTE / self._loop.grid.period,
                 "missed periods",
             ),
-            saturation(share, saturated),
+            saturation(share, lasting=alarms.get(Reason.SATURATED, Alarm.OK) is not Alarm.OK),
+            *([monitors(alarms)] if alarms else []),
             bounded("surface magnitude", surfaces, limits.surface_limit),
             bounded("weight norm", norms, limits.weight_norm_limit),
             self._numerical_health(),
@@ -104,6 +102,14 @@ class ControlConcerns:
         return Concern("numerical health", OK, "all values are finite", {"condition": condition})
 
 
+def monitors(alarms: Mapping[Reason, Alarm]) -> Concern:
+    """The monitors of what no single sample shows, by what each of them looks for."""
+    raised = [reason.text for reason, alarm in alarms.items() if alarm is not Alarm.OK]
+    level = ERROR if Alarm.SAFE in alarms.values() else WARN if raised else OK
+    shown = {reason.name.lower(): alarm.name.lower() for reason, alarm in alarms.items()}
+    return Concern("monitors", level, "; ".join(raised) or "nothing found", shown)
+
+
 def correlation_condition(covariance: NDArray[np.float64]) -> float:
     """Condition number of the correlation matrix of a covariance, (n, n); infinite where it is not positive definite.
 
@@ -118,20 +124,3 @@ def correlation_condition(covariance: NDArray[np.float64]) -> float:
     if len(values) == 0:
         return 1.0
     return float(values[-1] / values[0]) if values[0] > 0.0 else math.inf
-
-
-def guard(
-    operation: str, text: str, level: str, refused: Mapping[str, Mapping[Any, int]], violations: Mapping[Any, int]
-) -> Concern:
-    """What the controller commands and why, and what its checks have refused.
-
-    Args:
-        operation: What it commands, such as `active`.
-        text: Why, as a phrase.
-        level: Of the reason: ok, warn or error.
-        refused: Numbers of refused messages by input and reason.
-        violations: Numbers of violations of the output guard by reason.
-    """
-    counts = {f"{name} {reason.name.lower()}": count for name, reasons in refused.items() for reason, count in reasons.items()}
-    counts |= {f"command {reason.name.lower()}": count for reason, count in violations.items()}
-    return Concern("guard", {"ok": OK, "warn": WARN, "error": ERROR}[level], f"{operation}: {text}", counts)

@@ -9,6 +9,7 @@ from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
@@ -115,12 +116,11 @@ class Reporter:
 
         Args:
             kind: Name of the service below the node's, and kind of the event.
-            work: What the service does.
+            work: What the service does. A RefusalError of it is the response's message: the request then has no effect.
         """
 
         def serve(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            response.success, response.message = True, work()
-            self.event(kind, response.message)
+            response.success, response.message = self._done(kind, work)
             return response
 
         self._node.create_service(Trigger, f"~/{kind}", serve)
@@ -135,8 +135,17 @@ class Reporter:
         """
 
         def serve(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-            response.success, response.message = True, work(request.data)
-            self.event(kind if request.data else opposite, response.message)
+            response.success, response.message = self._done(kind if request.data else opposite, lambda: work(request.data))
             return response
 
         self._node.create_service(SetBool, f"~/{kind}", serve)
+
+    def _done(self, kind: str, work: Callable[[], str]) -> tuple[bool, str]:
+        """Do what a service was called for: whether it was done, and the message about it."""
+        try:
+            text = work()
+        except RefusalError as error:
+            self._node.get_logger().warning(f"{kind} is refused: {error}")
+            return False, str(error)
+        self.event(kind, text)
+        return True, text

@@ -101,6 +101,11 @@ class Supervision:
     # -- every control period -----------------------------------------------------------------------------------------
 
     @property
+    def follows_law(self) -> bool:
+        """Whether the law commands, and no handover to it is under way."""
+        return self.operation is Operation.ACTIVE and self._handing_over is None
+
+    @property
     def wants_fallback(self) -> bool:
         """Whether the wrench of the fallback law is used, if there is one."""
         return self.operation is Operation.SAFE and self.parameters.action == "fallback"
