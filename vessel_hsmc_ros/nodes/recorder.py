@@ -17,7 +17,8 @@ from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.messages.definitions import definition
 from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
+from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.concerns import recording
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.topic_choice import TopicChoice
@@ -53,7 +54,7 @@ class RecorderNode(VesselNode):
             self._writer.attach(SCENARIO, scenario)
         self._sim_time = not p.lockstep and self.get_parameter("use_sim_time").value
         self._foreign = self._topics_named(FOREIGN_TOPICS)
-        self._dropped = 0
+        self._dropped = self._waited = 0
         self._collector = ParameterCollector(self)
         self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=self._wall)
@@ -121,6 +122,7 @@ class RecorderNode(VesselNode):
 
         def record(data: bytes, info: dict[str, int]) -> None:
             nonlocal expected, numbered
+            self._waited = max(self._waited, time.time_ns() - info["received_timestamp"])
             if numbered:
                 number = info["publication_sequence_number"]
                 if number > expected > 0:
@@ -203,6 +205,11 @@ class RecorderNode(VesselNode):
         if self._dropped:
             return WARN, f"{self._dropped} messages were lost", values
         return OK, f"recording; waiting for {', '.join(missing)}" if missing else "recording", values
+
+    def concerns(self) -> list[Concern]:
+        """Queue, disk space and gaps besides the status."""
+        waited, self._waited = self._waited, 0
+        return [*super().concerns(), *recording(self._writer.directory, waited / NANOSECONDS, self._dropped)]
 
 
 def _scenario(path: str) -> str:

@@ -78,7 +78,10 @@ class Scenario:
             scenario=self.name,
             law_source=source,
         )
-        return replace(self, recorder=recorder)
+        box = replace(
+            self.controller.black_box, directory=self.controller.black_box.directory or str(directory.parent / "black_box")
+        )
+        return replace(self, recorder=recorder, controller=replace(self.controller, black_box=box))
 
 
 def scenario_names() -> list[str]:
