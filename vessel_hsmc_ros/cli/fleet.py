@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -25,7 +26,7 @@ COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")
 
 
 def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options to a verb, which takes them as `vessels` and `spacing`."""
+    """Add the options to a verb, which takes them as `fleet`: the number and the distance of the vessels, or None."""
     number = click.option(
         "--vessels",
         type=click.IntRange(1, LARGEST),
@@ -40,17 +41,22 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
         show_default=True,
         help="Distance in y between the starts of two neighbours of --vessels, and between their references, m.",
     )
-    return number(spacing(command))
+
+    @functools.wraps(command)
+    def taking(vessels: int | None, spacing: float, **options: Any) -> Any:
+        return command(fleet=(vessels, spacing) if vessels else None, **options)
+
+    return number(spacing(taking))
 
 
-def run_vessels(base: Scenario, output: Path, count: int, namespace: str, spacing: float) -> int:
+def run_vessels(base: Scenario, output: Path, namespace: str, count: int, spacing: float) -> int:
     """Run a scenario with several vessels and print the result; returns the exit code.
 
     Args:
         base: The scenario of the first vessel.
         output: Folder in which the run folder is created.
-        count: Number of vessels.
         namespace: What their namespaces begin with; empty for the default.
+        count: Number of vessels.
         spacing: Distance in y between two neighbours, m.
 
     Raises:
