@@ -73,6 +73,7 @@ setup(
             "reference_ship_node = vessel_hsmc_ros.nodes.entry_points:reference_ship_node",
             "controller_node = vessel_hsmc_ros.nodes.entry_points:controller_node",
             "thruster_allocation_node = vessel_hsmc_ros.nodes.entry_points:thruster_allocation_node",
+            "fault_relay_node = vessel_hsmc_ros.nodes.entry_points:fault_relay_node",
             "recorder_node = vessel_hsmc_ros.nodes.entry_points:recorder_node",
             "marker_node = vessel_hsmc_ros.nodes.entry_points:marker_node",
             "watchdog_node = vessel_hsmc_ros.nodes.entry_points:watchdog_node",

@@ -12,12 +12,12 @@ from typing import Any
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch.events.process import ProcessExited
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
+from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.node_list import LOOP, taking_part
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.runs.supervisor import exclusive
@@ -86,7 +86,6 @@ def end_with(name: str) -> Callable[[ProcessExited, LaunchContext], Any]:
 def generate_launch_description() -> LaunchDescription:
     """The arguments and actions for `ros2 launch`."""
     flag = ["true", "false"]
-    profiles = str(share_directory() / "config" / "fastdds.xml")
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -107,7 +106,7 @@ def generate_launch_description() -> LaunchDescription:
                 description="Namespace of the vessel; the names of its frames are prefixed with it.",
             ),
             DeclareLaunchArgument("output", default_value="runs", description="Folder of the run folders."),
-            SetEnvironmentVariable(PROFILES, EnvironmentVariable(PROFILES, default_value=profiles)),
+            SetEnvironmentVariable(PROFILES, discovery_profiles()),
             OpaqueFunction(function=start_nodes),
         ]
     )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 
-os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))
+os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))  # on the local host only
 
 if find_spec("hypothesis") is not None:
     from hypothesis import settings
@@ -82,6 +82,7 @@ KINDS = {
     "core": "pure",
     "laws": "pure",
     "control": "pure",
+    "faults": "pure",
     "plant": "pure",
     "reference": "pure",
     "safety": "pure",

@@ -18,6 +18,7 @@ from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import SimParameters
 from vessel_sim_node.drives import ThrusterDrive, WrenchDrive
+from vessel_sim_node.fleet_clock import BEFORE_START, FleetClock
 from vessel_sim_node.ground_truth import GroundTruth
 from vessel_sim_node.hull_check import bounded
 from vessel_sim_node.thruster_plant import make_plant
@@ -60,18 +61,28 @@ class VesselSimNode(VesselNode):
         ):  # the allocation reads it too
             self.connections.add_publisher(self._odometry_out, "cmd_wrench")
             self.connections.add_publisher(self._odometry_out, "allocated_wrench")
-        self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
+        follows = lockstep and self.parameters.clock.source == "follow"
+        self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile, partner="/clock" if follows else ())
         self._truth = GroundTruth(self, self._plant, profile)
         self._odometry, self._clock_message = self.framed(conversions.new_odometry()), Clock()
         self._applied = self.framed(conversions.new_wrench())
         self.connections.allow_one_publisher("odom")
+        self._clock_out: Any = None
+        self._fleet: FleetClock | None = None
         if lockstep:
-            self.connections.allow_one_publisher("/clock")
             for topic in self._drive.topics:
                 self.connections.allow_one_publisher(topic)
-            self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
+            self._create_clock(follows)
             # A wall-clock timer: simulated time stands still while the command is awaited.
             self.create_timer(0.1, self._check_lockstep, clock=self._wall)
+
+    def _create_clock(self, follows: bool) -> None:
+        """Lockstep: publish /clock, unless this plant follows that of another; in a fleet, wait for the others at each step."""
+        if follows or self.parameters.clock.others:
+            self._fleet = FleetClock(self, () if follows else self.parameters.clock.others)
+        if not follows:
+            self.connections.allow_one_publisher("/clock")
+            self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
 
     def describe(self) -> str:
         """The ship, the rate and the length of the run."""
@@ -85,10 +96,18 @@ class VesselSimNode(VesselNode):
         if not self.parameters.lockstep:
             # Connecting the nodes takes time; the run begins when it is complete.
             self._pace.run(self._on_timer)
-        self._publish_motion()
-        self._publish_truth()
+        if self._fleet:
+            self._fleet.wait(BEFORE_START, 0, self._begin_step)
+        else:
+            self._begin_step()
 
     # -- steps --------------------------------------------------------------------------------------------------------
+
+    def _begin_step(self) -> None:
+        """Publish a step as a whole: the first one, and in a fleet each one when all vessels are ready for it."""
+        self._answer_at = time.monotonic()
+        self._publish_motion()
+        self._publish_truth()
 
     def _publish_motion(self) -> None:
         self.stamp = self._pace.stamp(self._step)
@@ -96,7 +115,7 @@ class VesselSimNode(VesselNode):
         measured_at = self._pace.stamp(self._step - self._plant.periods_late)
         conversions.write_odometry(self._odometry, conversions.time_message(measured_at), measured)
         self.send(self._odometry_out, self._odometry)
-        if self.parameters.lockstep:
+        if self._clock_out:
             self._clock_message.clock = conversions.time_message(self.stamp)
             self.send(self._clock_out, self._clock_message)
 
@@ -107,17 +126,22 @@ class VesselSimNode(VesselNode):
     def _finish_step(self, command: Any) -> None:
         """Apply a command to the present step and advance to the next; odometry first, because the controller waits for it."""
         wrench = self._drive.apply(self._plant, command)
-        stamp = conversions.time_message(self.stamp)
+        finished, stamp = self.stamp, conversions.time_message(self.stamp)
         last = self._step >= self._last_step
         if not last:
             self._plant.advance(wrench, self._load)
             self._step += 1
-            self._publish_motion()
+            if not self._fleet:
+                self._publish_motion()
             if self._limited_hull and not self._outside:
                 self._check_speeds()
         conversions.write_body_wrench(self._applied, stamp, wrench)
         self.send(self._applied_out, self._applied)
-        if last:
+        if self._fleet and last:
+            self._fleet.wait_for_end(finished, self._finish)
+        elif self._fleet:
+            self._fleet.wait(finished, self._grid.stamp(self._step), self._begin_step)
+        elif last:
             self._finish()
         else:
             self._publish_truth()
@@ -152,8 +176,14 @@ class VesselSimNode(VesselNode):
         """Lockstep: end the run when the command for the present step is overdue.
 
         Raises:
-            SimulationError: no command was received within the time-out.
+            SimulationError: no command was received within the time-out, or another plant of the fleet has ended.
         """
+        if self._fleet and self._fleet.waiting:
+            if lost := self._fleet.lost():
+                raise SimulationError(
+                    f"no node publishes {lost} any more, for which this plant waits at t = {seconds(self.stamp):g} s"
+                )
+            return
         waited = time.monotonic() - self._answer_at
         limit = self.parameters.command_timeout
         if self.connected and not self._paused and self._drive.answer is None and waited > limit:

@@ -34,6 +34,17 @@ def test_in_a_narrow_terminal_text_is_wrapped_and_numbers_stay_in_one_piece() ->
     assert "…" not in out.getvalue()
 
 
+def test_names_of_ordinary_length_are_not_broken_in_a_narrow_terminal() -> None:
+    out = io.StringIO()
+    row = ["turn_acceleration_share", "derived", "leaves moment for the disturbance; little where the moment is slow", "0.145"]
+    print_table(["gain", "origin", "reason", "value"], [row], text_columns=3, console=Console(width=60, file=out))
+    assert "turn_acceleration_share" not in out.getvalue()  # longer than a third of the width
+    out = io.StringIO()
+    print_table(["gain", "origin", "reason", "value"], [row], text_columns=3, console=Console(width=80, file=out))
+    assert "turn_acceleration_share" in out.getvalue()
+    assert "0.145" in out.getvalue()
+
+
 def test_a_table_without_names_has_no_header(capsys: pytest.CaptureFixture[str]) -> None:
     print_table(["", ""], [("position error, final", "24.0 m")])
     assert capsys.readouterr().out.split() == ["position", "error,", "final", "24.0", "m"]

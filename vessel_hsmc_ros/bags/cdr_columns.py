@@ -13,14 +13,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
-from rosbags.typesys import get_types_from_msg
 
-from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.bags.message_definition import read_definition
 
 Array = NDArray[Any]
 
 ENCAPSULATION = 4
 """Bytes of the encapsulation header before the first field; alignment counts from its end."""
+
+WIDEST = 1 << 20
+"""Bytes of the largest field that is decoded together with those of other messages: their index takes eight times as much."""
+
+LARGEST_TEXTS = 1 << 24
+"""Characters of the largest column of texts in NumPy's form, in which each takes as much as the longest."""
 
 _NUMBERS = {
     "bool": "?", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
@@ -96,10 +101,7 @@ class MessageType:
 
     def __init__(self, name: str, definition: str) -> None:
         self.name = name
-        try:
-            self._types: Mapping[str, Any] = get_types_from_msg(definition, name)
-        except Exception as error:  # the parser's errors have no common base
-            raise BagError(f"the definition of {name} cannot be read: {' '.join(str(error).split())}") from None
+        self._types = read_definition(name, definition)
 
     def fields(self) -> tuple[str, ...]:
         """The dotted names of all fields, down to numbers, strings and lists."""
@@ -169,7 +171,7 @@ class _Walk:
             self.numbers(kind, name, ())
             return
         length = self.length()
-        if not length:  # a string without even its terminating zero
+        if not 0 < length <= WIDEST:  # a string without even its terminating zero
             raise NoLayout
         self.layout.fields[name] = Location(self.position, f"S{length}", ())
         self.position += length
@@ -181,6 +183,8 @@ class _Walk:
         if shape != (0,):  # an empty sequence is not followed by padding
             self.align(np.dtype(code).itemsize)
         location = Location(self.position, code if code in ("?", "u1", "i1") else self.order + code, shape)
+        if location.size > WIDEST:
+            raise NoLayout
         self.layout.fields[name] = location
         self.position += location.size
 
@@ -206,8 +210,21 @@ def strings(column: Array) -> Array:
 def joined(parts: Iterable[Array]) -> Array:
     """Concatenate the parts of a column; an array of objects if their shapes differ."""
     columns = list(parts)
-    if len({column.shape[1:] for column in columns}) <= 1:
+    if len({column.shape[1:] for column in columns}) <= 1 and not _too_wide(columns):
         return np.concatenate(columns) if columns else np.empty(0)
     rows = np.empty(sum(map(len, columns)), dtype=object)
     rows[:] = [row for column in columns for row in column]
     return rows
+
+
+def texts(values: Sequence[str]) -> Array:
+    """A column of texts; of objects where one of them is so long that all in its width would take too much memory."""
+    column = np.empty(len(values), dtype=object)
+    column[:] = values
+    return column if len(values) * max(map(len, values), default=0) > LARGEST_TEXTS else np.array(values)
+
+
+def _too_wide(columns: Sequence[Array]) -> bool:
+    """Whether parts of a column of texts would take too much memory in the width of the widest."""
+    widest = max((column.itemsize // 4 for column in columns if column.dtype.kind == "U"), default=0)
+    return widest * sum(map(len, columns)) > LARGEST_TEXTS

@@ -3,10 +3,13 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
+import yaml
+
+from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
 from vessel_hsmc_ros.messages.topics import EVENTS
-from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.bags.reader import Bag
@@ -18,7 +21,7 @@ class Event(NamedTuple):
     Attributes:
         time: Since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect.
         node: Name of the node, without its namespace.
-        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal` or `path`.
+        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal`, `path` or `fault`.
         text: Details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`.
     """
 
@@ -50,7 +53,10 @@ def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
     for event in events:
         if event.kind == "parameter":
             name, _, values = event.text.partition(": ")
-            changes[name] = read_yaml(values.partition(" -> ")[2])
+            try:
+                changes[name] = read_yaml(values.partition(" -> ")[2])
+            except yaml.YAMLError as error:
+                raise BagError(f"event {event.text} cannot be read: {error}") from None
     return changes
 
 

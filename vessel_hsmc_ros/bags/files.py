@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import yaml
 from mcap.opcode import Opcode
+from mcap.records import Channel
 
 from vessel_hsmc_ros.bags.mcap_contents import read_contents
 from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_HEADER, RECORD_HEADER, file_records, message_offsets
@@ -16,6 +17,7 @@ from vessel_hsmc_ros.bags.mcap_scan import Contents, chunk_bytes
 from vessel_hsmc_ros.bags.rosbag2_compression import SUFFIX, decompress_file, decompress_messages, messages_are_compressed
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
 from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
 BLOCK = 1 << 22
@@ -83,7 +85,7 @@ class BagFiles:
             BagError: a chunk is damaged, or a file cannot be read any more.
         """
         for contents, block in self.blocks():
-            offsets = message_offsets(block)
+            offsets = channel_offsets(contents, block)
             chosen = [[(start, i) for start in offsets[i]] for i in offsets if contents.channels[i].topic in topics]
             # Merged by offset: within a block that is the recorded order.
             for start, channel in heapq.merge(*chosen):
@@ -97,6 +99,21 @@ class BagFiles:
                 yield decompress_messages(contents.path, data) if self._compressed_messages else data
         except OSError as error:
             raise BagError(f"{contents.path} cannot be read: {error.strerror}") from None
+
+
+def channel_offsets(contents: Contents, block: bytes) -> dict[int, list[int]]:
+    """Offsets of the Message records in a block of a file, by channel.
+
+    Raises:
+        BagError: the records do not fill the block, or a message has a channel that the file does not describe.
+    """
+    try:
+        offsets = message_offsets(block)
+    except ValueError as error:
+        raise BagError(f"{contents.path} is damaged: {error}") from None
+    if unknown := offsets.keys() - contents.channels.keys():
+        raise BagError(f"{contents.path} is damaged: it has messages of channel {min(unknown)}, but not the channel")
+    return offsets
 
 
 def bag_path(path: Path) -> Path:
@@ -140,7 +157,7 @@ def bag_files(path: Path, strict: bool = True) -> list[Path]:
     plain = list(path.glob("*.mcap"))
     # rosbag2 decompresses a file beside itself when it plays it: both are the same file of the bag.
     packed = [file for file in path.glob(f"*.mcap{SUFFIX}") if file.with_suffix("") not in plain]
-    files = sorted(plain + packed, key=_number)
+    files = sorted((file for file in plain + packed if file.is_file()), key=_number)  # a pipe would be waited for
     if not files:
         raise BagError(f"{path} is not a bag: it holds no MCAP file")
     return [file for file in files if file.stat().st_size] or files[:1]
@@ -160,9 +177,10 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     if not path.is_file():
         return {}
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = read_plain_yaml(read_text(path))
         information: dict[str, Any] = document["rosbag2_bagfile_information"]
         version, storage = int(information["version"]), str(information["storage_identifier"])
+        dict(information.get("custom_data") or {})
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         if not strict:
             return {}
@@ -172,6 +190,15 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     if storage != "mcap":
         raise BagError(f"bag {directory} is stored as {storage}: only mcap is read; `ros2 bag convert` makes it one")
     return information
+
+
+def offered_qos(channel: Channel) -> list[dict[str, Any]]:
+    """The QoS profiles of a channel's publishers; none where they cannot be read."""
+    try:
+        found = read_plain_yaml(channel.metadata.get("offered_qos_profiles", ""))
+    except yaml.YAMLError:
+        return []
+    return [dict(each) for each in found if isinstance(each, dict)] if isinstance(found, list) else []
 
 
 def _chunks(contents: Contents) -> Iterator[bytes]:

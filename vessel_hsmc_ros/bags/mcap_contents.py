@@ -1,13 +1,15 @@
 """Contents of an MCAP file: from its summary, or by a scan if the summary is missing or damaged."""
 
+import io
 import zlib
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Any
 
 from mcap.data_stream import ReadDataStream
 from mcap.reader import SeekingReader
-from mcap.records import Attachment, Metadata
+from mcap.records import Attachment, ChunkIndex, Metadata
 
 from vessel_hsmc_ros.bags.mcap_layout import CHECKSUM_SIZE, DATA_END, FOOTER, LONGEST_RECORD, MAGIC, RECORD_HEADER
 from vessel_hsmc_ros.bags.mcap_scan import DAMAGE, Contents, scan
@@ -51,7 +53,7 @@ def _summary_is_valid(path: Path, stream: IO[bytes]) -> bool:
     start: int
     _, _, start, _, checksum = FOOTER.unpack_from(tail, len(DATA_END))
     end = size - len(MAGIC) - CHECKSUM_SIZE
-    if not 0 < start < end:
+    if not 0 < start < end or end - start > LONGEST_RECORD:
         return False
     stream.seek(start)
     return not checksum or zlib.crc32(stream.read(end - start)) == int(checksum)  # 0: written without a checksum
@@ -70,17 +72,30 @@ def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
         contents.counts = Counter(statistics.channel_message_counts)
         if statistics.message_count:
             contents.extend_times(statistics.message_start_time, statistics.message_end_time)
-        contents.metadata = [(i.offset, i.length, _record_at(stream, i.offset, Metadata)) for i in summary.metadata_indexes]
-        contents.attachments = [
-            (i.offset, i.length, _record_at(stream, i.offset, Attachment)) for i in summary.attachment_indexes
-        ]
+        contents.metadata = [(i.offset, i.length, _record_at(stream, i, Metadata)) for i in summary.metadata_indexes]
+        contents.attachments = [(i.offset, i.length, _record_at(stream, i, Attachment)) for i in summary.attachment_indexes]
     except DAMAGE:
         return None
     # A writer may omit channels or the chunk index from the summary; then only a scan finds the messages.
+    if not _apart(contents.chunks, size):
+        return None
     unknown_channels = contents.counts.keys() - contents.channels.keys()
     return None if unknown_channels or (statistics.message_count and not contents.chunks) else contents
 
 
-def _record_at(stream: IO[bytes], offset: int, kind: Any) -> Any:
-    stream.seek(offset + RECORD_HEADER.size)
-    return kind.read(ReadDataStream(stream))
+def _record_at(stream: IO[bytes], index: Any, kind: Any) -> Any:
+    """The record that an index entry names; of its bytes and no more, because lengths within it can be damaged too."""
+    if index.length > LONGEST_RECORD:
+        raise ValueError("too large")
+    stream.seek(index.offset + RECORD_HEADER.size)
+    return kind.read(ReadDataStream(io.BytesIO(stream.read(index.length - RECORD_HEADER.size))))
+
+
+def _apart(chunks: Sequence[ChunkIndex], size: int) -> bool:
+    """Whether chunks lie within the file and apart: an index that names one of them a million times is not taken."""
+    end = len(MAGIC)
+    for chunk in sorted(chunks, key=lambda index: index.chunk_start_offset):
+        if chunk.chunk_start_offset < end or chunk.chunk_length < RECORD_HEADER.size:
+            return False
+        end = chunk.chunk_start_offset + chunk.chunk_length
+    return end <= size

@@ -44,8 +44,11 @@ CHECKSUM_SIZE = 4
 DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, CHECKSUM_SIZE) + bytes(CHECKSUM_SIZE)
 """The DataEnd record without a checksum; directly before the footer in a file that was not closed."""
 
-LONGEST_RECORD = 2**32
+LONGEST_RECORD = 1 << 28
 """A record header with a greater length is taken for damage."""
+
+LARGEST_CHUNK = 1 << 27
+"""Uncompressed bytes of the largest chunk that is read; writers make chunks of some megabytes at most."""
 
 FIRST_PRIVATE = 0x80
 """The first of the opcodes that the specification leaves to applications; readers skip records with such an opcode."""
@@ -56,15 +59,15 @@ _NOT_DATA = (0, Opcode.DATA_END, Opcode.FOOTER)
 def file_records(path: Path) -> Iterator[tuple[int, int, bytes]]:
     """Opcode, offset and content of the complete records in a file's data section, up to where it ends or breaks off."""
     with path.open("rb") as stream:
-        start = stream.seek(len(MAGIC))
+        size, start = path.stat().st_size, stream.seek(len(MAGIC))
         while len(header := stream.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
             opcode, length = RECORD_HEADER.unpack(header)
             # An opcode that is neither specified nor private comes from damaged bytes, whose length means nothing either.
             if opcode in _NOT_DATA or Opcode.DATA_END < opcode < FIRST_PRIVATE or length > LONGEST_RECORD:
                 return
-            content = stream.read(length)
-            if len(content) < length:
+            if start + RECORD_HEADER.size + length > size:  # before the memory for it is allocated
                 return
+            content = stream.read(length)
             yield opcode, start, content
             start += RECORD_HEADER.size + length
 
@@ -80,7 +83,11 @@ def chunk_records(data: bytes) -> Iterator[tuple[int, int, int]]:
 
 
 def message_offsets(data: bytes) -> dict[int, list[int]]:
-    """Offsets of the Message records in a chunk's uncompressed bytes, by channel."""
+    """Offsets of the Message records in a chunk's uncompressed bytes, by channel.
+
+    Raises:
+        ValueError: a record is shorter than its kind, or ends behind the last byte.
+    """
     offsets: dict[int, list[int]] = defaultdict(list)
     unpack, header_size, position = MESSAGE_HEADER.unpack_from, RECORD_HEADER.size, 0
     padded = data + bytes(MESSAGE_HEADER.size)  # so that the header of a short last record can be unpacked as a message's
@@ -89,5 +96,9 @@ def message_offsets(data: bytes) -> dict[int, list[int]]:
         opcode, length, channel, _, _, _ = unpack(padded, position)
         if opcode == Opcode.MESSAGE:
             offsets[channel].append(position)
+            if length < MESSAGE_FIELDS:
+                raise ValueError("a message is shorter than its header")
         position += header_size + length
+    if position != len(data):
+        raise ValueError("cut off")
     return offsets

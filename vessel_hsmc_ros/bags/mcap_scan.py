@@ -2,20 +2,23 @@
 
 import io
 import struct
+import zlib
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, MessageIndex, Metadata, Schema
-from mcap.stream_reader import get_chunk_data_stream
 
 from vessel_hsmc_ros.bags.mcap_layout import (
     FIRST_PRIVATE,
+    LARGEST_CHUNK,
+    LONGEST_RECORD,
     MESSAGE_HEADER,
     RECORD_HEADER,
     chunk_records,
@@ -23,7 +26,18 @@ from vessel_hsmc_ros.bags.mcap_layout import (
 )
 from vessel_hsmc_ros.core.exceptions import BagError
 
-DAMAGE = (McapError, zstandard.ZstdError, struct.error, ValueError, RuntimeError, EOFError, KeyError, TypeError, MemoryError)
+DAMAGE = (
+    McapError,
+    zstandard.ZstdError,
+    struct.error,
+    ValueError,
+    RuntimeError,
+    EOFError,
+    LookupError,
+    TypeError,
+    MemoryError,
+    OverflowError,
+)
 """Exceptions of the libraries for damaged bytes: RuntimeError is lz4's, MemoryError results from a damaged length."""
 
 
@@ -81,6 +95,8 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     """
     offset = index.chunk_start_offset
     try:
+        if index.chunk_length > LONGEST_RECORD:
+            raise ValueError("too large")
         stream.seek(offset + RECORD_HEADER.size)
         # No more than the chunk's own bytes: a damaged length within them could request any amount of memory.
         return _uncompressed(Chunk.read(_stream(stream.read(index.chunk_length - RECORD_HEADER.size))))
@@ -173,11 +189,28 @@ def _add_messages(contents: Contents, data: bytes) -> dict[int, MessageIndex]:
 
 
 def _uncompressed(chunk: Chunk) -> bytes:
-    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-    if size != chunk.uncompressed_size:
+    """The uncompressed bytes of a chunk, never more than it claims, and never more than LARGEST_CHUNK."""
+    size = chunk.uncompressed_size
+    if size > LARGEST_CHUNK:
+        raise ValueError("too large")
+    data = _decompressed(chunk.compression, chunk.data, size)
+    if len(data) != size or (chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc):
         raise ValueError("cut off")
-    data: bytes = stream.read(size)
     return data
+
+
+def _decompressed(compression: str, data: bytes, size: int) -> bytes:
+    """Decompress to at most `size` bytes; a library that is left to itself allocates what the data claim."""
+    if compression == "":
+        return data
+    if compression == "lz4":
+        unpacked: bytes = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size)
+        return unpacked
+    if compression != "zstd":
+        raise ValueError(f"compression {compression} is unknown")
+    if zstandard.frame_content_size(data) > size:
+        raise ValueError("claims more than the chunk")
+    return zstandard.ZstdDecompressor().decompress(data, max_output_size=size) if size else b""
 
 
 def _stream(data: bytes) -> ReadDataStream:

@@ -1,5 +1,6 @@
 """Decodes messages of one type into columns: all at once if their layout allows it, else one by one."""
 
+import struct
 from collections.abc import Sequence
 from functools import cached_property
 from operator import attrgetter
@@ -8,12 +9,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.serde import SerdeError
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_typestore
 
-from vessel_hsmc_ros.bags.cdr_columns import Layout, MessageType, NoLayout, joined, strings
+from vessel_hsmc_ros.bags.cdr_columns import Layout, MessageType, NoLayout, joined, strings, texts
+from vessel_hsmc_ros.bags.message_definition import read_definition
 from vessel_hsmc_ros.core.exceptions import BagError
 
 Array = NDArray[Any]
+
+DAMAGE = (
+    SerdeError,
+    AssertionError,
+    ValueError,
+    IndexError,
+    TypeError,
+    KeyError,
+    MemoryError,
+    OverflowError,
+    RecursionError,
+    struct.error,
+)
+"""Exceptions of `rosbags` for bytes that are not a message of their type."""
 
 WIDE = 8
 """Largest number of elements of an array that counts as narrow."""
@@ -51,7 +67,7 @@ class MessageDecoder:
         """
         try:
             return self._store.deserialize_cdr(data, self._kind)
-        except (SerdeError, AssertionError, ValueError, IndexError) as error:
+        except DAMAGE as error:
             raise BagError(f"a message of {self._topic} is not a {self._kind}: {' '.join(str(error).split())}") from None
 
     def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
@@ -98,7 +114,10 @@ class MessageDecoder:
             return None
         columns = self._layouts[size].gather(view, starts, names)
         if columns is not None:
-            columns = {name: strings(c) if c.dtype.kind == "S" else c for name, c in columns.items()}
+            try:
+                columns = {name: strings(c) if c.dtype.kind == "S" else c for name, c in columns.items()}
+            except UnicodeDecodeError as error:
+                raise BagError(f"a message of {self._topic} is not a {self._kind}: {error}") from None
         return columns
 
     def _one_by_one(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
@@ -113,13 +132,20 @@ class MessageDecoder:
     @cached_property
     def _store(self) -> Any:
         store = get_typestore(Stores.EMPTY)
-        store.register(get_types_from_msg(self._definition, self._kind))
+        try:
+            store.register(dict(read_definition(self._kind, self._definition)))
+        except BagError:
+            raise
+        except Exception as error:  # names or constants that its generator of code does not take
+            raise BagError(f"the definition of {self._kind} cannot be read: {error}") from None
         return store
 
 
 def _column(values: list[Any]) -> Array:
     """Values of one field: numbers and strings as such, anything else as objects."""
-    if values and isinstance(values[0], bool | int | float | str):
+    if values and isinstance(values[0], str):
+        return texts(values)
+    if values and isinstance(values[0], bool | int | float):
         return np.array(values)
     column = np.empty(len(values), dtype=object)
     column[:] = values

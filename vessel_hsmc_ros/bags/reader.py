@@ -23,18 +23,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.events import Event, changed_parameters, last_diagnostics, read_events
-from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
+from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.plant import Vessel
 
@@ -140,7 +140,8 @@ class Bag:
     @property
     def namespaces(self) -> list[str]:
         """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
-        return [name.removesuffix("odom") for name in self.topics if name.endswith("/odom")]
+        names = [name.removesuffix("odom") for name in self.topics if name.endswith("/odom")]
+        return [name for name in names if not name.endswith(f"/{RELAYED}")]
 
     def namespace(self, wanted: str | None = None) -> str:
         """The given namespace if it holds a vessel, or the only one that does, with its slashes.
@@ -156,23 +157,30 @@ class Bag:
             raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
 
-    def scenario(self, changes: dict[str, object] | None = None, at: float = -math.inf, any_law: bool = False) -> Scenario:
+    def scenario(
+        self,
+        changes: dict[str, object] | None = None,
+        at: float = -math.inf,
+        any_law: bool = False,
+        namespace: str | None = None,
+    ) -> Scenario:
         """The resolved scenario of the recording: attached to the bag, from the nodes' parameters, or from params.yaml beside it.
 
         Args:
             changes: Values by `node.parameter` that replace the recorded ones.
             at: A time as in `events`, s: parameters that were changed until then have their new values. At the start by default.
             any_law: Accept a law whose code is not known here, for an evaluation that only needs its name: without changes.
+            namespace: The vessel's, where the bag has several.
 
         Raises:
             ScenarioError: there is none, or it cannot be read.
             ParameterError: a parameter is unknown or out of range.
         """
         name = self.recording.get("scenario") or self.path.absolute().parent.name
-        text = self.attachments.get(SCENARIO, b"").decode()
-        live = changed_parameters(event for event in self.events() if event.time <= at) if at > -math.inf else {}
+        text = self.attachments.get(SCENARIO, b"").decode(errors="replace")
+        live = changed_parameters(event for event in self.events(namespace) if event.time <= at) if at > -math.inf else {}
         changed = {**live, **(changes or {})}
-        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law)
+        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law, namespace)
 
     def events(self, namespace: str | None = None) -> list[Event]:
         """The events of one vessel: services called, parameters changed while the nodes ran, goals and paths accepted.
@@ -208,7 +216,7 @@ class Bag:
             ScenarioError: the vessel is not given and the bag has no scenario.
         """
         prefix = self.namespace(namespace)
-        vessel = vessel or self.scenario(any_law=True).vessel_sim.vessel.coefficients()
+        vessel = vessel or self.scenario(any_law=True, namespace=prefix).vessel_sim.vessel.coefficients()
         names = [name for name in run_from_bag.TOPICS if self.topics.get(prefix + name)]
         for name in run_from_bag.NEEDED:
             if name not in names:
@@ -248,8 +256,8 @@ class Bag:
         if channel.message_encoding != "cdr" or schema is None or schema.encoding != "ros2msg":
             raise BagError(f"{contents.path}: {channel.topic} is not a ROS 2 topic, cdr with a ros2msg schema")
         if channel.topic not in self.topics:
-            qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or []
+            qos = offered_qos(channel)
             type_hash = channel.metadata.get("topic_type_hash", "")
-            series = Series(channel.topic, schema.name, schema.data.decode(), type_hash, qos, self._source)
+            series = Series(channel.topic, schema.name, schema.data.decode(errors="replace"), type_hash, qos, self._source)
             self.topics[channel.topic] = series
         self.topics[channel.topic].count += contents.counts[channel.id]

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
 from mcap.data_stream import RecordBuilder
 
-from vessel_hsmc_ros.bags.files import bag_files, bag_information
+from vessel_hsmc_ros.bags.files import bag_files, bag_information, offered_qos
 from vessel_hsmc_ros.bags.mcap_contents import read_contents
 from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE
 from vessel_hsmc_ros.bags.mcap_scan import Contents, scan
@@ -70,8 +69,9 @@ def repair(directory: Path) -> Repair:
 
 
 def _metadata_matches(directory: Path, found: Sequence[Contents]) -> bool:
-    listed = bag_information(directory, strict=False).get("files", [])
-    return [(e.get("path"), e.get("message_count")) for e in listed] == [(c.path.name, c.counts.total()) for c in found]
+    listed = bag_information(directory, strict=False).get("files")
+    entries = [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
+    return [(e.get("path"), e.get("message_count")) for e in entries] == [(c.path.name, c.counts.total()) for c in found]
 
 
 def _complete(contents: Contents) -> None:
@@ -98,10 +98,11 @@ def _write_metadata(directory: Path, files: Sequence[Contents]) -> None:
     notes = dict(before.get("custom_data") or {})
     for contents in files:
         for channel in contents.channels.values():
-            schema = contents.schemas[channel.schema_id]
-            qos = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "[]"))
+            if (schema := contents.schemas.get(channel.schema_id)) is None:
+                raise BagError(f"{contents.path} cannot be described: {channel.topic} has no schema")
+            qos = offered_qos(channel)
             type_hash = channel.metadata.get("topic_type_hash", "")
-            new = Topic(channel.topic, schema.name, schema.data.decode(), type_hash, qos)
+            new = Topic(channel.topic, schema.name, schema.data.decode(errors="replace"), type_hash, qos)
             topics.setdefault(channel.topic, new).count += contents.counts[channel.id]
         entries.append(FileEntry(contents.path.name, contents.start_time, contents.end_time, contents.counts.total()))
         for _, _, record in contents.metadata:

@@ -4,21 +4,25 @@ It is independent of the compression of chunks within MCAP files, which metadata
 """
 
 import shutil
-from collections.abc import Mapping
+import struct
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import zstandard
 from mcap.opcode import Opcode
 
-from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, chunk_records
+from vessel_hsmc_ros.bags.mcap_layout import LARGEST_CHUNK, MESSAGE_FIELDS, MESSAGE_HEADER, chunk_records
 from vessel_hsmc_ros.core.exceptions import BagError
 
 SUFFIX = ".zstd"
 """Suffix of the files of a bag that is compressed file by file."""
 
-LARGEST_MESSAGE = 1 << 30
+LARGEST_MESSAGE = LARGEST_CHUNK
 """A compressed message that claims more bytes than this is taken for damage, and its memory is not allocated."""
+
+LARGEST_FACTOR = 1000
+"""A file that decompresses to more than this many times its size is refused: recordings compress to a third or a tenth."""
 
 _BLOCK = 1 << 22
 _FRAME_HEADER = 18
@@ -63,7 +67,11 @@ def decompress_file(path: Path, folder: Path) -> Path:
             source.seek(0)
             # A frame that was cut off ends without an error: its MCAP file is then read as one that was cut off.
             with zstandard.ZstdDecompressor().stream_reader(source, closefd=False, read_across_frames=True) as stream:
-                shutil.copyfileobj(stream, sink, _BLOCK)
+                limit = LARGEST_FACTOR * path.stat().st_size + _BLOCK
+                while block := stream.read(_BLOCK):
+                    if sink.tell() > limit:
+                        raise BagError(f"{path} is refused: it decompresses to more than {LARGEST_FACTOR} times its size")
+                    sink.write(block)
     except zstandard.ZstdError:
         raise BagError(f"{path} is damaged: it cannot be decompressed as zstd") from None
     except OSError as error:
@@ -82,14 +90,25 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
         BagError: a message is damaged.
     """
     decompressor = zstandard.ZstdDecompressor()
-    parts = []
-    for opcode, start, end in chunk_records(records):
+    parts: list[bytes] = []
+    size = 0
+    for opcode, start, end in _records(path, records):
         if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
             continue
         _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
         data = _decompressed(path, decompressor, records[start + MESSAGE_HEADER.size : end])
         parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
+        size += len(data)
+        if size > LARGEST_CHUNK:
+            raise BagError(f"{path} is refused: the messages of a chunk decompress to more than {LARGEST_CHUNK >> 20} MiB")
     return b"".join(parts)
+
+
+def _records(path: Path, records: bytes) -> Iterator[tuple[int, int, int]]:
+    try:
+        yield from chunk_records(records)
+    except struct.error:
+        raise BagError(f"{path} is damaged: a record of a chunk is cut off") from None
 
 
 def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: bytes) -> bytes:

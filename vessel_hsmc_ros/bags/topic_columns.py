@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags.cdr_columns import joined
-from vessel_hsmc_ros.bags.files import BagFiles
-from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, MESSAGE_HEADER_TYPE, message_offsets
+from vessel_hsmc_ros.bags.files import BagFiles, channel_offsets
+from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, MESSAGE_HEADER_TYPE
 from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
@@ -144,7 +144,7 @@ def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
     parts = {name: {field: _ColumnParts() for field in missing} for name, (_, missing) in wanted.items()}
     files = next(iter(wanted.values()))[0].files.blocks() if wanted else ()
     for contents, block in files:
-        for channel, offsets in message_offsets(block).items():
+        for channel, offsets in channel_offsets(contents, block).items():
             name = contents.channels[channel].topic
             if name in wanted:
                 series, missing = wanted[name]

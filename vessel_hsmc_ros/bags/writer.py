@@ -76,11 +76,10 @@ class BagWriter:
             self._write_metadata()
 
     def add_topic(self, topic: Topic) -> None:
-        """Open a channel for a topic."""
+        """Open a channel for a topic; metadata.yaml has it from the next flush on."""
         self._open_channel(topic)
         self._topics.append(topic)
-        with self._bag_errors():
-            self._write_metadata()
+        self._described = False
 
     def attach(self, name: str, text: str) -> None:
         """Attach a YAML text to each of the bag's files; a new text replaces an old one of the same name."""
@@ -114,6 +113,8 @@ class BagWriter:
         """Pass all messages to the operating system, so that they survive the end of this process."""
         with self._bag_errors():
             self._file.commit()
+            if not self._described:  # not for each topic: the hundreds of a fleet appear at the same time
+                self._write_metadata()
 
     def flush_metadata(self) -> None:
         """Bring metadata.yaml up to date, for readers of the bag of a recorder that was killed."""
@@ -175,6 +176,7 @@ class BagWriter:
 
     def _write_metadata(self) -> None:
         """Also at the start, so that the folder of a recorder that is killed can be recognised as a bag."""
+        self._described = True
         files = self._finished
         if len(files) == 0 or files[-1].name != self._file.contents.path.name:
             files = [*files, self._entry()]

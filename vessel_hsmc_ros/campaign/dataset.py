@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from vessel_hsmc_ros.campaign.plan import Campaign, Source
 from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.scenario.bounded_text import read_text
 
 if TYPE_CHECKING:
     import pyarrow
@@ -49,7 +50,7 @@ class Dataset:
         """
         about = self.read_about()
         try:
-            text, scenario = (self.path / "campaign.yaml").read_text("utf-8"), (self.path / "scenario.yaml").read_text("utf-8")
+            text, scenario = read_text(self.path / "campaign.yaml"), read_text(self.path / "scenario.yaml")
             return Source(str(about["name"]), text, str(about["scenario"]), scenario)
         except (OSError, UnicodeDecodeError, KeyError) as error:
             raise CampaignError(f"{self.path} is not the folder of a campaign: {error}") from None
@@ -65,9 +66,9 @@ class Dataset:
             CampaignError: it is missing or damaged.
         """
         try:
-            about = json.loads((self.path / "campaign.json").read_text("utf-8"))
+            about = json.loads(read_text(self.path / "campaign.json"))
             return {**about, "repetitions": int(about["repetitions"])}
-        except (OSError, ValueError, TypeError, KeyError):
+        except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError):
             raise CampaignError(f"{self.path} is not the folder of a campaign: it has no valid campaign.json") from None
 
     def files(self) -> list[Path]:

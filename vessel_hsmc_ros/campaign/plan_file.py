@@ -16,7 +16,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import parse_scenario, scenario_text
 
 KEYS = ("scenario", "set", "laws", "runs", "sampling", "seed", "draw", "limits", "chunk")
@@ -41,7 +42,7 @@ def read_source(name: Path | str) -> Source:
     """
     path = _find(name)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"campaign file {path} cannot be read: {in_one_line(error)}") from None
     scenario = document(Source(path.stem, text, "", "")).get("scenario")

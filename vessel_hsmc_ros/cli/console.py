@@ -74,7 +74,9 @@ def print_table(
         for column in columns:
             is_text = column < text_columns
             justify: JustifyMethod = "left" if is_text else "right"
-            table.add_column(lines[0][column], justify=justify, no_wrap=not is_text, overflow="fold")
+            cells = [row[column] for row in lines]
+            is_name = not any(" " in cell for cell in cells) and max(map(len, cells)) <= console.width // 3
+            table.add_column(lines[0][column], justify=justify, no_wrap=is_name or not is_text, overflow="fold")
         for row in lines[1:]:
             table.add_row(*(row[column] for column in columns))
         console.print(table)

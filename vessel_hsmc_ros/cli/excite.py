@@ -12,6 +12,7 @@ from vessel_hsmc_ros.cli.console import print_line, print_table
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.parameters_file import tree
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
@@ -104,7 +105,7 @@ def _is_vessel_file(path: Path) -> bool:
         ScenarioError: it cannot be read.
     """
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = read_yaml(read_text(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise ScenarioError(f"file {path} cannot be read: {' '.join(str(error).split())}") from None
     return isinstance(document, dict) and "vessel" in document

@@ -1,16 +1,18 @@
 """Arguments and options that several verbs take."""
 
+import functools
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 import yaml
 
 from vessel_hsmc_ros.cli.console import print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
-from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 from vessel_hsmc_ros.simulation import compilation
@@ -74,6 +76,20 @@ output_option = click.option(
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
 
 vessel_option = click.option("--namespace", default="", help="ROS namespace of the vessel.")
+
+
+def live_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of the live view to a verb, which takes them as `live_port`, None for no live view."""
+
+    @functools.wraps(command)
+    def taking(live: bool, live_port: int, **options: Any) -> Any:
+        return command(live_port=live_port if live else None, **options)
+
+    ports = click.IntRange(1, 65535)
+    port = click.option("--live-port", type=ports, default=8765, show_default=True, help="Port of the live view.")
+    switch = click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
+    return switch(port(taking))
+
 
 NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 

@@ -56,8 +56,8 @@ def check(entry: Entry, value: object, owner: str) -> Value:
     """
     try:
         converted = _convert(entry.type, value)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{owner}.{entry.name} = {value!r} is not allowed: it takes {entry.allowed}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"{owner}.{entry.name} = {_brief(value)} is not allowed: it takes {entry.allowed}") from None
     numbers = converted if isinstance(converted, tuple) else (converted,)
     outside = any(_outside(entry, number) for number in numbers)
     wrong_length = entry.length is not None and len(numbers) != entry.length
@@ -65,6 +65,13 @@ def check(entry: Entry, value: object, owner: str) -> Value:
         remedy = f"; {entry.remedy}" if entry.remedy else ""
         raise ParameterError(f"{owner}.{entry.name} = {shown(converted)} is not allowed: it takes {entry.allowed}{remedy}")
     return converted
+
+
+def _brief(value: object) -> str:
+    try:
+        return repr(value)
+    except ValueError:  # Python writes integers of up to some thousand digits only
+        return "an integer of very many digits"
 
 
 def _outside(entry: Entry, number: object) -> bool:

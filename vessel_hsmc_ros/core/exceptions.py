@@ -1,8 +1,17 @@
 """All errors that this package raises deliberately; every message is one line that names the problem and the remedy."""
 
+LONGEST = 4000
+"""Characters of the longest error message."""
+
 
 class VesselHsmcError(Exception):
-    """Base of all errors raised by this package."""
+    """Base of all errors raised by this package.
+
+    Its text is one line of printable characters, whatever the names and values from files are that it quotes.
+    """
+
+    def __init__(self, *parts: object) -> None:
+        super().__init__(*(_one_line(part) if isinstance(part, str) else part for part in parts))
 
 
 class ParameterError(VesselHsmcError):
@@ -63,3 +72,10 @@ class ReportError(VesselHsmcError):
 
 class InstallationError(VesselHsmcError):
     """The package or a package it needs is not completely installed."""
+
+
+def _one_line(text: str) -> str:
+    """A text without line breaks and control characters, which could command a terminal, and of limited length."""
+    if len(text) > LONGEST:
+        text = text[:LONGEST] + " ..."
+    return text if text.isprintable() else "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in text)

@@ -9,7 +9,10 @@ from vessel_hsmc_ros.core.exceptions import InstallationError
 PACKAGE = "vessel_hsmc_ros"
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
-"""Environment variable of the Fast DDS profiles; those of this package, config/fastdds.xml, shorten discovery."""
+"""Environment variable of the Fast DDS profiles; those of this package stay on the local host and shorten discovery."""
+
+RANGE, PEERS, TRANSPORTS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "FASTDDS_BUILTIN_TRANSPORTS"
+"""Environment variables by which a user chooses which machines the nodes discover, and how."""
 
 REMEDIES = {
     # colcon does not search below a folder that has a package.xml, so a plain build omits the messages without a warning.
@@ -42,6 +45,17 @@ def share_directory() -> Path:
         if (candidate / "config").is_dir():
             return candidate
     raise InstallationError("the package's config folder is in none of " + ", ".join(map(str, candidates)))
+
+
+def discovery_profiles() -> str:
+    """The Fast DDS profiles of the nodes that this package starts: the user's own, or those of the package.
+
+    Without a word from the user the nodes use the loopback interface only. A discovery range beyond it, static peers or
+    transports of his choice take effect as ROS documents them.
+    """
+    given = os.environ.get
+    beyond = given(RANGE, "LOCALHOST").upper() != "LOCALHOST" or given(PEERS) or given(TRANSPORTS)
+    return given(PROFILES) or str(share_directory() / "config" / ("fastdds_network.xml" if beyond else "fastdds.xml"))
 
 
 def missing_module(error: ModuleNotFoundError) -> str:

@@ -1,5 +1,6 @@
 """The nodes of the package: the one list of their names, modules and executables."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 
@@ -26,6 +27,14 @@ WATCHERS = {
 }
 """Nodes outside the closed loop: a run takes place without them."""
 
+AUXILIARY = {
+    "fault_relay": NodeProgram("vessel_hsmc_ros.nodes.fault_relay", "fault_relay_node"),
+}
+"""Nodes that take part in a run only on demand, and whose parameters are not part of a scenario."""
+
+RELAY = "fault_relay"
+"""The node that carries out scripted faults."""
+
 ALLOCATION = "thruster_allocation"
 """The node of the loop that takes part only where thrusters drive the ship."""
 
@@ -33,6 +42,14 @@ START_ORDER = tuple(reversed(LOOP))
 """The recorder starts first, so that it hears every node, and the plant, which sets the pace, starts last."""
 
 
-def taking_part(by_thrusters: bool) -> tuple[str, ...]:
-    """The nodes of a loop in the order of their start; the allocation is one of them where thrusters drive the ship."""
-    return tuple(name for name in START_ORDER if by_thrusters or name != ALLOCATION)
+def taking_part(by_thrusters: bool, vessels: Sequence[str] = ()) -> tuple[str, ...]:
+    """The nodes of a loop in the order of their start, such as `vessel_2/controller` in a fleet, which has one recorder.
+
+    Args:
+        by_thrusters: Whether thrusters drive the ship, so that the allocation is one of them.
+        vessels: Namespaces of the vessels of a fleet; none for a single vessel without one of its own.
+    """
+    names = [name for name in START_ORDER if by_thrusters or name != ALLOCATION]
+    if not vessels:
+        return tuple(names)
+    return ("recorder", *(f"{vessel}/{name}" for name in names if name != "recorder" for vessel in vessels))

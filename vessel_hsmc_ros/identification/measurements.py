@@ -1,6 +1,9 @@
 """Measurements from runs, bags and CSV files."""
 
 import csv
+import io
+import math
+from array import array
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +15,7 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.identification.checks import checked
 from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_text
 
 NEEDED = ("time", "x", "y")
 HEADINGS = ("heading", "heading_deg")
@@ -103,15 +107,21 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
 
 def _table(path: Path) -> dict[str, Array]:
     """The columns of a CSV file by name; an empty field is NaN."""
+    numbers = array("d")  # eight bytes for each number, where a list of lists would take sixty
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            header, *rows = [row for row in csv.reader(file) if row]
-        values = np.array([[float(field) if field.strip() else np.nan for field in row] for row in rows])
-    except (OSError, ValueError) as error:
+        rows = (row for row in csv.reader(io.StringIO(read_text(path, LARGEST_TABLE), newline="")) if row)
+        header = [name.strip() for name in next(rows, [])]
+        for number, row in enumerate(rows, 1):
+            if len(row) != len(header):
+                raise IdentificationError(f"cannot read {path}: {len(header)} names, but {len(row)} numbers in row {number}")
+            numbers.extend(float(field) if field.strip() else math.nan for field in row)
+    except (OSError, ValueError, csv.Error) as error:
         raise IdentificationError(f"cannot read {path} as a table of numbers with a row of names: {error}") from error
-    if values.ndim != 2 or values.shape[1] != len(header):
-        raise IdentificationError(f"cannot read {path}: {len(header)} names, but {values.shape[-1]} numbers in a row")
-    return dict(zip((name.strip() for name in header), values.T, strict=True))
+    if not numbers:
+        raise IdentificationError(f"cannot read {path} as a table of numbers with a row of names: it has no numbers")
+    if twice := [name for name in header if header.count(name) > 1]:
+        raise IdentificationError(f"{path} has more than one column {twice[0]}")
+    return dict(zip(header, np.array(numbers).reshape(-1, len(header)).T, strict=True))
 
 
 def _measurements(time: Array, state: Array, wrench: Array, name: str) -> Measurements:

@@ -26,7 +26,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, Thruster, ThrusterLayout
 from vessel_hsmc_ros.report.record import limits
-from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import vessel_names
 from vessel_sim_node.plant import damping_force
@@ -119,7 +119,7 @@ def is_vessel(name: str | Path) -> bool:
     if path.suffix not in SUFFIXES or not path.is_file():
         return str(name) in vessel_names()
     try:
-        document = read_yaml(path.read_text(encoding="utf-8"))
+        document = read_yaml(read_text(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError):
         return False  # the reader of scenarios reports it
     return isinstance(document, dict) and "vessel" in document

@@ -31,3 +31,8 @@ def stamp(data: bytes) -> int:
     """The time stamp, ns, at the beginning of a serialised message, after the four bytes of encapsulation."""
     sec, nanosec = _STAMP.unpack_from(data, 4)
     return int(sec * NANOSECONDS + nanosec)
+
+
+def with_stamp(data: bytes, stamp: int) -> bytes:
+    """A serialised message that begins with a time stamp, with another one, ns."""
+    return data[:4] + _STAMP.pack(*divmod(stamp, NANOSECONDS)) + data[4 + _STAMP.size :]

@@ -24,6 +24,12 @@ RECORDED_TOPICS = {
     "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
 }
 
+RELAYED = "relayed/"
+"""Prefix of the topics on which the relay of scripted faults passes messages on."""
+
+THRUSTER_DEMAND = "std_msgs/msg/Float64"
+"""Type of the demands below `thrusters/`."""
+
 FOREIGN_TOPICS = ("goal_pose", "path")
 """Recorded topics that other programs publish; their stamps need not be in the time of the run."""
 
@@ -45,3 +51,8 @@ WATCHED_TOPICS = {
     "reference/path": "nav_msgs/msg/Path",
     "/tf": "tf2_msgs/msg/TFMessage",
 }
+
+
+def message_type(topic: str) -> str:
+    """The type of a topic of a run, without its namespace."""
+    return RECORDED_TOPICS.get(topic, THRUSTER_DEMAND)

@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
+from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
@@ -55,6 +56,7 @@ class VesselNode(Node):
     NAME: ClassVar[str]
     PARAMETERS: type
     POLL_PERIOD: ClassVar[float] = 0.0
+    black_box: BlackBox | None = None
 
     def __init__(self, **options: Any) -> None:
         super().__init__(self.NAME, **options)
@@ -96,7 +98,7 @@ class VesselNode(Node):
         self._topics["publishes"].append(publisher.topic_name)
         return publisher
 
-    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
+    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile, raw: bool = False) -> None:
         """Subscribe to a topic whose messages drive the node.
 
         In lockstep the subscription is created only when the topic has a publisher. It is then connected as soon as the publisher
@@ -107,11 +109,15 @@ class VesselNode(Node):
             topic: Name relative to the node's namespace.
             callback: Called with each message.
             profile: Quality of service.
+            raw: Whether the callback takes serialised messages.
         """
         if self.parameters.lockstep:
-            self.connections.add_subscription(Awaited(kind, topic, callback, profile))
+            self.connections.add_subscription(Awaited(kind, topic, callback, profile, raw))
+        elif self.black_box and not raw:
+            kept = self.black_box.receiver(self.resolve_topic_name(topic), kind, callback)
+            self.create_subscription(kind, topic, kept, profile, raw=True)
         else:
-            self.create_subscription(kind, topic, callback, profile)
+            self.create_subscription(kind, topic, callback, profile, raw=raw)
         self._topics["subscribes to"].append(self.resolve_topic_name(topic))
 
     def framed(self, message: Any) -> Any:
@@ -142,7 +148,9 @@ class VesselNode(Node):
                         f"a reader of {publisher.topic_name} has not kept up for {SEND_LIMIT:g} s: is it alive?"
                     ) from None
             else:
-                return
+                break
+        if self.black_box:
+            self.black_box.keep(publisher.topic_name, message)
 
     def describe(self) -> str:
         """The node's task and its main parameters, for the line that it logs at its start; empty by default."""
@@ -179,6 +187,8 @@ class VesselNode(Node):
         for publisher in self.publishers:
             if publisher.get_subscription_count():
                 publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
+        if self.black_box:
+            self.black_box.close()
 
     # -- life cycle ---------------------------------------------------------------------------------------------------
 
@@ -207,12 +217,17 @@ class VesselNode(Node):
         """Log the failure that ends the node as FATAL, for /rosout and the bag, and store it for the final status."""
         self.failure = reason
         self.get_logger().fatal(reason)
+        if self.black_box:
+            self.black_box.write(reason, ends=True)
 
     def publish_diagnostics(self, only_changes: bool = False) -> None:
         """Publish the node's status and that of each concern; with `only_changes`, if the level of one of them has changed."""
         own, *others = self.concerns()
         others = others if self.connected else []
-        self.reporter.diagnose([self._overall(summarised(own, others)), *others], only_changes)
+        whole = self._overall(summarised(own, others))
+        self.reporter.diagnose([whole, *others], only_changes)
+        if self.black_box and whole.level == ERROR:
+            self.black_box.write(whole.message)
 
     def _overall(self, own: Concern) -> Concern:
         """The most important of: failure, missing connection, conflicting publisher, and the status of the node's own work."""

@@ -27,6 +27,7 @@ class Awaited(NamedTuple):
     topic: str
     callback: Callable[[Any], None]
     profile: QoSProfile
+    raw: bool = False
 
 
 class Connections:
@@ -75,9 +76,10 @@ class Connections:
     def missing(self) -> list[str]:
         """List what the node still waits for; topics that have a publisher by now are subscribed to."""
         for awaited in list(self._awaited):  # a copy: found ones are removed
-            if self._node.count_publishers(awaited.topic):
+            if self._node.count_publishers(self._node.resolve_topic_name(awaited.topic)):  # a remapped one by its new name
                 self._awaited.remove(awaited)
-                self.subscriptions.append(self._node.create_subscription(*awaited))
+                *arguments, raw = awaited
+                self.subscriptions.append(self._node.create_subscription(*arguments, raw=raw))
         found = [f"a publisher of {self._node.resolve_topic_name(awaited.topic)}" for awaited in self._awaited]
         found += [lack for publisher, partner in self._publishers if (lack := self.missing_reader(publisher, *partner))]
         return list(dict.fromkeys(found))

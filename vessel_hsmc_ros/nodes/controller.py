@@ -1,5 +1,6 @@
 """The controller node: runs a control law at a fixed rate on ROS time, and commands what its supervision allows."""
 
+import math
 import sys
 import time
 from collections.abc import Iterator
@@ -16,6 +17,9 @@ from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import WARN, Concern
+from vessel_hsmc_ros.nodes.black_box import installed
+from vessel_hsmc_ros.nodes.concerns import ages
+from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
 from vessel_hsmc_ros.nodes.controller_status import guard_concern, operation_status
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
@@ -63,6 +67,8 @@ class ControllerNode(ManagedNode):
         self._zeros = LAST_COMMANDS
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
+        self.health = ControlConcerns(self.loop, p.lockstep)
+        self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
         self.manage()
@@ -132,7 +138,9 @@ class ControllerNode(ManagedNode):
         """
         self.publish_command(stamp)
         time_stamp = conversions.time_message(stamp)
-        self._updates += terms is not None
+        if terms is not None:
+            self._updates += 1
+            self.health.stepped(terms)
         conversions.write_terms(self._state, time_stamp, terms or Terms())
         self._state.operation, self._state.reason = int(self.loop.supervision.operation), int(self.loop.supervision.reason)
         self._state.compute_time = self._compute_time
@@ -244,8 +252,15 @@ class ControllerNode(ManagedNode):
         return level, message, values
 
     def concerns(self) -> list[Concern]:
-        """The node as a whole, its inputs and its output guard."""
-        return [*super().concerns(), self.inputs.monitor.concern(), guard_concern(self.loop.supervision)]
+        """The node as a whole, its inputs, its output guard, and the health of law and timing."""
+        inputs, guard = self.inputs.monitor.concern(), guard_concern(self.loop.supervision)
+        health = self.health.concerns(self.parameters.diagnostics)
+        return [*super().concerns(), inputs, self._input_age(), guard, *health]
+
+    def _input_age(self) -> Concern:
+        p = self.parameters
+        limit = math.inf if p.lockstep else p.input_timeout  # in lockstep the plant waits, for instance during a pause
+        return ages("input age", self.inputs.monitor.ages(self.stamp if p.lockstep else self.now()), limit)
 
 
 def main(arguments: list[str] | None = None) -> int:

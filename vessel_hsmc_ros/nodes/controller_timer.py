@@ -107,6 +107,7 @@ class RealTime:
         self._last = now
         if not node.loop.due(now - self._origin):
             return
+        node.health.served(now)
         reason = Reason.NONE if self._alone else Reason.SECOND_PUBLISHER
         if node.computes:
             with node.timed():

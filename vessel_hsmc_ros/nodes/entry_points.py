@@ -11,7 +11,7 @@ from collections.abc import Callable
 from importlib import import_module
 
 from vessel_hsmc_ros.core.install_paths import missing_module
-from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 
 
 def entry_point(module: str) -> Callable[[], int]:
@@ -40,6 +40,7 @@ reference_ship_node = entry_point(LOOP["reference_ship"].module)
 controller_node = entry_point(LOOP["controller"].module)
 thruster_allocation_node = entry_point(LOOP["thruster_allocation"].module)
 recorder_node = entry_point(LOOP["recorder"].module)
+fault_relay_node = entry_point(AUXILIARY["fault_relay"].module)
 marker_node = entry_point(WATCHERS["markers"].module)
 watchdog_node = entry_point(WATCHERS["watchdog"].module)
 live_node = entry_point(WATCHERS["live"].module)

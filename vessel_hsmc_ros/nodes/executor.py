@@ -7,10 +7,11 @@ all messages they hold, and serves everything else a fixed number of times a sec
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from typing import Any
 
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 
@@ -29,10 +30,19 @@ class DirectExecutor(SingleThreadedExecutor):
         poll_period: Poll the subscriptions with this period, s, so that many messages cost one wake-up; 0 waits for messages
             instead.
         context: The context of the nodes.
+        service_period: Time after which everything else is served again, s.
     """
 
-    def __init__(self, subscriptions: list[Subscription], poll_period: float = 0.0, context: Context | None = None) -> None:
+    def __init__(
+        self,
+        subscriptions: list[Subscription],
+        poll_period: float = 0.0,
+        context: Context | None = None,
+        service_period: float = SERVICE_PERIOD,
+    ) -> None:
         super().__init__(context=context)
+        self._service_period = service_period
+        self._known: set[int] = set()
         self._direct = subscriptions
         self._poll_period = poll_period
         self._next_service = 0.0
@@ -49,6 +59,7 @@ class DirectExecutor(SingleThreadedExecutor):
                     for subscription in self._direct[size:]:
                         held.enter_context(subscription.handle)
                     size = len(self._direct)
+                    self._known = {id(subscription) for subscription in self._direct}
                     wait_set = rclpy_implementation.WaitSet(size, 0, 0, 0, 0, 0, self._context.handle)
                 if not self.take_direct():
                     self._wait(wait_set)
@@ -83,6 +94,15 @@ class DirectExecutor(SingleThreadedExecutor):
         wait_set.wait(int(SERVICE_PERIOD * 1e9))  # type: ignore[attr-defined]
 
     def _serve_rest(self) -> None:
-        """Serve one entity by rclpy's own executor, whose generator serves every ready one in turn."""
-        self.spin_once(timeout_sec=0.0)
-        self._next_service = time.monotonic() + SERVICE_PERIOD
+        """Serve every other entity that is ready, but not for longer than a service period."""
+        end = time.monotonic() + self._service_period
+        with suppress(TimeoutException, ShutdownException):
+            while time.monotonic() < end:
+                handler, *_ = self.wait_for_ready_callbacks(timeout_sec=0.0)
+                handler()
+                handler.result()  # raises the exception of the callback
+        self._next_service = time.monotonic() + self._service_period
+
+    def can_execute(self, entity: Any) -> bool:
+        """Leave the direct subscriptions out of rclpy's wait set: with many of them, building it would take most of the time."""
+        return id(entity) not in self._known and super().can_execute(entity)

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.utilities import remove_ros_args
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 from vessel_hsmc_ros.scenario import parameters
 
 INTERFACES = {
@@ -29,6 +29,9 @@ subscribes to  cmd_wrench; odom, with rudders
 publishes      thrusters/<name>/thrust; thrusters/<name>/angle of azimuths and rudders; allocated_wrench, events;
                thrusters/<name>/shaft_speed where its thrust coefficients are given
 services       ~/reset""",
+    "fault_relay": """\
+subscribes to  the topics of the parameter topics
+publishes      each of them below relayed/, events""",
     "recorder": """\
 subscribes to  the topics of the parameters topics, all_topics and regex, and writes them into a bag""",
     "markers": """\
@@ -70,8 +73,8 @@ A parameters file has a section `{node}: ros__parameters:`. Documentation: READM
 
 def help_text(node_class: Any) -> str:
     """The help text of a node: its task, its topics and its parameters."""
-    program = (LOOP | WATCHERS)[node_class.NAME]
-    entries = schema.entries((parameters.NODES | parameters.WATCHERS)[node_class.NAME])
+    program = (LOOP | AUXILIARY | WATCHERS)[node_class.NAME]
+    entries = schema.entries((parameters.NODES | parameters.AUXILIARY | parameters.WATCHERS)[node_class.NAME])
     example = next((entry for entry in entries.values() if entry.tunable), next(iter(entries.values())))
     return TEMPLATE.format(
         executable=program.executable,

@@ -150,6 +150,10 @@ class InputMonitor:
         """Diagnostics level and message of the present problem; None when there is none."""
         return self._problem.current or ((DiagnosticStatus.WARN, self._waiting) if self._waiting else None)
 
+    def ages(self, now: int) -> dict[str, float | None]:
+        """Age of the last sample taken of each input by its stamp, s, at a time, ns; None before the first."""
+        return {name: None if f.last is None else seconds(now - f.last) for name, f in self._freshness.items()}
+
     def concern(self) -> Concern:
         """How many samples were refused, by input and reason."""
         counts = {

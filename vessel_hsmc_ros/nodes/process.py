@@ -7,6 +7,7 @@ from functools import partial
 from types import FrameType
 
 import rclpy
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
@@ -15,6 +16,7 @@ from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.help_text import help_text, unknown_argument, without_ros_arguments
+from vessel_hsmc_ros.nodes.security import start_error
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -83,12 +85,12 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except (RuntimeError, ValueError) as error:
-        get_logger(node_class.NAME).fatal(f"cannot start: {' '.join(str(error).split())}")
+        get_logger(node_class.NAME).fatal(f"cannot start: {start_error(error)}")
         return CANNOT_START
     try:
         node = node_class()
-    except VesselHsmcError as error:
-        get_logger(node_class.NAME).fatal(str(error))
+    except (VesselHsmcError, RCLError) as error:
+        get_logger(node_class.NAME).fatal(start_error(error))
         rclpy.shutdown()
         return CANNOT_START
     try:

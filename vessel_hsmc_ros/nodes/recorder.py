@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.messages.definitions import definition
 from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
+from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.concerns import recording
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.topic_choice import TopicChoice
@@ -51,8 +53,8 @@ class RecorderNode(VesselNode):
         if scenario:
             self._writer.attach(SCENARIO, scenario)
         self._sim_time = not p.lockstep and self.get_parameter("use_sim_time").value
-        self._foreign = {self.resolve_topic_name(topic) for topic in FOREIGN_TOPICS}
-        self._dropped = 0
+        self._foreign = self._topics_named(FOREIGN_TOPICS)
+        self._dropped = self._waited = 0
         self._collector = ParameterCollector(self)
         self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=self._wall)
@@ -61,6 +63,11 @@ class RecorderNode(VesselNode):
     def describe(self) -> str:
         """Where the bag is written."""
         return f"recording into {self._writer.directory}"
+
+    def _topics_named(self, names: Iterable[str]) -> set[str]:
+        """The recorded topics of some names, in the namespace of the recorder and in those of a fleet's vessels."""
+        own = {self.resolve_topic_name(name) for name in names}
+        return own | {topic for topic in self._choice.names if topic.endswith(tuple(f"/{name}" for name in names))}
 
     # -- topics -------------------------------------------------------------------------------------------------------
 
@@ -114,11 +121,13 @@ class RecorderNode(VesselNode):
         lockstep, sim_time, writer = p.lockstep, self._sim_time, self._writer
 
         def record(data: bytes, info: dict[str, int]) -> None:
-            nonlocal expected
+            nonlocal expected, numbered
+            self._waited = max(self._waited, time.time_ns() - info["received_timestamp"])
             if numbered:
                 number = info["publication_sequence_number"]
                 if number > expected > 0:
                     self._dropped += number - expected
+                numbered = number >= expected  # a lower one is of another publisher: from there on gaps have no meaning
                 expected = number + 1
             if lockstep:
                 if stamped:  # messages without a stamp get that of the latest one that has one
@@ -190,12 +199,17 @@ class RecorderNode(VesselNode):
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of recorded and of dropped messages, and the topics that have no publisher yet."""
-        optional = {self.resolve_topic_name(topic) for topic in OPTIONAL_TOPICS}
+        optional = self._topics_named(OPTIONAL_TOPICS)
         missing = [topic for topic in self._choice.missing if topic not in optional]
         values = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
         if self._dropped:
             return WARN, f"{self._dropped} messages were lost", values
         return OK, f"recording; waiting for {', '.join(missing)}" if missing else "recording", values
+
+    def concerns(self) -> list[Concern]:
+        """Queue, disk space and gaps besides the status."""
+        waited, self._waited = self._waited, 0
+        return [*super().concerns(), *recording(self._writer.directory, waited / NANOSECONDS, self._dropped)]
 
 
 def _scenario(path: str) -> str:

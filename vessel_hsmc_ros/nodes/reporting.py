@@ -59,11 +59,15 @@ class Reporter:
         stamp: Returns the time of a report, ns.
         parameters: The dataclass of its parameters. A node without parameters that may change while it runs, such as an observer
             of a run, has no events.
+
+    Attributes:
+        keep: Called with the topic and the message of each diagnostics and event: the black box, where the node has one.
     """
 
     def __init__(self, node: Node, stamp: Callable[[], int], parameters: type) -> None:
         self._node, self._stamp = node, stamp
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+        self.keep: Callable[[str, Any], None] = lambda _topic, _message: None
         self._levels: list[bytes] = []
         self._events: Publisher | None = None
         if any(entry.tunable for entry in schema.entries(parameters).values()):
@@ -84,6 +88,7 @@ class Reporter:
         array.header.stamp = conversions.time_message(self._stamp())
         array.status = [self._status(concern) for concern in concerns]
         self._diagnostics.publish(array)
+        self.keep(self._diagnostics.topic_name, array)
 
     def _status(self, concern: Concern) -> DiagnosticStatus:
         node = self._node.get_fully_qualified_name().lstrip("/")
@@ -98,6 +103,7 @@ class Reporter:
             message = Event(node=self._node.get_name(), kind=kind, text=text)
             message.header.stamp = conversions.time_message(self._stamp())
             self._events.publish(message)
+            self.keep(self._events.topic_name, message)
 
     def changes(self, before: object, after: object) -> None:
         """Publish an event for each parameter whose value differs between two instances of a node's parameters."""

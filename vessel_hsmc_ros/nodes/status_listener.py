@@ -1,14 +1,20 @@
 """Subscription to the diagnostics of a run's nodes: their progress, and evidence that they are alive."""
 
 import time
+from collections.abc import Callable, Iterable
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
+
+RESTART_LIMIT = 5.0
+"""Time for a node that is started again to report, s."""
 
 
 class StatusListener:
@@ -16,13 +22,15 @@ class StatusListener:
 
     Args:
         namespace: The nodes' namespace, without slashes at its ends.
+        vessels: Namespaces of the vessels of a fleet, whose nodes are named such as `vessel_2/controller`.
 
     Attributes:
         status: The latest diagnostics values of each node.
         heard_at: Time of the latest status of each node, on the monotonic clock, s.
     """
 
-    def __init__(self, namespace: str = "") -> None:
+    def __init__(self, namespace: str = "", vessels: Iterable[str] = ()) -> None:
+        self._vessels = tuple(f"{vessel}/" for vessel in vessels)
         self._prefix = f"{namespace}/" if namespace else ""
         self.status: dict[str, dict[str, str]] = {}
         self.heard_at: dict[str, float] = {}
@@ -46,7 +54,18 @@ class StatusListener:
         """Wait at most a time, s, for a message, and process it."""
         self._executor.spin_once(timeout_sec=seconds)
 
+    def on_fault(self, act: Callable[[str], str]) -> None:
+        """Call a function with the text of each event of a scripted fault; a node that it names is heard of at that time."""
+
+        def on_event(message: Event) -> None:
+            if message.kind == "fault" and (back := act(message.text)):
+                self.heard_at[back] = time.monotonic() + RESTART_LIMIT
+
+        self._node.create_subscription(Event, f"/{self._prefix}{EVENTS}", on_event, qos.EVENTS)
+
     def _on_status(self, message: DiagnosticArray) -> None:
         latest = conversions.read_status(message, self._prefix)
+        for vessel in self._vessels:
+            latest |= {f"{vessel}{node}": status for node, status in conversions.read_status(message, vessel).items()}
         self.status.update(latest)
         self.heard_at.update(dict.fromkeys(latest, time.monotonic()))

@@ -25,7 +25,7 @@ Topics = Mapping[str, Series]
 FORCES = [0, 2]
 """Indices of the actuated components among surge force, sway force and yaw moment: the ship has no sway actuator."""
 
-WITH_VALUES = ("parameter", "goal", "path")
+WITH_VALUES = ("parameter", "goal", "path", "fault")
 """Kinds of events whose text has values; that of the others repeats their kind."""
 
 TOGETHER = 1.0
@@ -56,12 +56,25 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
         BagError: the bag cannot be read or has no odometry.
     """
     bag = open_bag(path)
-    prefix = bag.namespace(namespace)
+    return of_vessel(bag, bag.namespace(namespace), origin)
+
+
+def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) -> Record:
+    """Read the record of one vessel of an opened bag.
+
+    Args:
+        bag: The bag.
+        prefix: The vessel's namespace, with its slashes.
+        origin: Further provenance of the run, by its keys in run.json.
+
+    Raises:
+        BagError: the bag has no odometry of the vessel.
+    """
     topics = {name: bag.topics[prefix + name] for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)}
     if "odom" not in topics:
-        raise BagError(f"bag {path} has no message on {prefix}odom")
+        raise BagError(f"bag {bag.path} has no message on {prefix}odom")
     bag.load(*(prefix + name for name in topics))
-    scenario = _scenario(bag)
+    scenario = _scenario(bag, prefix)
     if scenario and all(name in topics for name in run_from_bag.NEEDED):
         run, start = bag.run(scenario.vessel_sim.vessel.coefficients(), prefix, weights=False), _first_row(topics)
     else:
@@ -75,10 +88,30 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
     return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
 
 
-def _scenario(bag: Bag) -> Scenario | None:
+def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
+    """Read the records of all vessels of a bag, named by their namespaces.
+
+    Args:
+        bag: The bag.
+        origin: Further provenance of the run, by its keys in run.json.
+
+    Raises:
+        BagError: a vessel has no odometry.
+    """
+    prefixes = sorted(bag.namespaces, key=lambda prefix: (len(prefix), prefix))  # vessel_10 after vessel_2
+    found = [prefix + name for prefix in prefixes for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)]
+    bag.load(*found)  # in one pass over the bag
+    records = []
+    for prefix in prefixes:
+        name = prefix.strip("/")
+        records.append(replace(of_vessel(bag, prefix, {**(origin or {}), "namespace": name}), name=name or prefix))
+    return records
+
+
+def _scenario(bag: Bag, prefix: str) -> Scenario | None:
     """The scenario of the recording; None for bags without one, or with one of an incompatible version."""
     try:
-        return bag.scenario(any_law=True)
+        return bag.scenario(any_law=True, namespace=prefix)
     except (ScenarioError, ParameterError):
         return None
 
@@ -163,6 +196,9 @@ def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:
     """Values of the nodes' final diagnostics, and the largest deviation of the control interval from its nominal value."""
     status = bag.diagnostics(prefix)
     facts: dict[str, Any] = {"messages_recorded": bag.count}
+    if len(bag.namespaces) > 1:  # one recorder for several vessels
+        facts["messages_recorded"] = sum(series.count for name, series in bag.topics.items() if name.startswith(prefix))
+        facts["messages_dropped"] = int(bag.recording.get("messages_dropped", 0))
     for node, names in DIAGNOSTICS.items():
         facts |= {ours: kind(status[node][theirs]) for theirs, ours, kind in names if theirs in status.get(node, {})}
     _, intervals = control_intervals(record)

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from vessel_hsmc_ros.bags.files import bag_path
+from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.hull import DrawnHull, vessel_name
 from vessel_hsmc_ros.report import export, page
-from vessel_hsmc_ros.report.from_bag import of_bag
+from vessel_hsmc_ros.report.from_bag import of_fleet, of_vessel
 from vessel_hsmc_ros.report.names import distinguished
 from vessel_hsmc_ros.report.record import ORIGIN, Record, over_shared_interval
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable
@@ -97,12 +98,13 @@ def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
     Raises:
         BagError: a bag cannot be read or has no odometry.
     """
-    records = []
-    for bag in bags:
-        summary = RunFolder(bag.absolute().parent).read_summary()
-        records.append(
-            of_bag(bag, namespace, {name: summary[name] for name in (*ORIGIN, "failure") if summary.get(name) not in (None, "")})
-        )
+    records: list[Record] = []
+    for path in bags:
+        bag = open_bag(path)
+        summary = RunFolder(bag.path.absolute().parent).read_summary()
+        origin = {name: summary[name] for name in (*ORIGIN, "failure") if summary.get(name) not in (None, "")}
+        several = len(bag.namespaces) > 1 and namespace is None
+        records += of_fleet(bag, origin) if several else [of_vessel(bag, bag.namespace(namespace), origin)]
     return over_shared_interval(distinguished(records))
 
 

@@ -37,11 +37,13 @@ class ClosedLoop:
         samples: Number of odometry messages of the complete run.
 
     Raises:
-        ScenarioError: the scenario has no duration.
+        ScenarioError: the scenario has no duration, or scripted faults.
     """
 
     def __init__(self, scenario: Scenario, law: Law[Any] | None = None, interpreted: bool = False) -> None:
         sim = scenario.vessel_sim
+        if scenario.faults:
+            raise ScenarioError(f"{scenario.name} has faults, which only the nodes carry out: vessel-hsmc run")
         if sim.duration <= 0.0:
             raise ScenarioError("vessel_sim.duration = 0 s goes on for ever: offline it must be above 0 s")
         self._grid = RateGrid(sim.rate_hz)

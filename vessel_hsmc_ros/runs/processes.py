@@ -8,21 +8,27 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
+from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER, taking_part
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 MODULES = {name: LOOP[name].module for name in START_ORDER}
 """Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
 
+AUXILIARY = {name: program.module for name, program in node_list.AUXILIARY.items()}
+"""Nodes that take part on demand."""
+
 WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()}
 """Nodes that only observe a run: their failure does not affect it."""
+
+VESSEL_GROUP = "vessel_hsmc_ros.nodes.vessel_group"
+"""The module that runs the nodes of several vessels in one process."""
 
 STOP_LIMIT = 8.0
 """Time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines."""
@@ -64,40 +70,45 @@ class NodeGroup:
         parameters: The ROS parameters file of all nodes.
         logs: Folder for their output.
         namespace: Their namespace, without leading and trailing slashes.
-        names: The nodes to start, from MODULES or WATCHERS.
+        names: The nodes to start, from MODULES, AUXILIARY or WATCHERS; those of a fleet with the namespaces of their vessels,
+            such as `vessel_2/controller`.
+        extra: Further ROS arguments of nodes, by their names.
+        groups: Vessels whose nodes share a process, as arguments of the module VESSEL_GROUP, by names among `names`.
 
     Raises:
         RunError: a node cannot be started, for instance because the disk is full.
     """
 
     def __init__(
-        self, parameters: Path, logs: Path, namespace: str = "", names: Sequence[str] = taking_part(by_thrusters=False)
+        self,
+        parameters: Path,
+        logs: Path,
+        namespace: str = "",
+        names: Sequence[str] = taking_part(by_thrusters=False),
+        extra: Mapping[str, Sequence[str]] | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         logs.mkdir(parents=True, exist_ok=True)
-        arguments = ["--ros-args", "--params-file", str(parameters)]
-        if namespace:
-            arguments += ["-r", f"__ns:=/{namespace}"]
         # A profile that the user has set takes precedence over that of the package; the log format must not.
-        environment = {PROFILES: str(share_directory() / "config" / "fastdds.xml"), **os.environ, **LOG_FORMAT}
+        self._environment = {**os.environ, PROFILES: discovery_profiles(), **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         try:
             for name in names:
-                options = law_file_options() if name == "controller" else []
-                command = [sys.executable, "-m", (MODULES | WATCHERS)[name], *options, *arguments]
-                self._start(name, command, logs / f"{name}.log", environment)
+                command = [*_command(name, parameters, namespace, (groups or {}).get(name)), *(extra or {}).get(name, ())]
+                self._start(name, command, logs / f"{name.replace('/', '_')}.log")
         except OSError as error:
             self.stop()
             raise RunError(f"{name} cannot be started with its log in {logs}: {error.strerror}") from None
 
-    def _start(self, name: str, command: list[str], log: Path, environment: dict[str, str]) -> None:
-        with log.open("wb") as output:
+    def _start(self, name: str, command: list[str], log: Path) -> None:
+        with log.open("ab") as output:  # the log of a node that is restarted goes on
             _reserve(output.fileno())
             popen = subprocess.Popen(  # noqa: S603 - our own modules
                 command,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
-                env=environment,
+                env=self._environment,
                 start_new_session=True,  # Ctrl-C must reach only the supervisor, which stops the nodes in order
                 preexec_fn=_die_with_parent,
             )
@@ -109,13 +120,28 @@ class NodeGroup:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def ended(self) -> NodeProcess | None:
-        """The first process that has ended, if any."""
-        return next((process for process in self.processes if process.popen.poll() is not None), None)
+    def send_signal(self, name: str, number: int) -> None:
+        """Send a signal to the process of a node."""
+        self._named(name).popen.send_signal(number)
 
-    def failed(self) -> NodeProcess | None:
-        """The first process that ended with an error, if any."""
-        return next((process for process in self.processes if process.popen.returncode), None)
+    def restart(self, name: str) -> None:
+        """Start a node that has ended once more, with the arguments of its first start."""
+        old = self._named(name)
+        old.popen.wait()
+        self.processes.remove(old)
+        command = [*map(str, old.popen.args)]  # type: ignore[arg-type] # a list, as `_start` gives it
+        self._start(name, command, old.log)
+
+    def _named(self, name: str) -> NodeProcess:
+        return next(process for process in self.processes if process.name == name)
+
+    def ended(self, but: Collection[str] = ()) -> NodeProcess | None:
+        """The first process that has ended, if any, except those of some nodes."""
+        return next((p for p in self.processes if p.popen.poll() is not None and p.name not in but), None)
+
+    def failed(self, but: Collection[str] = ()) -> NodeProcess | None:
+        """The first process that ended with an error, if any, except those of some nodes."""
+        return next((p for p in self.processes if p.popen.returncode and p.name not in but), None)
 
     def stop(self) -> None:
         """Send SIGINT to all nodes but the recorder, then to the recorder; kill those that do not end in time."""
@@ -124,6 +150,7 @@ class NodeGroup:
 
     def _stop(self, processes: Sequence[NodeProcess]) -> None:
         for process in processes:
+            process.popen.send_signal(signal.SIGCONT)  # one that is suspended could not end
             process.popen.send_signal(signal.SIGINT)
         deadline = time.monotonic() + STOP_LIMIT
         for process in processes:
@@ -132,6 +159,17 @@ class NodeGroup:
             except subprocess.TimeoutExpired:
                 process.popen.kill()
                 process.popen.wait()
+
+
+def _command(name: str, parameters: Path, namespace: str, group: Sequence[str] | None) -> list[str]:
+    """The command line of a node, or of a group of vessels with its arguments."""
+    vessel, _, node = name.rpartition("/")
+    options = law_file_options() if group or node == "controller" else []
+    arguments = ["--ros-args", "--params-file", str(parameters)]
+    if within := "/".join(part for part in (namespace, vessel) if part):
+        arguments += ["-r", f"__ns:=/{within}"]
+    module = VESSEL_GROUP if group else (MODULES | AUXILIARY | WATCHERS)[node]
+    return [sys.executable, "-m", module, *(group or ()), *options, *arguments]
 
 
 def _reserve(file: int) -> None:

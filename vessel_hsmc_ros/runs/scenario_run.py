@@ -1,6 +1,5 @@
 """Runs a scenario by the nodes or offline, and writes its run folder: metrics, page, figures, summary."""
 
-import datetime
 import importlib
 import importlib.util
 import os
@@ -17,9 +16,10 @@ from vessel_hsmc_ros.core.exceptions import BagError, ControlError, ReportError,
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.runs import offline
-from vessel_hsmc_ros.scenario.law_file import law_provenance
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, provenance
+from vessel_hsmc_ros.runs.summary import origin_of, write_summary
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextM
     Raises:
         RunError: ROS is not installed, or another run uses them.
     """
-    context: AbstractContextManager[None] = _supervisor().exclusive(namespace, lockstep)
+    context: AbstractContextManager[None] = supervisor_module().exclusive(namespace, lockstep)
     return context
 
 
@@ -64,6 +64,7 @@ def run_nodes(
     progress: Progress,
     live_port: int | None = None,
     requested_at: float | None = None,
+    faults: FaultScript | None = None,
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
@@ -76,6 +77,7 @@ def run_nodes(
         progress: Called with the simulated time.
         live_port: Port of the live view; None for no live view.
         requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
+        faults: Faults to carry out, checked against the scenario; None for a run without a relay.
 
     Returns:
         The result; a failed run is a result with a nonzero exit code.
@@ -83,10 +85,14 @@ def run_nodes(
     Raises:
         RunError: ROS is not installed.
     """
-    supervisor = _supervisor()
-    origin = _origin(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
-    folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    status = supervisor.supervise(folder, namespace, progress, live_port, scenario.vessel_sim.by_thrusters)
+    supervisor = supervisor_module()
+    origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
+    injection = None if faults is None else supervisor.Injection(faults, scenario)
+    if faults:
+        origin |= {"faults": [fault.describe() for fault in faults.faults]}
+    recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
+    folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
+    status = supervisor.supervise(folder, namespace, progress, live_port, scenario.vessel_sim.by_thrusters, injection)
     result = Result(folder, status.code, status.failure)
     try:
         _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted
@@ -117,7 +123,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
         ScenarioError: the scenario has no duration.
         RunError: the run folder cannot be created.
     """
-    origin = _origin(scenario, "offline", "")
+    origin = origin_of(scenario, "offline", "")
     loop = offline.ClosedLoop(scenario)
     result = Result(make_run_folder(parent, f"{scenario.name}_offline"))  # before the run: a folder is refused at once
     result.folder.write_parameters(scenario)
@@ -167,8 +173,12 @@ def check_live_port(port: int) -> None:
         raise RunError(f"the live view cannot listen on port {port}: {error.strerror}") from None
 
 
-def _supervisor() -> Any:
-    """Import the module that needs ROS."""
+def supervisor_module() -> Any:
+    """Import the module that needs ROS.
+
+    Raises:
+        RunError: ROS is not installed.
+    """
     try:
         from vessel_hsmc_ros.runs import supervisor
 
@@ -211,34 +221,9 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any]) -
     figures.draw([record], result.folder.figures)
 
 
-def _origin(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
-    """Provenance of a run, the first lines of its summary: code, machine, scenario, mode, time."""
-    return {
-        **provenance(),
-        "scenario": scenario.name,
-        "mode": mode,
-        "namespace": namespace,
-        "seed": scenario.vessel_sim.seed,
-        **law_provenance(scenario.controller.law),
-        "started": _now().isoformat(),
-    }
-
-
 def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
-    started = datetime.datetime.fromisoformat(origin["started"])
-    summary = {
-        **origin,
-        "duration": (_now() - started).total_seconds(),
-        "exit_code": result.exit_code,
-        "failure": result.failure,
-        "metrics": result.metrics._asdict() if result.metrics else None,
-        **result.facts,
-    }
-    result.folder.write_summary(summary)
-
-
-def _now() -> datetime.datetime:
-    return datetime.datetime.now(tz=datetime.timezone.utc)
+    metrics = result.metrics._asdict() if result.metrics else None
+    write_summary(result.folder, origin, result.exit_code, result.failure, {"metrics": metrics, **result.facts})
 
 
 def _process_start() -> float:

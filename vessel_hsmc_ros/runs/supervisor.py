@@ -6,7 +6,7 @@ import signal
 import socket
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +16,10 @@ import yaml
 
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
-from vessel_hsmc_ros.core.node_list import taking_part
+from vessel_hsmc_ros.core.node_list import RELAY, taking_part
+from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
+from vessel_hsmc_ros.runs.fault_injection import Injection, ProcessFaults
 from vessel_hsmc_ros.runs.processes import MODULES, NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -66,7 +68,12 @@ class Interrupts:
 
 
 def supervise(
-    folder: RunFolder, namespace: str, progress: Progress, live_port: int | None = None, by_thrusters: bool = False
+    folder: RunFolder,
+    namespace: str,
+    progress: Progress,
+    live_port: int | None = None,
+    by_thrusters: bool = False,
+    injection: Injection | None = None,
 ) -> ExitStatus:
     """Start the nodes, wait until the plant ends the run, stop them.
 
@@ -76,20 +83,25 @@ def supervise(
         progress: Called with the simulated time in the diagnostics of the plant.
         live_port: Port of the live view; None for no live view.
         by_thrusters: Whether thrusters drive the ship, so that their allocation takes part.
+        injection: The scripted faults of the run; None for none.
 
     Returns:
         How the run ended; a failure is not raised.
     """
+    extra = injection.arguments() if injection else {}
     # The processes come first: they start while this one creates its own node, and before it has threads (they are forked).
     with (
         Interrupts() as interrupts,
         live_view(folder, namespace, live_port, interrupts),
-        NodeGroup(folder.parameters, folder.logs, namespace, taking_part(by_thrusters)) as nodes,
+        relaying(injection, folder, namespace) as relay,
+        NodeGroup(folder.parameters, folder.logs, namespace, taking_part(by_thrusters), extra) as nodes,
         StatusListener(namespace) as listener,
     ):
-        status = _monitor(nodes, listener, interrupts, progress)
+        faults = ProcessFaults(injection.script if injection else FaultScript(), nodes)
+        listener.on_fault(faults.on_event)
+        status = _monitor(nodes, relay, listener, faults, interrupts, progress)
     # A node may fail while it shuts down, after the plant has ended the run.
-    if not status.failure and (failed := nodes.failed()):
+    if not status.failure and (failed := relay.failed() or nodes.failed(but=faults.affected)):
         status = ExitStatus(1, failed.describe_exit())
     try:
         if folder.bag.exists() and not repair.is_complete(folder.bag):
@@ -97,6 +109,13 @@ def supervise(
     except VesselHsmcError as error:  # the bag of a run that failed may be empty; its failure is what matters
         status = status if status.code else ExitStatus(1, str(error))
     return status
+
+
+def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> NodeGroup:
+    """The process of the relay, if there are faults."""
+    if injection is None:
+        return NodeGroup(folder.parameters, folder.logs, namespace, ())
+    return NodeGroup(injection.write(folder.path), folder.logs, namespace, (RELAY,))
 
 
 @contextmanager
@@ -161,7 +180,14 @@ def exclusive(namespace: str, lockstep: bool = False) -> Iterator[None]:
         yield
 
 
-def _monitor(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts, progress: Progress) -> ExitStatus:
+def _monitor(
+    nodes: NodeGroup,
+    relay: NodeGroup,
+    listener: StatusListener,
+    faults: ProcessFaults,
+    interrupts: Interrupts,
+    progress: Progress,
+) -> ExitStatus:
     """Wait until the plant has finished, a node has failed or stopped reporting, or the run is interrupted."""
     deadline = time.monotonic() + CONNECT_LIMIT
     while True:
@@ -169,14 +195,14 @@ def _monitor(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts,
         if interrupts.received:
             name = signal.Signals(interrupts.received).name
             return ExitStatus(INTERRUPTED + interrupts.received, f"interrupted by {name}")
-        if ended := nodes.ended():
+        if ended := nodes.ended(but=faults.affected) or relay.ended():
             if ended.name == "vessel_sim" and ended.popen.returncode == 0:
                 return ExitStatus(0)
             # A node that gave up waiting names itself; the one it waited for has been silent meanwhile and is the likely cause.
-            return ExitStatus(1, ended.describe_exit() + _silence(listener, 0.5 * SILENCE_LIMIT))
-        if _silence(listener, SILENCE_LIMIT):
+            return ExitStatus(1, ended.describe_exit() + _silence(listener, 0.5 * SILENCE_LIMIT, faults.affected))
+        if _silence(listener, SILENCE_LIMIT, faults.affected):
             # The first to reach the limit may be a node that waits for one that hangs and is hardly younger.
-            return ExitStatus(1, f"the run has stalled{_silence(listener, 0.5 * SILENCE_LIMIT)}")
+            return ExitStatus(1, f"the run has stalled{_silence(listener, 0.5 * SILENCE_LIMIT, faults.affected)}")
         simulated = float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))
         if simulated > 0.0:
             progress(simulated)
@@ -184,11 +210,11 @@ def _monitor(nodes: NodeGroup, listener: StatusListener, interrupts: Interrupts,
             return ExitStatus(1, f"the nodes did not discover each other within {CONNECT_LIMIT:g} s, see their logs")
 
 
-def _silence(listener: StatusListener, limit: float) -> str:
-    """The nodes without diagnostics for longer than a limit, as the end of an error message."""
+def _silence(listener: StatusListener, limit: float, absent: Collection[str]) -> str:
+    """The nodes without diagnostics for longer than a limit, but those absent on demand, as the end of an error message."""
     now = time.monotonic()
     return "".join(
         f"; {name} has been silent for {now - heard:.1f} s"
         for name, heard in listener.heard_at.items()
-        if name in MODULES and now - heard > limit
+        if name in MODULES and name not in absent and now - heard > limit
     )

@@ -20,6 +20,7 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import Instants, RateGrid, seconds
+from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
@@ -92,6 +93,7 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
     for name in TOPICS:
         if not bag.topics.get(prefix + name):
             raise BagError(f"bag {bag.path} has no message on {prefix}{name}")
+    _require_unaltered(bag, prefix)
     bag.load(*(prefix + name for name in TOPICS))
     odometry, reference, command = (bag.topics[prefix + name] for name in TOPICS)
     order = np.argsort(odometry.stamp, kind="stable")
@@ -111,6 +113,25 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
     recorded = np.ascontiguousarray(run_from_bag.wrenches(command)[answers[chosen]][:, SURGE_AND_YAW])
     time = run_from_bag.seconds_of(stamps[chosen] - stamps[0])
     return Verification(time, recorded, computed[chosen], len(stamps) - len(computed))
+
+
+def _require_unaltered(bag: Bag, prefix: str) -> None:
+    """Check that scripted faults left the inputs of the controller as they were, if there were any.
+
+    Raises:
+        BagError: they did not.
+    """
+    for name in ("odom", "reference"):
+        relayed = f"{prefix}{RELAYED}{name}"
+        if relayed not in bag.topics:
+            continue
+        sent, received = ([message.data for message in bag.raw_messages(topic)] for topic in (prefix + name, relayed))
+        common = min(len(sent), len(received))
+        if sent[:common] != received[:common]:
+            raise BagError(
+                f"bag {bag.path} is of a run with faults on {prefix}{name}: its commands answer {relayed}, refused and missing"
+                " inputs among them, and cannot be verified"
+            )
 
 
 def _recorded(

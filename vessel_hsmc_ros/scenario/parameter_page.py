@@ -1,7 +1,7 @@
 """The reference page of all parameters, from their declarations."""
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
+from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
 
 HEAD = """# Parameters
 
@@ -13,7 +13,7 @@ Parameters marked * can be changed while the node runs.
 
 def parameter_page() -> str:
     """A Markdown page with one table per node."""
-    return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | WATCHERS).items())
+    return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | AUXILIARY | WATCHERS).items())
 
 
 def _table(cls: type) -> str:

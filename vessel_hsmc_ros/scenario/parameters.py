@@ -28,7 +28,10 @@ from vessel_hsmc_ros.laws import (
 )
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
+from vessel_hsmc_ros.scenario.auxiliary_parameters import AUXILIARY as AUXILIARY
+from vessel_hsmc_ros.scenario.clock_parameters import ClockParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
+from vessel_hsmc_ros.scenario.diagnostics import BlackBoxParameters, DiagnosticsParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
@@ -52,6 +55,7 @@ class SimParameters(PlantParameters, CommonParameters):
         low=0.01,
         high=60.0,
     )
+    clock: ClockParameters = group(ClockParameters)
     freshness: FreshnessParameters = group(FreshnessParameters)
 
 
@@ -94,6 +98,8 @@ class ControllerParameters(CommonParameters):
     nmpc: NmpcParameters = group(NmpcParameters)
     manoeuvre: ManoeuvreParameters = group(ManoeuvreParameters)
     open_loop: OpenLoopParameters = group(OpenLoopParameters)
+    diagnostics: DiagnosticsParameters = group(DiagnosticsParameters)
+    black_box: BlackBoxParameters = group(BlackBoxParameters)
 
     def __post_init__(self) -> None:
         check_safety(self.safety, self.law, tuple(LAWS), (self.vessel.surge_force_limit, self.vessel.yaw_moment_limit))

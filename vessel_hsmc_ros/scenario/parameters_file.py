@@ -1,37 +1,24 @@
 """ROS parameters files: YAML text to flat parameters by node, and back."""
 
-import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 
 USE_SIM_TIME = "use_sim_time"
 """A parameter that every ROS node has; it is not one of a scenario."""
 
-
-class _Loader(yaml.SafeLoader):
-    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
-)
+FAULTS = "faults"
+"""The section of a scenario with scripted faults, which is not of a node."""
 
 
-def read_yaml(text: str) -> Any:
-    """Parse a YAML text with the number format of ROS parameters files.
-
-    Raises:
-        yaml.YAMLError: the text is not YAML.
-    """
-    return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe loader
-
-
-def read_parameters(text: str, nodes: Mapping[str, Collection[str]], source: str) -> dict[str, dict[str, object]]:
+def read_parameters(
+    text: str, nodes: Mapping[str, Collection[str]], source: str, namespace: str | None = None
+) -> dict[str, dict[str, object]]:
     """Read the parameters of nodes from a ROS parameters file.
 
     As in ROS, sections further down override those above, and `/**` stands for all nodes. There the hull data below `vessel.`
@@ -41,6 +28,7 @@ def read_parameters(text: str, nodes: Mapping[str, Collection[str]], source: str
         text: The content of the file.
         nodes: The names of the nodes, in whatever namespace, with the names of their parameters.
         source: Where the text comes from, for error messages.
+        namespace: Of the vessel, where sections for others are to be left out.
 
     Returns:
         Values by node and dotted name.
@@ -57,23 +45,25 @@ def read_parameters(text: str, nodes: Mapping[str, Collection[str]], source: str
         raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
     values: dict[str, dict[str, object]] = {node: {} for node in nodes}
     for section, content in document.items():
+        if section == FAULTS:
+            continue
         nested = content.get("ros__parameters") if isinstance(content, dict) else None
         if not isinstance(nested, dict):
             raise ScenarioError(f"{source}: section {section} has no ros__parameters")
         parameters = in_long_form(dict(flat(nested)))
         parameters.pop(USE_SIM_TIME, None)
-        addressed = _nodes_of_section(str(section), list(nodes), source)
+        addressed = _nodes_of_section(str(section), list(nodes), source) if _is_for(str(section), namespace) else ()
         for node in addressed:
             shared = len(addressed) > 1
             values[node].update(without_foreign_hull_data(parameters, nodes[node]) if shared else parameters)
     return values
 
 
-def dump_parameters(values: Mapping[str, Mapping[str, object]]) -> str:
-    """Write the flat parameters of nodes as a ROS parameters file, valid in every namespace."""
+def dump_parameters(values: Mapping[str, Mapping[str, object]], namespace: str = "/**") -> str:
+    """Write the flat parameters of nodes as a ROS parameters file, valid in every namespace unless one is given."""
     # The wildcard matches the node in every namespace, so that the file can be used for a second vessel too.
-    document = {f"/**/{node}": {"ros__parameters": tree(parameters)} for node, parameters in values.items()}
-    return yaml.safe_dump(document, sort_keys=False)
+    document = {f"{namespace}/{node}": {"ros__parameters": tree(parameters)} for node, parameters in values.items()}
+    return yaml.safe_dump(document, sort_keys=False) if document else ""
 
 
 def tree(values: Mapping[str, object]) -> dict[str, Any]:
@@ -102,8 +92,14 @@ def in_one_line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
+def _is_for(section: str, namespace: str | None) -> bool:
+    """Whether a section is for nodes of a namespace; True where either names none."""
+    of = section.rpartition("/")[0].strip("/")
+    return not namespace or not of or "*" in of or of == namespace.strip("/")
+
+
 def _nodes_of_section(section: str, nodes: list[str], source: str) -> list[str]:
-    # Only the last part of a fully qualified node name matters here: a scenario describes one vessel.
+    # Only the last part of a fully qualified node name matters here: the file of one vessel has one namespace at most.
     node = section.rsplit("/", 1)[-1]
     if node in ("*", "**"):
         return nodes

@@ -12,6 +12,7 @@ from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 
@@ -56,7 +57,15 @@ class RunFolder:
         Raises:
             RunError: it cannot be written.
         """
-        _write(self.parameters, dump_scenario(scenario))
+        self.write_text_of_parameters(dump_scenario(scenario))
+
+    def write_text_of_parameters(self, text: str) -> None:
+        """Write the text of a ROS parameters file as that of the run.
+
+        Raises:
+            RunError: it cannot be written.
+        """
+        _write(self.parameters, text)
 
     @property
     def summary(self) -> Path:
@@ -66,8 +75,8 @@ class RunFolder:
     def read_summary(self) -> dict[str, Any]:
         """Read run.json; an empty mapping if it is missing or unreadable."""
         try:
-            content = json.loads(self.summary.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            content = json.loads(read_text(self.summary))
+        except (OSError, ValueError, RecursionError):
             return {}
         return content if isinstance(content, dict) else {}
 

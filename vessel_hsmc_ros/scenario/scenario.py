@@ -10,10 +10,13 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.changes import by_node, full_names
 from vessel_hsmc_ros.scenario.consistency import check_rates, check_thrusters
+from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
@@ -37,6 +40,7 @@ class Scenario:
         name: Name of the scenario, for run folders and reports.
         vessel_sim, reference_ship, controller, recorder, thruster_allocation: Parameters of the nodes.
         given: The parameters that its file and its changes set, by `node.parameter`; the others have their defaults.
+        faults: The faults that its file scripts; None for none.
     """
 
     name: str
@@ -46,6 +50,7 @@ class Scenario:
     recorder: RecorderParameters
     thruster_allocation: AllocationParameters = field(default_factory=AllocationParameters)
     given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
+    faults: FaultScript | None = None
 
     def changed(self, changes: Mapping[str, object]) -> "Scenario":
         """The same scenario with other values, as `load_scenario` with these changes gives it, without reading a file.
@@ -73,7 +78,10 @@ class Scenario:
             scenario=self.name,
             law_source=source,
         )
-        return replace(self, recorder=recorder)
+        box = replace(
+            self.controller.black_box, directory=self.controller.black_box.directory or str(directory.parent / "black_box")
+        )
+        return replace(self, recorder=recorder, controller=replace(self.controller, black_box=box))
 
 
 def scenario_names() -> list[str]:
@@ -117,15 +125,16 @@ def read_changes(path: Path) -> dict[str, object]:
     return {f"{node}.{name}": value for node, of_node in values.items() for name, value in of_node.items()}
 
 
-def _read_values(text: str, source: str, folder: Path) -> dict[str, dict[str, object]]:
+def _read_values(text: str, source: str, folder: Path, namespace: str | None = None) -> dict[str, dict[str, object]]:
     """Values by node and dotted name, with those of the vessel that the text names."""
     nodes = declared()
-    return {node: with_vessel(values, nodes[node], folder) for node, values in read_parameters(text, nodes, source).items()}
+    found = read_parameters(text, nodes, source, namespace)
+    return {node: with_vessel(values, nodes[node], folder) for node, values in found.items()}
 
 
 def _read(path: Path, kind: str) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"{kind} {path} cannot be read: {in_one_line(error)}") from None
 
@@ -136,6 +145,7 @@ def parse_scenario(
     changes: Mapping[str, object] | None = None,
     source: str = "the bag's scenario",
     folder: Path = Path(),
+    namespace: str | None = None,
 ) -> Scenario:
     """Make a scenario from the text of a ROS parameters file.
 
@@ -145,6 +155,7 @@ def parse_scenario(
         changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
         source: Where the text comes from, for error messages.
         folder: Where the path of a vessel file in the text starts.
+        namespace: Of the vessel, where the text has sections for several.
 
     Returns:
         The validated scenario.
@@ -153,12 +164,13 @@ def parse_scenario(
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    values = _read_values(text, source, folder)
+    values = _read_values(text, source, folder, namespace)
     for node, changed in by_node(changes or {}).items():
         values[node] |= changed
     # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
     parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
-    return _validated(Scenario(name, **parts, given=full_names(values)), NODES)
+    faults = faults_of_scenario(text, parts["vessel_sim"].seed, source)
+    return _validated(Scenario(name, **parts, given=full_names(values), faults=faults), NODES)
 
 
 def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:

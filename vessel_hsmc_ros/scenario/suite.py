@@ -27,7 +27,8 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
 SCENARIO = "case2_tracking"
 
@@ -98,7 +99,7 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
     """
     path = _find(name)
     try:
-        document = read_yaml(path.read_text(encoding="utf-8"))
+        document = read_yaml(read_text(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise ScenarioError(f"suite file {path} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict) or not document.keys() <= set(PARTS) or not isinstance(document.get("rows"), list):

@@ -18,8 +18,9 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
-from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.plant import ShipParameters
 
@@ -101,7 +102,7 @@ def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
     """
     path = _find(name, folder)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"vessel file {path} cannot be read: {in_one_line(error)}") from None
     return _parsed(text, path)

@@ -9,7 +9,8 @@ from typing import Any
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
 Waypoint = tuple[float, float, float]
 """x, y, heading."""
@@ -25,11 +26,14 @@ def read_waypoints(path: Path) -> list[Waypoint]:
         ScenarioError: the file cannot be read, has no waypoint, or one that is not two or three finite numbers.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"path file {path} cannot be read: {in_one_line(error)}") from None
     rows = _yaml_rows(text, path) if path.suffix in (".yaml", ".yml") else _csv_rows(text)
-    points = [_waypoint(row, f"path file {path}, {place}") for place, row in rows]
+    try:
+        points = [_waypoint(row, f"path file {path}, {place}") for place, row in rows]
+    except csv.Error as error:  # a field of more than a hundred thousand characters, for instance
+        raise ScenarioError(f"path file {path} cannot be read: {error}") from None
     if not points:
         raise ScenarioError(f"path file {path} has no waypoint: it takes x,y in each row")
     return points
@@ -64,7 +68,7 @@ def _yaml_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
 def _waypoint(row: Sequence[Any], place: str) -> Waypoint:
     try:
         numbers = [float(cell) for cell in row]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         shown = ",".join(map(str, row))

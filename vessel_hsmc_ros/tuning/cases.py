@@ -13,7 +13,7 @@ import yaml
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.plan_file import campaign_names
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 
@@ -79,7 +79,7 @@ def _kind(source: str) -> str:
         kinds = {"scenario": scenario_names(), "suite": suite_names(), "campaign": campaign_names()}
         return next((kind for kind, names in kinds.items() if source in names), "scenario")
     try:
-        document = read_yaml(Path(source).read_text(encoding="utf-8"))
+        document = read_yaml(read_text(Path(source)))
     except (OSError, UnicodeDecodeError, yaml.YAMLError):
         return "scenario"
     keys = set(document) if isinstance(document, dict) else set()

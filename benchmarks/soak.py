@@ -1,0 +1,160 @@
+"""Endurance: memory, open files and threads of every node over a long run, with missed periods and lost messages.
+
+The guided law on case 2 over the real nodes, everything recorded. After a warm-up of a fifth of the run, the memory of no node
+may grow by more than the limit; open files and threads must stay as they are, no control period may be missed and no message lost.
+
+    python benchmarks/soak.py                                    # 2 h of ship time in lockstep
+    python benchmarks/soak.py --real-time --duration 600         # 10 minutes in real time
+
+The exit code is 1 where one of that is violated. The picture of the memory over time is written to soak.png, or to `--picture`.
+"""
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.console import Console
+from rich.table import Table
+
+SAMPLE_PERIOD = 0.5
+"""Wall time between two samples, s."""
+
+WARM_UP = 0.2
+"""Share of the run before which memory may grow."""
+
+START_AND_END = 300.0
+"""Time that a run may take besides its duration, s."""
+
+
+class Sample(NamedTuple):
+    """A node at one moment: time since the start, s; resident memory, MB; open files; threads."""
+
+    time: float
+    memory: float
+    files: int
+    threads: int
+
+
+def main() -> int:
+    """Run, print the table, draw the picture."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--duration", type=float, default=7200.0, help="ship time, s")
+    parser.add_argument("--real-time", action="store_true", help="at the pace of the clock instead of in lockstep")
+    parser.add_argument("--growth", type=float, default=1.0, help="allowed growth of the memory of a node, percent")
+    parser.add_argument("--picture", type=Path, default=Path("soak.png"), help="file of the picture")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as output:
+        samples, summary = run(arguments.duration, arguments.real_time, Path(output))
+    problems = [f"{summary['missed_periods']} missed periods"] if summary["missed_periods"] else []
+    problems += [f"{summary['messages_dropped']} lost messages"] if summary["messages_dropped"] else []
+    table = Table("node", "memory after warm-up", "at the end", "growth", "open files", "threads")
+    for name, of_node in samples.items():
+        kept = settled(of_node)
+        first, last = ends([sample.memory for sample in kept])
+        files, threads = ({getattr(sample, what) for sample in kept} for what in ("files", "threads"))
+        table.add_row(name, f"{first:.1f} MB", f"{last:.1f} MB", f"{growth(kept):+.2f} %", span(files), span(threads))
+        problems += [f"{name}: {problem}" for problem in found(kept, arguments.growth)]
+    Console().print(table)
+    draw(samples, arguments.picture)
+    print("; ".join(problems) or f"no missed period, no lost message, nothing grows; picture: {arguments.picture}")
+    return 1 if problems else 0
+
+
+def run(duration: float, real_time: bool, output: Path) -> tuple[dict[str, list[Sample]], dict[str, Any]]:
+    """Samples of each node, and the summary of the run."""
+    command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", str(output)]
+    command += ["--set", "controller.law=guided", "--set", f"vessel_sim.duration={duration}"]
+    samples: dict[str, list[Sample]] = defaultdict(list)
+    began = time.monotonic()
+    with subprocess.Popen([*command, *(["--real-time"] if real_time else [])], stdout=subprocess.DEVNULL) as process:
+        while process.poll() is None:
+            if time.monotonic() - began > duration + START_AND_END:
+                process.terminate()
+            for name, pid in nodes(process.pid).items():
+                with suppress(OSError, KeyError):  # a process that has just ended
+                    samples[name].append(sample(pid, time.monotonic() - began))
+            time.sleep(SAMPLE_PERIOD)
+    if process.returncode:
+        raise SystemExit(f"the run failed with exit code {process.returncode}")
+    (folder,) = output.iterdir()
+    return dict(samples), json.loads((folder / "run.json").read_text(encoding="utf-8"))
+
+
+def nodes(parent: int) -> dict[str, int]:
+    """Process ids of the nodes that a process has started, by module."""
+    found: dict[str, int] = {}
+    with suppress(OSError):
+        for child in Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="ascii").split():
+            words = Path(f"/proc/{child}/cmdline").read_text(encoding="utf-8").split("\0")
+            if "-m" in words and "--ros-args" in words:
+                found[words[words.index("-m") + 1].rsplit(".", 1)[-1]] = int(child)
+    return found
+
+
+def sample(pid: int, at: float) -> Sample:
+    """The present state of a process."""
+    lines = Path(f"/proc/{pid}/status").read_text(encoding="utf-8").splitlines()
+    status = dict(line.split(":", 1) for line in lines if ":" in line)
+    return Sample(
+        at, int(status["VmRSS"].split()[0]) / 1024, len(list(Path(f"/proc/{pid}/fd").iterdir())), int(status["Threads"])
+    )
+
+
+def settled(samples: list[Sample]) -> list[Sample]:
+    """The samples after the warm-up, without the last two: a node that ends opens and closes files."""
+    begin = samples[0].time + WARM_UP * (samples[-1].time - samples[0].time)
+    return [each for each in samples if each.time >= begin][:-2] or samples
+
+
+def ends(values: list[float]) -> tuple[float, float]:
+    """Medians of the first and of the last tenth."""
+    count = max(1, len(values) // 10)
+    return statistics.median(values[:count]), statistics.median(values[-count:])
+
+
+def growth(samples: list[Sample]) -> float:
+    """Growth of the memory, percent."""
+    first, last = ends([each.memory for each in samples])
+    return 100.0 * (last / first - 1.0)
+
+
+def found(samples: list[Sample], allowed: float) -> list[str]:
+    """What is wrong with the samples of a node after its warm-up; the allowed growth of its memory in percent."""
+    problems = [f"memory grows by {growth(samples):.2f} %"] if growth(samples) > allowed else []
+    for what in ("files", "threads"):
+        first, last = ends([float(getattr(each, what)) for each in samples])
+        problems += [f"{what} grow from {first:g} to {last:g}"] if last > first else []
+    return problems
+
+
+def span(values: set[int]) -> str:
+    """The smallest and the largest value."""
+    return str(min(values)) if len(values) == 1 else f"{min(values)} to {max(values)}"
+
+
+def draw(samples: dict[str, list[Sample]], path: Path) -> None:
+    """Draw the memory of every node over time."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(8, 4))
+    for name, of_node in samples.items():
+        axes.plot([each.time for each in of_node], [each.memory for each in of_node], label=name)
+    axes.set(xlabel="wall time [s]", ylabel="resident memory [MB]", ylim=(0.0, None))
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(path, dpi=120, bbox_inches="tight")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,112 @@
+"""The black box of the controller: its last messages, written as a bag when an error occurs."""
+
+import io
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from driving import ACCELERATION, REFERENCE, STATE, Plant
+
+from vessel_hsmc_ros.bags import black_box as content
+from vessel_hsmc_ros.bags.reader import Bag, open_bag
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import black_box
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+
+TOPICS = {"/odom", "/reference", "/cmd_wrench", "/controller/state", "/diagnostics", "/rosout"}
+
+
+@pytest.fixture(autouse=True)
+def _short(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(black_box, "AFTERWARDS", 0.1)
+
+
+@pytest.fixture
+def steering(bench: Any, tmp_path: Path) -> Any:
+    """A controller in real time with a black box, which has published some commands; and its plant."""
+    plant = Plant(bench, lockstep=False)
+    settings = {"law": "los_pid", "black_box__duration": 30.0, "black_box__directory": str(tmp_path / "boxes")}
+    node = plant.connect(bench.start(ControllerNode, lockstep=False, **settings))
+
+    def drive() -> int:
+        now = bench.probe.get_clock().now().nanoseconds
+        plant.send_reference(now, REFERENCE, ACCELERATION)
+        plant.send_odometry(now, STATE)
+        return len(plant.commands)
+
+    bench.until(lambda: drive() >= 5)
+    return plant, node
+
+
+def the_bag(bench: Any, folder: Path) -> Bag:
+    bench.until(lambda: list(folder.glob("*/metadata.yaml")))
+    (made,) = folder.iterdir()
+    return open_bag(made)
+
+
+def test_an_input_that_is_not_finite_writes_the_last_inputs_outputs_diagnostics_and_log_lines(
+    bench: Any, steering: Any, tmp_path: Path
+) -> None:
+    plant, node = steering
+    plant.send_odometry(bench.probe.get_clock().now().nanoseconds, STATE * math.nan)
+    bench.until(lambda: node.black_box._writing)
+    node.black_box.close()
+    bag = the_bag(bench, tmp_path / "boxes")
+    assert set(bag.topics) >= TOPICS
+    assert bag["cmd_wrench"].count >= 5
+    bag.load("/odom")
+    states = bag["odom"]["pose.pose.position.x"]
+    assert math.isnan(states[-1])
+    np.testing.assert_allclose(states[:-1], STATE[0])
+    lines = [message.msg for _, _, message in bag.messages("/rosout")]
+    assert any("odometry with x = nan" in line for line in lines)
+    assert bag.parameters["/controller"]["law"] == "los_pid"
+
+
+def test_a_second_error_within_a_minute_writes_nothing(bench: Any, steering: Any, tmp_path: Path) -> None:
+    _, node = steering
+    for reason in ("first", "second"):
+        node.black_box.write(reason)
+        node.black_box.close()
+    bag = the_bag(bench, tmp_path / "boxes")
+    assert bag.recording["reason"] == "first"
+
+
+def test_the_error_that_ends_a_node_is_in_its_black_box(bench: Any, steering: Any, tmp_path: Path) -> None:
+    _, node = steering
+    node.fail("the law failed")
+    node.close()
+    lines = [message.msg for _, _, message in the_bag(bench, tmp_path / "boxes").messages("/rosout")]
+    assert lines[-1] == "the law failed"
+
+
+def test_the_memory_of_a_black_box_is_bounded_in_time_and_size(
+    bench: Any, steering: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, node = steering
+    box, wrench = node.black_box, conv.new_wrench()
+    monkeypatch.setattr(black_box, "MEMORY", 2000)
+    for _ in range(100):
+        box.keep("/cmd_wrench", wrench)
+    assert 1000 < sum(len(entry) for _, entry in box._kept) <= 2000
+    box._span = 0
+    box.keep("/cmd_wrench", wrench)
+    assert len(box._kept) == 1
+
+
+def test_a_folder_that_takes_no_bag_is_named_and_another_takes_it(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    folders = [str(tmp_path / "file" / "bag"), str(tmp_path / "bag")]
+    wrench = os.urandom(4)
+    data = content.header(folders, {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
+    folder, refused = content.write(io.BytesIO(data + content.record(5, 0, wrench)))
+    assert folder == tmp_path / "bag"
+    assert "cannot be made: Not a directory" in refused
+    (message,) = open_bag(folder).raw_messages("/cmd_wrench")
+    assert (message.log_time, message.data) == (5, wrench)
+    with pytest.raises(BagError, match="Not a directory"):
+        content.write(io.BytesIO(content.header(folders[:1], {}, {}, "")))

@@ -1,0 +1,73 @@
+"""A scenario for several vessels: places, seeds, frames, clock, and one parameters file for all of them."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.scenario.fleet import LARGEST, dump_fleet, make_fleet
+from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
+
+CASE = load_scenario("case2_tracking", {"vessel_sim.seed": 7})
+
+
+def test_vessels_start_side_by_side_with_their_references_and_seeds_of_their_own() -> None:
+    fleet = make_fleet(CASE, 3, spacing=40.0)
+    plants = [scenario.vessel_sim for scenario in fleet.vessels.values()]
+    assert [*fleet.vessels] == ["vessel_1", "vessel_2", "vessel_3"]
+    assert [plant.initial_pose for plant in plants] == [(5.0, 1.0 + shift, math.pi / 4) for shift in (0.0, 40.0, 80.0)]
+    references = [scenario.reference_ship.initial_pose for scenario in fleet.vessels.values()]
+    assert references == [(15.0, 15.0 + shift, 0.0) for shift in (0.0, 40.0, 80.0)]
+    assert [plant.seed for plant in plants] == [7, 8, 9]
+
+
+def test_the_first_vessel_owns_the_clock_and_the_others_follow() -> None:
+    clocks = [scenario.vessel_sim.clock for scenario in make_fleet(CASE, 3, "tug").vessels.values()]
+    assert [clock.source for clock in clocks] == ["own", "follow", "follow"]
+    assert [clock.others for clock in clocks] == [("tug_2", "tug_3"), (), ()]
+
+
+def test_a_fleet_of_one_waits_for_nobody() -> None:
+    (alone,) = make_fleet(CASE, 1).vessels.values()
+    assert alone.vessel_sim.clock == CASE.vessel_sim.clock
+
+
+def test_goals_and_waypoints_of_a_scenario_are_shifted_too() -> None:
+    changes = {
+        "reference_ship.mode": "path",
+        "reference_ship.path.time": 0.0,
+        "reference_ship.path.waypoints": (0.0, 0.0, 100.0, 20.0),
+        "reference_ship.goal.times": (1.0,),
+        "reference_ship.goal.poses": (50.0, 10.0, 0.5),
+    }
+    second = make_fleet(load_scenario("case2_tracking", changes), 2, spacing=30.0).vessels["vessel_2"].reference_ship
+    assert second.path.waypoints == (0.0, 30.0, 100.0, 50.0)
+    assert second.goal.poses == (50.0, 40.0, 0.5)
+
+
+def test_the_parameters_file_gives_each_vessel_its_scenario() -> None:
+    fleet = make_fleet(CASE, 3)
+    text = dump_fleet(fleet)
+    for name, scenario in fleet.vessels.items():
+        assert parse_scenario(text, CASE.name, namespace=f"/{name}/") == scenario
+        assert scenario.controller.frame_prefix == f"{name}/"
+
+
+def test_one_recorder_records_the_topics_of_every_vessel() -> None:
+    base = load_scenario("case2_tracking", {"recorder.topics": ("odom", "/clock")})
+    recorded = make_fleet(base, 2).with_bag(Path("bag"), Path("params.yaml"))
+    assert recorded.base.recorder.topics == ("vessel_1/odom", "vessel_2/odom", "/clock")
+    assert recorded.base == replace(base, recorder=recorded.base.recorder)
+
+
+@pytest.mark.parametrize("count", [0, -1, LARGEST + 1])
+def test_a_number_of_vessels_out_of_range_is_refused(count: int) -> None:
+    with pytest.raises(ParameterError, match=rf"{count} is not allowed: it takes 1 to {LARGEST}"):
+        make_fleet(CASE, count)
+
+
+def test_a_start_beyond_the_allowed_positions_is_refused() -> None:
+    with pytest.raises(ParameterError, match="initial_pose"):
+        make_fleet(CASE, LARGEST, spacing=1e5)

@@ -1,0 +1,81 @@
+"""Nodes that this package starts stay on the local host unless the user chooses otherwise."""
+
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from harness import Command
+from sockets import sockets_of
+
+from vessel_hsmc_ros.core.install_paths import PEERS, PROFILES, RANGE, TRANSPORTS, discovery_profiles, share_directory
+from vessel_hsmc_ros.core.node_list import LOOP
+
+DEADLINE = 60.0
+
+
+@pytest.fixture
+def _unset(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in (PROFILES, RANGE, PEERS, TRANSPORTS):
+        monkeypatch.delenv(name, raising=False)
+
+
+@pytest.fixture
+def node(tmp_path: Path) -> Iterator[Callable[[str, dict[str, str]], Command]]:
+    """Start a node by its module with variables in its environment."""
+    started: list[Command] = []
+
+    def start(name: str, environment: dict[str, str]) -> Command:
+        started.append(Command([sys.executable, "-m", LOOP[name].module], tmp_path, environment))
+        return started[-1]
+
+    yield start
+    for command in started:
+        command.kill()
+
+
+@pytest.mark.usefixtures("_unset")
+@pytest.mark.parametrize("variable", [(RANGE, "SUBNET"), (RANGE, "off"), (PEERS, "192.0.2.7"), (TRANSPORTS, "UDPv4")])
+def test_a_users_word_on_discovery_takes_effect(monkeypatch: pytest.MonkeyPatch, variable: tuple[str, str]) -> None:
+    monkeypatch.setenv(*variable)
+    assert Path(discovery_profiles()).name == "fastdds_network.xml"
+
+
+@pytest.mark.usefixtures("_unset")
+def test_profiles_of_the_user_come_before_those_of_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Path(discovery_profiles()).name == "fastdds.xml"
+    monkeypatch.setenv(RANGE, "localhost")
+    assert Path(discovery_profiles()).name == "fastdds.xml"
+    monkeypatch.setenv(PROFILES, "mine.xml")
+    assert discovery_profiles() == "mine.xml"
+
+
+def test_both_profiles_differ_in_the_transports_only() -> None:
+    local, network = (
+        ElementTree.parse(share_directory() / "config" / name).getroot()  # noqa: S314 - our own files
+        for name in ("fastdds.xml", "fastdds_network.xml")
+    )
+    space = "{http://www.eprosima.com}"
+    transports = [f"{space}{tag}" for tag in ("transport_descriptors", "useBuiltinTransports", "userTransports")]
+    removed = [(parent, child) for parent in local.iter() for child in parent if child.tag in transports]
+    assert len(removed) == 3
+    for parent, child in removed:
+        parent.remove(child)
+    contents = [[(each.tag, each.attrib, (each.text or "").strip()) for each in root.iter()] for root in (local, network)]
+    assert contents[0] == contents[1]
+
+
+def test_a_node_has_no_socket_beyond_the_loopback_interface(node: Callable[[str, dict[str, str]], Command]) -> None:
+    command = node("controller", {PROFILES: str(share_directory() / "config" / "fastdds.xml")})
+    command.until(lambda: "waiting for" in command.text or "subscribes to" in command.text, DEADLINE)
+    found = command.until(lambda: sockets_of(command.popen.pid), DEADLINE)
+    # A socket bound to the group of discovery hears it where it was joined: with the whitelist on the loopback interface.
+    assert all(address.startswith("127.") or address == "239.255.0.1" for address in found), found
+
+
+def test_the_live_view_listens_on_the_local_host_only() -> None:
+    from vessel_hsmc_ros.scenario.parameters import LiveParameters
+
+    assert socket.gethostbyname(LiveParameters().host) == "127.0.0.1"

@@ -1,0 +1,196 @@
+"""One scripted fault: its declaration, and which of its settings each kind of fault takes."""
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+
+WRENCH = "cmd_wrench"
+TOPICS = ("odom", "reference", WRENCH)
+"""The topics of every run that pass through the relay; where thrusters drive the ship, so do their demands."""
+
+THRUSTERS = "thrusters/"
+
+CHANGES = ("nan", "inf", "huge", "bit_flip", "add")
+"""How a field is corrupted: by a value, by one flipped bit of its 64, or by an offset."""
+
+
+class Kind(NamedTuple):
+    """A kind of fault.
+
+    Attributes:
+        target: What it acts on: topic, actuator, node or clock.
+        meaning: What it does, for the documentation.
+        takes: The settings that it takes besides at, duration and its target.
+        needs: Those of them that have no default.
+        lockstep: Whether it can be carried out in lockstep.
+    """
+
+    target: str
+    meaning: str
+    takes: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    lockstep: bool = True
+
+
+_NOT_IN_LOCKSTEP = False
+
+KINDS = {
+    "drop": Kind("topic", "messages are lost", ("probability",)),
+    "delay": Kind(
+        "topic", "messages come late, by `delay` and up to `jitter` more", ("probability", "delay", "jitter"), ("delay",)
+    ),
+    "duplicate": Kind("topic", "messages come twice", ("probability",)),
+    "reorder": Kind("topic", "a message comes after the one that follows it", ("probability",)),
+    "corrupt": Kind("topic", "a field of the message is wrong", ("probability", "field", "change", "amount"), ("field",)),
+    "freeze": Kind("topic", "the content of the last message comes again and again, with fresh stamps"),
+    "offset": Kind("topic", "stamps are off by `offset`", ("probability", "offset"), ("offset",)),
+    "frame": Kind("topic", "messages are in another frame", ("probability", "frame"), ("frame",)),
+    "lose": Kind("actuator", "an actuator does nothing", ("component",)),
+    "weaken": Kind("actuator", "an actuator gives `factor` of what is demanded", ("component", "factor"), ("factor",)),
+    "reverse": Kind("actuator", "an actuator acts in the opposite direction", ("component",)),
+    "kill": Kind("node", "its process is killed (SIGKILL)", lockstep=_NOT_IN_LOCKSTEP),
+    "stop": Kind("node", "its process is suspended (SIGSTOP) for `duration`", lockstep=_NOT_IN_LOCKSTEP),
+    "restart": Kind("node", "its process is killed, and started again after `duration`", lockstep=_NOT_IN_LOCKSTEP),
+    "clock_step": Kind(
+        "clock", "the clock of a node, of all nodes by default, is off by `offset`", ("offset",), ("offset",), _NOT_IN_LOCKSTEP
+    ),
+    "second_publisher": Kind("topic", "another node publishes the topic as well", ("amount",), lockstep=_NOT_IN_LOCKSTEP),
+    "mismatched_qos": Kind(
+        "topic", "another node publishes it, best effort, which no node of the loop takes", lockstep=_NOT_IN_LOCKSTEP
+    ),
+}
+"""Every kind of fault by its name."""
+
+_ALWAYS = ("at", "duration", "kind")
+_TARGETS = {"topic": ("topic",), "actuator": ("topic",), "node": ("node",), "clock": ("node",)}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of a script."""
+
+    at: float = parameter(0.0, "Time since the first odometry at which it begins.", unit="s", low=0.0, high=1e6)
+    duration: float = parameter(0.0, "How long it lasts; 0 means to the end of the run.", unit="s", low=0.0, high=1e6)
+    kind: str = parameter("drop", "What happens.", choices=tuple(KINDS))
+    topic: str = parameter("", "The topic, of a fault that acts on messages or actuators.")
+    node: str = parameter("", "The node, of a fault that acts on a process or on its clock.")
+    probability: float = parameter(1.0, "Share of the messages that it hits, at random.", low=0.0, high=1.0)
+    delay: float = parameter(0.0, "By how much messages are late.", unit="s", low=0.0, high=1e4)
+    jitter: float = parameter(0.0, "Largest random addition to the delay.", unit="s", low=0.0, high=1e4)
+    field: str = parameter("", "The field that is corrupted, such as pose.pose.position.x.")
+    change: str = parameter("nan", "How it is corrupted.", choices=CHANGES)
+    amount: float = parameter(
+        0.0, "What `add` adds to the field; the surge force that a second publisher commands.", low=-1e12, high=1e12
+    )
+    frame: str = parameter("", "The frame in which the messages are.")
+    offset: float = parameter(
+        0.0, "By how much stamps or the clock are off; below 0 they are late.", unit="s", low=-1e6, high=1e6
+    )
+    factor: float = parameter(1.0, "Share of the demand that a weakened actuator gives.", low=-10.0, high=10.0)
+    component: str = parameter("both", "The actuator of cmd_wrench.", choices=("surge", "yaw", "both"))
+
+    @property
+    def begin(self) -> int:
+        """Time at which it begins, ns."""
+        return round(self.at * NANOSECONDS)
+
+    @property
+    def end(self) -> float:
+        """Time at which it is over, ns; infinite for one that lasts to the end."""
+        return self.begin + round(self.duration * NANOSECONDS) if self.duration else math.inf
+
+    def active(self, elapsed: int) -> bool:
+        """Whether it acts at a time since the first odometry, ns."""
+        return self.begin <= elapsed < self.end
+
+    def describe(self) -> str:
+        """The fault in a few words, as events name it."""
+        target = f" of {self.topic or self.node or 'all nodes'}"
+        kind = KINDS[self.kind]
+        values = [f"{name} = {value:g}" if isinstance(value, float) else f"{name} = {value}" for name, value in self._set(kind)]
+        return f"{self.kind}{target}{f' ({chr(44).join(values)})' if values else ''}".replace(",", ", ")
+
+    def _set(self, kind: Kind) -> list[tuple[str, object]]:
+        default = Fault()
+        return [(name, getattr(self, name)) for name in kind.takes if getattr(self, name) != getattr(default, name)]
+
+
+@dataclass(frozen=True)
+class FaultScript:
+    """The faults of a run in the order of the script, and the seed of what is random in them."""
+
+    faults: tuple[Fault, ...] = ()
+    seed: int = 0
+
+
+def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
+    """Check that a fault has the settings of its kind and no others.
+
+    Args:
+        fault: The fault.
+        given: The settings that the script gives.
+        owner: Its name, for error messages.
+
+    Raises:
+        ParameterError: a setting is missing or does not apply.
+    """
+    kind = KINDS[fault.kind]
+    target = _TARGETS[kind.target]
+    allowed = (*_ALWAYS, *target, *kind.takes)
+    needed = ["at", "kind", *kind.needs, *(() if kind.target == "clock" else target)]
+    needed += ["duration"] if fault.kind in ("stop", "restart") else []
+    for name in needed:
+        if name not in given:
+            raise ParameterError(f"{owner} has no {name}: a fault of kind {fault.kind} needs it")
+    for name in given:
+        if name not in allowed:
+            raise ParameterError(f"{owner}.{name} does not apply to kind {fault.kind}: it takes {', '.join(allowed)}")
+
+
+def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], owner: str) -> None:
+    """Check that the run has the topic or the node of a fault.
+
+    Args:
+        fault: The fault.
+        topics: The topics that pass through the relay.
+        nodes: The nodes of the run.
+        owner: Its name, for error messages.
+
+    Raises:
+        ParameterError: it has not, or the kind does not apply to it.
+    """
+    target = KINDS[fault.kind].target
+    if target in ("topic", "actuator") and fault.topic not in topics:
+        raise ParameterError(f"{owner}.topic = {fault.topic} is not allowed: it takes one of {', '.join(topics)}")
+    if target in ("node", "clock") and fault.node not in nodes and (fault.node or target == "node"):
+        raise ParameterError(f"{owner}.node = {fault.node} is not allowed: it takes one of {', '.join(nodes)}")
+    if target == "actuator" and fault.topic in ("odom", "reference"):
+        actuators = ", ".join(topic for topic in topics if topic not in ("odom", "reference"))
+        raise ParameterError(f"{owner}.topic = {fault.topic} is no actuator: it takes one of {actuators}")
+    if fault.kind == "restart" and fault.node == "recorder":
+        raise ParameterError(f"{owner}.node = recorder is not allowed: a second recorder would overwrite the bag")
+    if fault.kind == "kill" and fault.node == "vessel_sim":
+        raise ParameterError(f"{owner}.node = vessel_sim is not allowed: the plant ends the run; restart brings it back")
+    if fault.topic.startswith(THRUSTERS) and fault.kind in ("offset", "frame"):
+        raise ParameterError(f"{owner}.kind = {fault.kind} is not allowed: messages of {fault.topic} have no header")
+
+
+def check_mode(fault: Fault, lockstep: bool, owner: str) -> None:
+    """Check that a fault can be carried out in the mode of the run.
+
+    Raises:
+        ParameterError: it can't.
+    """
+    if not lockstep:
+        return
+    if not KINDS[fault.kind].lockstep:
+        raise ParameterError(
+            f"{owner}.kind = {fault.kind} is not possible in lockstep, where time waits for every node: --real-time"
+        )
+    if fault.topic.startswith(THRUSTERS) and fault.kind in ("duplicate", "reorder"):
+        raise ParameterError(f"{owner}.kind = {fault.kind} is not possible in lockstep on {fault.topic}: it takes --real-time")

@@ -1,0 +1,171 @@
+"""The relay node: passes the messages of a loop on, and carries out the faults of a script on their way."""
+
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from vessel_hsmc_msgs.msg import Event
+
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.node_list import RELAY
+from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
+from vessel_hsmc_ros.faults.schedule import Delivery
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import OK, VesselNode
+from vessel_hsmc_ros.nodes.fault_sources import make_sources
+from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.relayed_topic import RelayedTopic
+from vessel_hsmc_ros.scenario.auxiliary_parameters import FaultRelayParameters
+from vessel_hsmc_ros.scenario.fault_script import parse_script
+
+DUE_PERIOD = 0.002
+"""Real time: time between two searches for delayed messages that are due, and for faults that begin or end, s."""
+
+
+class FaultRelayNode(VesselNode):
+    """Publishes each message of its topics on `relayed/<topic>`, as the faults of the script leave it.
+
+    Without an active fault the serialised message is passed on unchanged. Lockstep: whatever a fault drops, delays or gives
+    another stamp, the receiver learns that there is nothing more for the step, from a message with the stamp of the step, without
+    a frame and with NaN; so that every step is answered, and two runs are alike. An event names each fault as it begins and ends.
+    """
+
+    NAME = RELAY
+    PARAMETERS = FaultRelayParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        self._script = _read(p.script)
+        self._grid = RateGrid(p.rate_hz)
+        self._start = 0 if p.lockstep else -1
+        self._early: list[tuple[str, bytes]] = []
+        self._log = self.create_publisher(Event, EVENTS, qos.EVENTS)
+        self._ahead = _beginnings_and_ends(self._script)
+        self._relayed = {topic: self._relay(topic) for topic in p.topics}
+        self._sources = make_sources(self, self._script, any(topic.startswith(THRUSTERS) for topic in p.topics))
+        if not p.lockstep:
+            self.create_timer(DUE_PERIOD, self._on_timer, clock=self._wall)
+
+    def _relay(self, topic: str) -> RelayedTopic:
+        """Publish a topic below `relayed/` and subscribe to the original."""
+        relayed = RelayedTopic(self._script, topic)
+        profile = qos.data(self.parameters.lockstep)
+        drives_plant = topic == "cmd_wrench" or topic.startswith(THRUSTERS)
+        partner = ("odom", "allocated_wrench") if drives_plant else ("cmd_wrench", "allocated_wrench")
+        relayed.out = self.advertise(relayed.kind, f"{RELAYED}{topic}", profile, partner=partner)
+        self.listen(relayed.kind, topic, partial(self._on_message, topic), profile, raw=True)
+        return relayed
+
+    def describe(self) -> str:
+        """The number of faults."""
+        return f"relay with {len(self._script.faults)} faults, seed {self._script.seed}"
+
+    def on_connected(self) -> None:
+        """Pass on what was received before all receivers were connected."""
+        early, self._early = self._early, []
+        for topic, data in early:
+            self._on_message(topic, data)
+
+    # -- messages -----------------------------------------------------------------------------------------------------
+
+    def _on_message(self, topic: str, data: bytes) -> None:
+        if not self.connected:
+            self._early.append((topic, data))
+            return
+        relayed = self._relayed[topic]
+        stamp = relayed.stamp(data)
+        if self._start < 0 and topic == "odom":
+            self._start = stamp
+        elapsed = self._elapsed(relayed, stamp)
+        if topic == "odom":
+            self._report(elapsed)
+        if not relayed.stamped:
+            stamp = elapsed
+        deliveries = relayed.schedule.take(data, stamp, elapsed)
+        if self.parameters.lockstep:
+            self._answer(relayed, deliveries, stamp, elapsed)
+        else:
+            self._send(relayed, deliveries)
+
+    def _elapsed(self, relayed: RelayedTopic, stamp: int) -> int:
+        """The time by which faults begin and end, ns: in lockstep that of the step, whose number is that of the message."""
+        if not self.parameters.lockstep:
+            return self.now() - self._start if self._start >= 0 else -1
+        # Odometry may be late by its stamp, and demands of thrusters have none; one of each is published in every step.
+        counted = relayed.topic == "odom" or not relayed.stamped
+        self.stamp = self._grid.stamp(relayed.schedule.number + 1) if counted else stamp
+        return self.stamp
+
+    def _answer(self, relayed: RelayedTopic, deliveries: list[Delivery], stamp: int, step: int) -> None:
+        """Lockstep: deliver, and announce it if the receiver gets nothing more for this step."""
+        if not relayed.stamped:  # a demand of a thruster is known by its place: one a step
+            deliveries = deliveries[-1:]
+        self._send(relayed, deliveries)
+        if not (any(relayed.schedule.current(d, stamp) for d in deliveries) or (deliveries and not relayed.stamped)):
+            self.send(relayed.out, relayed.nothing(step))
+
+    def _send(self, relayed: RelayedTopic, deliveries: list[Delivery]) -> None:
+        for delivery in deliveries:
+            self.send(relayed.out, relayed.altered(delivery))
+            relayed.sent += 1
+
+    def _on_timer(self) -> None:
+        """Real time: deliver what is due, and report the faults that begin or end."""
+        now = self.now()
+        elapsed = now - self._start if self._start >= 0 else -1
+        self._report(elapsed)
+        for relayed in self._relayed.values():
+            self._send(relayed, relayed.schedule.due(elapsed))
+        for source in self._sources:
+            source.act(now, elapsed)
+
+    # -- events and diagnostics ---------------------------------------------------------------------------------------
+
+    def _report(self, elapsed: int) -> None:
+        """Publish an event for each fault that has begun or ended since the last call, with the time at which it did."""
+        while self._ahead and self._ahead[0][0] <= elapsed:
+            at, text = self._ahead.pop(0)
+            self.get_logger().info(f"fault: {text} at t = {seconds(at):g} s")
+            message = Event(node=self.NAME, kind="fault", text=text)
+            message.header.stamp = conversions.time_message(self._start + at)
+            self._log.publish(message)
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Messages received and sent by topic, and the events to come."""
+        counts = {topic: f"{r.schedule.number + 1} received, {r.sent} sent" for topic, r in self._relayed.items()}
+        return OK, "relaying", {**counts, "events_ahead": len(self._ahead)}
+
+
+def _beginnings_and_ends(script: FaultScript) -> list[tuple[int, str]]:
+    """Times, ns, and texts of the events of a script, in their order."""
+    found = [(fault.begin, f"{fault.describe()} begins") for fault in script.faults]
+    found += [(int(fault.end), f"{fault.describe()} ends") for fault in script.faults if fault.duration]
+    return sorted(found, key=lambda event: event[0])
+
+
+def _read(path: str) -> FaultScript:
+    """The script of a file; empty for none.
+
+    Raises:
+        ScenarioError: it cannot be read.
+    """
+    if not path:
+        return FaultScript()
+    try:
+        return parse_script(Path(path).read_text(encoding="utf-8"), f"fault script {path}")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"fault_relay.script = {path} cannot be read: {error}") from None
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until a signal ends it."""
+    return run_node(FaultRelayNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

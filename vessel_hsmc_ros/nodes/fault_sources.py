@@ -1,0 +1,139 @@
+"""What a fault script adds to a run in real time: second publishers, and clocks that are off."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+
+from vessel_hsmc_ros.core.node_list import taking_part
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.faults.fault import WRENCH, Fault, FaultScript
+from vessel_hsmc_ros.messages import conversions, raw
+from vessel_hsmc_ros.messages.topics import RELAYED, message_type
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.connections import RECORDER
+
+if TYPE_CHECKING:
+    from rclpy.publisher import Publisher
+
+INTRUDER_PERIOD = NANOSECONDS // 20
+"""Time between two messages of a second publisher, ns."""
+
+CLOCK_PERIOD = NANOSECONDS // 200
+"""Time between two messages of a clock, ns."""
+
+_BEST_EFFORT = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+
+
+class Source(Protocol):
+    """Something that publishes on its own."""
+
+    def act(self, now: int, elapsed: int) -> None:
+        """Publish what is due.
+
+        Args:
+            now: The present time, ns.
+            elapsed: The time since the first odometry, ns; below 0 before it.
+        """
+
+
+class Intruder:
+    """A second publisher of a topic, of a node of its own; it exists while its fault is active.
+
+    It publishes where the receivers subscribe, below `relayed/`, and shows itself to the rightful publisher by a publisher of the
+    original topic on which it is silent.
+
+    Args:
+        relay: The relay node.
+        fault: Of kind second_publisher or mismatched_qos.
+        name: Name of its node.
+    """
+
+    def __init__(self, relay: Node, fault: Fault, name: str) -> None:
+        self._relay, self._fault, self._name = relay, fault, name
+        self._node: Any = None
+        self._next = 0
+
+    def act(self, now: int, elapsed: int) -> None:
+        """Appear, publish, disappear."""
+        active = self._fault.active(elapsed)
+        if active and self._node is None:
+            self._appear()
+        elif not active and self._node is not None:
+            self._node.destroy_node()
+            self._node = None
+        if active and now >= self._next:
+            self._next = now + INTRUDER_PERIOD
+            self._talk.publish(self._message(now))
+
+    def _appear(self) -> None:
+        node = Node(self._name, namespace=self._relay.get_namespace(), context=self._relay.context, use_global_arguments=False)
+        kind = raw.message_class(message_type(self._fault.topic))
+        profile = _BEST_EFFORT if self._fault.kind == "mismatched_qos" else qos.data(lockstep=False)
+        self._talk: Publisher = node.create_publisher(kind, f"{RELAYED}{self._fault.topic}", profile)
+        if self._fault.kind == "second_publisher":
+            node.create_publisher(kind, self._fault.topic, profile)
+        self._node = node
+
+    def _message(self, now: int) -> Any:
+        stamp = conversions.time_message(now)
+        if self._fault.topic == WRENCH:
+            message = conversions.new_wrench()
+            conversions.write_wrench(message, stamp, (self._fault.amount, 0.0))
+            return message
+        made = {"odom": conversions.new_odometry, "reference": conversions.new_reference}
+        message = made[self._fault.topic]()
+        message.header.stamp = stamp
+        return message
+
+
+class SteppedClock:
+    """The clock of a node, on `relayed/clock/<node>`: the system's, and off by the offset of its faults while they are active.
+
+    Args:
+        relay: The relay node.
+        node: The node whose clock it is.
+        faults: Of kind clock_step.
+    """
+
+    def __init__(self, relay: Node, node: str, faults: Sequence[Fault]) -> None:
+        self._faults = faults
+        self._out = relay.create_publisher(Clock, clock_topic(node), qos.CLOCK)
+        self._next = 0
+
+    def act(self, now: int, elapsed: int) -> None:
+        """Publish the time."""
+        if now >= self._next:
+            self._next = now + CLOCK_PERIOD
+            offset = sum(round(f.offset * NANOSECONDS) for f in self._faults if f.active(elapsed))
+            self._out.publish(Clock(clock=conversions.time_message(now + offset)))
+
+
+def clock_topic(node: str) -> str:
+    """The topic on which the relay publishes the time for a node whose clock a script steps."""
+    return f"{RELAYED}clock/{node}"
+
+
+def stepped_nodes(script: FaultScript, by_thrusters: bool) -> dict[str, list[Fault]]:
+    """The nodes whose clocks a script steps, each with its faults; the recorder keeps the time of the system."""
+    steps = [fault for fault in script.faults if fault.kind == "clock_step"]
+    nodes = [node for node in taking_part(by_thrusters) if node != RECORDER]
+    found = {node: [fault for fault in steps if fault.node in ("", node)] for node in nodes}
+    return {node: faults for node, faults in found.items() if faults}
+
+
+def make_sources(relay: Node, script: FaultScript, by_thrusters: bool) -> list[Source]:
+    """The second publishers and the clocks of a script.
+
+    Args:
+        relay: The relay node, which publishes in their place.
+        script: The faults of the run.
+        by_thrusters: Whether thrusters drive the ship.
+    """
+    intruding = [fault for fault in script.faults if fault.kind in ("second_publisher", "mismatched_qos")]
+    intruders = [Intruder(relay, fault, f"second_publisher_{index}") for index, fault in enumerate(intruding)]
+    return [*intruders, *(SteppedClock(relay, node, faults) for node, faults in stepped_nodes(script, by_thrusters).items())]

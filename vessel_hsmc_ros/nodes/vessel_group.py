@@ -1,0 +1,108 @@
+"""The nodes of several vessels in one process: for large fleets in lockstep, whose single processes would crowd the machine.
+
+Each node has its own name, namespace, topics and services, as in a process of its own. They share a ROS context, and so one
+participant of the middleware, whose discovery costs grow with the square of the number of participants; and one executor.
+"""
+
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from importlib import import_module
+from traceback import walk_tb
+from typing import Any
+
+import rclpy
+from rclpy.logging import get_logger
+from rclpy.signals import SignalHandlerOptions
+
+from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
+from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS
+from vessel_hsmc_ros.scenario.law_file import load_named_files
+
+CLASSES = {
+    "controller": ("vessel_hsmc_ros.nodes.controller", "ControllerNode"),
+    "thruster_allocation": ("vessel_hsmc_ros.nodes.thruster_allocation", "ThrusterAllocationNode"),
+    "reference_ship": ("vessel_hsmc_ros.nodes.reference_ship", "ReferenceShipNode"),
+    "vessel_sim": ("vessel_sim_node.node", "VesselSimNode"),
+}
+"""Modules and classes of the nodes; imported at the start, because the plant's node is above this room."""
+
+PLANT = "vessel_sim"
+
+
+def executor_of(nodes: Sequence[VesselNode]) -> DirectExecutor:
+    """One executor for all nodes; the more there are, the less often it serves their timers and services."""
+    shared: Any = []
+    for node in nodes:  # a subscription that a node creates later is appended to the list that the executor serves
+        shared += node.direct_subscriptions
+        node.direct_subscriptions = node.connections.subscriptions = shared
+    period = SERVICE_PERIOD * len(nodes) / len(CLASSES)
+    executor = DirectExecutor(shared, context=nodes[0].context, service_period=period)
+    for node in nodes:
+        executor.add_node(node)
+    return executor
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the nodes of the vessels whose namespaces are given, until their plants have finished or a signal ends them.
+
+    The arguments are `NODES NAMESPACE...`, with the names of the nodes of each vessel separated by commas.
+    """
+    given = sys.argv[1:] if arguments is None else arguments
+    end = given.index("--ros-args") if "--ros-args" in given else len(given)
+    received: list[int] = []
+    for number in STOP_SIGNALS:
+        signal.signal(number, lambda number, _frame: received.append(number))
+    nodes: list[VesselNode] = []
+    rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        names, *namespaces = load_named_files(given[:end])
+        for namespace in namespaces:
+            nodes += [_class_of(name)(namespace=f"/{namespace}") for name in names.split(",")]
+        return _run(nodes, lambda: not received)
+    except VesselHsmcError as error:
+        get_logger(f"{namespace}.{names}").fatal(f"{namespace}: {error}")
+        return CANNOT_START
+    finally:
+        for number in STOP_SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+        for node in nodes:
+            node.destroy_node()
+        rclpy.shutdown()
+
+
+def _class_of(name: str) -> Any:
+    """The class of a node by its name."""
+    module, kind = CLASSES[name]
+    return getattr(import_module(module), kind)
+
+
+def _run(nodes: Sequence[VesselNode], running: Callable[[], bool]) -> int:
+    """Serve the nodes until all plants have finished, then close them; returns the exit code."""
+    plants = [node for node in nodes if node.get_name() == PLANT]
+    for node in nodes:
+        node.announce()
+    code = 0
+    with executor_of(nodes) as executor:
+        spin = partial(executor.spin_while, lambda: running() and not all(plant.finished for plant in plants))
+        for work in (spin, *(node.close for node in nodes)):
+            try:
+                work()
+            except VesselHsmcError as error:
+                node = _at_work(error, nodes)
+                node.fail(f"{node.get_fully_qualified_name().strip('/')}: {error}")
+                code = FAILED
+    return code
+
+
+def _at_work(error: Exception, nodes: Sequence[VesselNode]) -> VesselNode:
+    """The node in whose callback an error occurred: an executor raises it without saying so."""
+    owners = [frame.f_locals.get("self") for frame, _ in walk_tb(error.__traceback__)]
+    return next((node for node in nodes for owner in owners if owner is node), nodes[0])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

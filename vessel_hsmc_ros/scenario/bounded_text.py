@@ -1,0 +1,97 @@
+"""Text files and YAML from anywhere: read with bounds on size, depth and expansion, so that no file exhausts the memory."""
+
+import errno
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+LARGEST_TEXT = 8 << 20
+"""Bytes of the largest text file that is read."""
+
+LARGEST_TABLE = 256 << 20
+"""Bytes of the largest CSV file of measurements."""
+
+DEEPEST = 32
+"""Levels of nesting in a YAML text."""
+
+MOST_NODES = 200_000
+"""Values in a YAML text, those that an alias repeats counted each time: an alias of aliases can stand for billions."""
+
+_Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
+
+
+class _Loader(_Safe):  # type: ignore[misc] # chosen while running
+    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def read_text(path: Path, limit: int = LARGEST_TEXT) -> str:
+    """The text of a file in UTF-8, with or without a byte order mark.
+
+    Raises:
+        OSError: the file cannot be read, or is larger than the limit in bytes.
+        UnicodeDecodeError: it is not UTF-8.
+    """
+    with path.open("rb") as stream:
+        content = stream.read(limit + 1)
+    if len(content) > limit:
+        raise OSError(errno.EFBIG, f"it has more than {limit >> 20} MiB")
+    return content.decode("utf-8-sig")
+
+
+def read_yaml(text: str) -> Any:
+    """Parse a YAML text with the number format of ROS parameters files.
+
+    Raises:
+        yaml.YAMLError: the text is not YAML, too large, nested too deeply, or has a value that its tag does not allow.
+    """
+    return _loaded(text, _Loader)
+
+
+def read_plain_yaml(text: str) -> Any:
+    """Parse a YAML text with YAML's own number format; the errors are those of `read_yaml`."""
+    return _loaded(text, _Safe)
+
+
+def _loaded(text: str, loader: Any) -> Any:
+    try:
+        _require_bounded(text)
+        return yaml.load(text, Loader=loader)  # noqa: S506 - a safe loader
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
+        # What the library raises for dates, numbers and tags that do not fit, such as 2001-99-99 or `!!int x`.
+        raise yaml.YAMLError(f"a value cannot be read: {error}") from None
+
+
+def _require_bounded(text: str) -> None:
+    """Raise a YAMLError for a text that is too large, too deep or expands to too many values.
+
+    Parsing to events takes memory in proportion to the text and does not follow aliases; only then is the text loaded.
+    """
+    if len(text) > LARGEST_TEXT:
+        raise yaml.YAMLError(f"the text has more than {LARGEST_TEXT >> 20} MiB")
+    values = 0
+    begun: list[tuple[str | None, int]] = []  # of each open collection: its anchor, and the number of values before it
+    sizes: dict[str, int] = {}
+    for event in yaml.parse(text, Loader=_Safe):
+        if isinstance(event, yaml.CollectionStartEvent):
+            begun.append((event.anchor, values))
+            sizes.pop(event.anchor or "", None)  # within itself an anchor does not stand for an earlier value
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = begun.pop()
+            if anchor is not None:
+                sizes[anchor] = values - before
+        elif isinstance(event, yaml.AliasEvent):
+            if event.anchor not in sizes:
+                raise yaml.YAMLError(f"alias {event.anchor} stands for nothing that is complete above it")
+            values += sizes[event.anchor]
+        elif isinstance(event, yaml.ScalarEvent) and event.anchor is not None:
+            sizes[event.anchor] = 1
+        values += 1
+        if len(begun) > DEEPEST or values > MOST_NODES:
+            raise yaml.YAMLError(f"it has more than {DEEPEST} levels or {MOST_NODES} values")

@@ -1,0 +1,103 @@
+"""Fault scripts: YAML text to faults, and back."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript, check_settings
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line
+
+MOST_FAULTS = 1000
+"""Faults of a script at most."""
+
+
+def parse_script(text: str, source: str) -> FaultScript:
+    """Make a script from its text.
+
+    Args:
+        text: The content of the file.
+        source: Where it comes from, for error messages.
+
+    Raises:
+        ScenarioError: the text is not a fault script.
+        ParameterError: a setting is unknown, missing or out of range.
+    """
+    try:
+        document = read_yaml(text)
+    except yaml.YAMLError as error:
+        raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
+    if not isinstance(document, dict) or FAULTS not in document:
+        raise ScenarioError(f"{source} is not a fault script: it takes seed and a list named faults")
+    if unknown := document.keys() - {"seed", "faults"}:
+        raise ScenarioError(f"{source}: {sorted(map(str, unknown))[0]} is unknown: it takes seed and faults")
+    seed = document.get("seed", 0)
+    if type(seed) is not int or not 0 <= seed < 2**32:
+        raise ScenarioError(f"{source}: seed = {seed!r} is not allowed: it takes an integer from 0 to {2**32 - 1}")
+    return FaultScript(_faults(document[FAULTS], source), seed)
+
+
+def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
+    """The script in the section `faults` of a scenario; None if it has none.
+
+    Args:
+        text: The content of its file.
+        seed: The seed of the scenario, which is that of the faults too.
+        source: Where the text comes from, for error messages.
+
+    Raises:
+        ScenarioError: the section is not a list of faults.
+        ParameterError: a setting is unknown, missing or out of range.
+    """
+    document = read_yaml(text)
+    if not isinstance(document, dict) or FAULTS not in document:
+        return None
+    return FaultScript(_faults(document[FAULTS], source), seed)
+
+
+def _faults(listed: object, source: str) -> tuple[Fault, ...]:
+    if not isinstance(listed, list):
+        raise ScenarioError(f"{source} is not a fault script: faults takes a list of faults")
+    if len(listed) > MOST_FAULTS:
+        raise ScenarioError(f"{source} has {len(listed)} faults: it takes at most {MOST_FAULTS}")
+    return tuple(_fault(entry, f"faults[{index}]", source) for index, entry in enumerate(listed))
+
+
+def _fault(entry: object, owner: str, source: str) -> Fault:
+    if not isinstance(entry, Mapping):
+        raise ScenarioError(f"{source}: {owner} = {entry!r} is not allowed: it takes settings such as at, kind and topic")
+    values = {str(name): value for name, value in entry.items()}
+    fault = schema.build(Fault, values, owner)
+    check_settings(fault, values, owner)
+    return fault
+
+
+def dump_script(script: FaultScript) -> str:
+    """Write a script as YAML, with the settings that differ from their defaults."""
+    default = schema.flatten(Fault())
+    entries: list[dict[str, Any]] = []
+    for fault in script.faults:
+        values = schema.flatten(fault)
+        entries.append({n: v for n, v in values.items() if n in ("at", "kind") or v != default[n]})
+    return yaml.safe_dump({"seed": script.seed, "faults": entries}, sort_keys=False)
+
+
+def kind_table() -> str:
+    """The kinds of faults as a Markdown table, as docs/faults.md has it."""
+    rows = ["| kind | acts on | what happens | settings | lockstep |", "|---|---|---|---|---|"]
+    for name, kind in KINDS.items():
+        settings = ", ".join(f"**{s}**" if s in kind.needs else s for s in kind.takes)
+        rows.append(f"| `{name}` | {kind.target} | {kind.meaning} | {settings} | {'yes' if kind.lockstep else 'no'} |")
+    return "\n".join(rows) + "\n"
+
+
+def setting_table() -> str:
+    """The settings of faults as a Markdown table, as docs/faults.md has it."""
+    rows = ["| setting | default | allowed | meaning |", "|---|---|---|---|"]
+    for name, entry in schema.entries(Fault).items():
+        default = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
+        rows.append(f"| `{name}` | {default} | {entry.allowed} | {entry.description} |")
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,50 @@
+"""Fault scripts that are checked against the scenario in which they are carried out."""
+
+from pathlib import Path
+
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.node_list import taking_part
+from vessel_hsmc_ros.faults.fault import TOPICS, FaultScript, check_mode, check_target
+from vessel_hsmc_ros.messages.edits import check_field
+from vessel_hsmc_ros.messages.topics import message_type
+from vessel_hsmc_ros.scenario.fault_script import parse_script
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line
+from vessel_hsmc_ros.scenario.scenario import Scenario
+
+
+def load_script(path: Path) -> FaultScript:
+    """Read a fault script.
+
+    Raises:
+        ScenarioError: the file cannot be read, or is not a fault script.
+        ParameterError: a setting is unknown, missing or out of range.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"fault script {path} cannot be read: {in_one_line(error)}") from None
+    return parse_script(text, f"fault script {path}")
+
+
+def relayed_topics(scenario: Scenario) -> tuple[str, ...]:
+    """The topics that pass through the relay in a scenario."""
+    demands = tuple(topic for topic, *_ in scenario.vessel_sim.vessel.thrusters.topics() if scenario.vessel_sim.by_thrusters)
+    return (*TOPICS, *demands)
+
+
+def check_script(script: FaultScript, scenario: Scenario) -> None:
+    """Check that every fault can be carried out in a scenario.
+
+    Raises:
+        ParameterError: a topic, a node or a field does not exist, or a kind does not fit the mode.
+    """
+    topics, nodes = relayed_topics(scenario), taking_part(scenario.vessel_sim.by_thrusters)
+    duration = scenario.vessel_sim.duration
+    for index, fault in enumerate(script.faults):
+        owner = f"faults[{index}]"
+        check_target(fault, topics, nodes, owner)
+        check_mode(fault, scenario.controller.lockstep, owner)
+        if fault.field:
+            check_field(message_type(fault.topic), fault.field, f"{owner}.field")
+        if duration and fault.at > duration:
+            raise ParameterError(f"{owner}.at = {fault.at:g} is not allowed: the run ends after {duration:g} s")
