@@ -1,6 +1,5 @@
 """The controller node: runs a control law at a fixed rate on ROS time, and commands what its supervision allows."""
 
-import math
 import sys
 import time
 from collections.abc import Iterator
@@ -18,7 +17,6 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import WARN, Concern
 from vessel_hsmc_ros.nodes.black_box import installed
-from vessel_hsmc_ros.nodes.concerns import ages
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
 from vessel_hsmc_ros.nodes.controller_status import guard_concern, operation_status
@@ -63,10 +61,8 @@ class ControllerNode(ManagedNode):
         self.inputs = ControllerInputs(self, self.loop)
         self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
         self._clock_step = RecentProblem()
-        self._begun = False
-        self._zeros = LAST_COMMANDS
-        self._updates = 0
-        self._compute_time = self._compute_time_max = 0.0
+        self._begun, self._zeros = False, LAST_COMMANDS
+        self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self.health = ControlConcerns(self.loop, p.lockstep)
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
@@ -246,21 +242,13 @@ class ControllerNode(ManagedNode):
             "compute_time": self._compute_time,
             "compute_time_max": self._compute_time_max,
         }
-        if self.clock_problem:
-            return WARN, self.clock_problem, values
-        level, message = self._clock_step.current or self.inputs.monitor.status() or operation_status(supervision)
-        return level, message, values
+        clock = (WARN, self.clock_problem) if self.clock_problem else self._clock_step.current
+        return *(clock or self.inputs.monitor.status() or operation_status(supervision)), values
 
     def concerns(self) -> list[Concern]:
         """The node as a whole, its inputs, its output guard, and the health of law and timing."""
-        inputs, guard = self.inputs.monitor.concern(), guard_concern(self.loop.supervision)
-        health = self.health.concerns(self.parameters.diagnostics)
-        return [*super().concerns(), inputs, self._input_age(), guard, *health]
-
-    def _input_age(self) -> Concern:
-        p = self.parameters
-        limit = math.inf if p.lockstep else p.input_timeout  # in lockstep the plant waits, for instance during a pause
-        return ages("input age", self.inputs.monitor.ages(self.stamp if p.lockstep else self.now()), limit)
+        guard, health = guard_concern(self.loop.supervision), self.health.concerns(self.parameters.diagnostics)
+        return [*super().concerns(), *self.inputs.concerns(), guard, *health]
 
 
 def main(arguments: list[str] | None = None) -> int:

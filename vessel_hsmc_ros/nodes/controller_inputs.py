@@ -1,5 +1,6 @@
 """The inputs of the control law, checked and aligned in time, and the law's step on the latest of them."""
 
+import math
 from typing import NamedTuple
 
 from nav_msgs.msg import Odometry
@@ -11,7 +12,8 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.base import Concern, VesselNode
+from vessel_hsmc_ros.nodes.concerns import ages
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
 from vessel_hsmc_ros.safety.freshness import Sample
 from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
@@ -89,6 +91,14 @@ class ControllerInputs:
         self.monitor.reset()
         self._jumps.reset()
         self._measured = self._desired = None
+
+    def concerns(self) -> list[Concern]:
+        """Refused samples, and the ages of the latest ones."""
+        node = self._node
+        lockstep, limit = node.parameters.lockstep, node.parameters.input_timeout
+        # In lockstep the plant waits, for instance during a pause: no age is too large.
+        now, limit = (node.stamp, math.inf) if lockstep else (node.now(), limit)
+        return [self.monitor.concern(), ages("input age", self.monitor.ages(now), limit)]
 
     def take_odometry(self, measured: Measured, now: int, received: int) -> bool:
         """Take odometry if it counts and its motion is that of a ship; returns whether it counts.
