@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.promises import PROMISES, REMEDIES
+from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
+from vessel_hsmc_ros.scenario.promises import PROMISES
+from vessel_hsmc_ros.scenario.remedies import REMEDIES
 
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -69,7 +70,7 @@ def with_defaults(text: str) -> str:
 
 
 def _default(node: str, name: str) -> str:
-    entry = schema.entries(NODES[node])[name]
+    entry = schema.entries((NODES | WATCHERS)[node])[name]
     value = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
     return f"{value} {entry.unit}".rstrip() + f" (`{node}.{name}`)"
 
