@@ -50,9 +50,11 @@ def spoil(sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, **fields: Any) ->
 
 def assert_bounded(sea: RealTimePlant) -> None:
     """Every change of the commands is that of the law by itself, or bounded by the ramp."""
-    wrenches, stamps = np.array(sea.wrenches()), np.array(sea.stamps())
+    count = min(len(sea.commands), len(sea.states))  # the last message of one of them may be on its way
     states = {conv.nanoseconds(state.header.stamp): state for state in sea.states}
-    own = np.array([states[stamp].operation == ControlState.ACTIVE and not states[stamp].reason for stamp in stamps.tolist()])
+    pairs = [(wrench, states[at]) for at, wrench in zip(sea.stamps(), sea.wrenches(), strict=True) if at in states][:count]
+    wrenches = np.array([wrench for wrench, _ in pairs])
+    own = np.array([state.operation == ControlState.ACTIVE and not state.reason for _, state in pairs])
     changes = np.abs(np.diff(wrenches, axis=0))[~own[1:]]
     assert len(changes)
     assert (changes <= RATES * 0.01 * (1.0 + 1e-9)).all()
@@ -220,7 +222,7 @@ def test_a_clock_that_is_set_back_resets_law_and_inputs(sea: RealTimePlant, simu
     assert_bounded(sea)
 
 
-def test_a_node_without_its_clock_says_that_it_waits_for_it(bench: Any) -> None:
+def test_a_node_without_its_clock_reports_that_it_waits_for_it(bench: Any) -> None:
     node = bench.start(ControllerNode, lockstep=False, use_sim_time=True)
     bench.until(lambda: node.status()[1].startswith("waiting for /clock"))
 

@@ -15,8 +15,9 @@ from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern
+from vessel_hsmc_ros.nodes.base import WARN, Concern
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
+from vessel_hsmc_ros.nodes.controller_status import guard_concern, operation_status
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.managed import ManagedNode
@@ -35,9 +36,6 @@ CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 
 LAST_COMMANDS = 3
 """How often zero is commanded on leaving the topic to others, as in standby and at the end."""
-
-LEVELS = {"ok": OK, "warn": WARN, "error": ERROR}
-"""Diagnostics levels of reasons."""
 
 
 class ControllerNode(ManagedNode):
@@ -242,22 +240,12 @@ class ControllerNode(ManagedNode):
         }
         if self.clock_problem:
             return WARN, self.clock_problem, values
-        level, message = self._clock_step.current or self.inputs.monitor.status() or self._operation()
+        level, message = self._clock_step.current or self.inputs.monitor.status() or operation_status(supervision)
         return level, message, values
 
-    def _operation(self) -> tuple[bytes, str]:
-        operation, reason = self.loop.supervision.operation, self.loop.supervision.reason
-        if operation is Operation.ACTIVE:
-            return OK, "running"
-        return LEVELS[reason.level], f"{operation.name.lower()}: {reason.text}"
-
     def concerns(self) -> list[Concern]:
-        """The node as a whole, its inputs, its output guard and the one publisher of its command."""
-        violations = self.loop.supervision.violations
-        counts = {reason.name.lower(): count for reason, count in violations.items()}
-        broken = self.loop.supervision.reason in violations
-        guard = Concern("guard", ERROR if broken else OK, "violated" if broken else "no violation", counts)
-        return [*super().concerns(), self.inputs.monitor.concern(), guard]
+        """The node as a whole, its inputs and its output guard."""
+        return [*super().concerns(), self.inputs.monitor.concern(), guard_concern(self.loop.supervision)]
 
 
 def main(arguments: list[str] | None = None) -> int:

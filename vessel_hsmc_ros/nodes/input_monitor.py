@@ -79,7 +79,7 @@ class InputMonitor:
             sample: The message.
             now: ROS time, ns.
             received: Time of its receipt, ns.
-            wrong: What is said of numbers that are not finite.
+            wrong: Which of its numbers are not finite, and what is allowed.
 
         Returns:
             Why it is refused; empty if it is taken.

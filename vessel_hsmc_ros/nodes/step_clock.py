@@ -53,7 +53,7 @@ class Queued(NamedTuple):
 
     Attributes:
         stamp: Its stamp, ns.
-        message: Its content; None where it only says that there is nothing of the step of its stamp.
+        message: Its content; None for the announcement that there is nothing of a step.
     """
 
     stamp: int
