@@ -210,10 +210,7 @@ PROMISES: tuple[Promise, ...] = (
         f"{SAFE}: the inputs are old",
         ITSELF,
         (Reason.STAMP_OLD,),
-        (
-            f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp",
-            f"{PLANT}::test_after_a_step_of_the_clock_the_plant_goes_on_and_takes_new_commands_only",
-        ),
+        (f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp",),
     ),
     Promise(
         "the controller is ended by SIGINT or SIGTERM",
