@@ -1,5 +1,6 @@
 """The tables of docs/safety.md, from the declarations of parameters, promises and reasons."""
 
+import math
 import re
 from collections.abc import Iterable
 
@@ -72,7 +73,8 @@ def with_defaults(text: str) -> str:
 def _default(node: str, name: str) -> str:
     entry = schema.entries((NODES | WATCHERS)[node])[name]
     value = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
-    return f"{value} {entry.unit}".rstrip() + f" (`{node}.{name}`)"
+    quantity = "infinite" if entry.default == math.inf else f"{value} {entry.unit}".rstrip()
+    return f"{quantity} (`{node}.{name}`)"
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
