@@ -148,7 +148,6 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
 
     name = "course"
     keeps_limits = False
-    keeps_limits = False
     tracks = False
     kernel = staticmethod(step)
     terms = StepTerms

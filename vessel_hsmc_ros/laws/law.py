@@ -32,7 +32,6 @@ class Law(ABC, Generic[Parameters]):
             defines `step` declares it anew.
         keeps_limits: Whether its commands are within the limits of the vessel; the output guard then checks it.
         tracks: Whether the law tracks the position of the reference; comparisons leave out those that do not.
-        keeps_limits: Whether the law commands no more than the limits of the vessel, so that more is an error.
         parameters: The present parameters, unless the law redefines `retune`.
         vessel, period: As constructed.
 
@@ -44,7 +43,6 @@ class Law(ABC, Generic[Parameters]):
     takes_age: ClassVar[bool] = False
     keeps_limits: ClassVar[bool] = True
     tracks: ClassVar[bool] = True
-    keeps_limits: ClassVar[bool] = True
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)

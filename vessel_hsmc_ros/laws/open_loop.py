@@ -104,7 +104,6 @@ class OpenLoop(KernelLaw[OpenLoopParameters]):
 
     name = "open_loop"
     keeps_limits = False
-    keeps_limits = False
     tracks = False
     kernel = staticmethod(step)
     terms = StepTerms
