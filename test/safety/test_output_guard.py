@@ -26,6 +26,7 @@ rates = st.floats(1e-3, 1e12)
         ((math.nan, 0.0), Reason.COMMAND_NOT_FINITE),
         ((0.0, -math.inf), Reason.COMMAND_NOT_FINITE),
         ((100.1, 0.0), Reason.COMMAND_LIMIT),
+        ((-100.1, 0.0), Reason.COMMAND_LIMIT),
         ((0.0, -40.1), Reason.COMMAND_LIMIT),
     ],
 )

@@ -208,3 +208,8 @@ def test_the_safe_action_fallback_takes_the_wrench_of_another_law_and_ramps_with
     assert s.command == pytest.approx((62.0, -19.2))
     assert s.step(None, Reason.LAW_UNDEFINED, T, fallback=(math.nan, 0.0))[0] == pytest.approx(60.0)
     assert s.step(None, Reason.LAW_UNDEFINED, T)[0] == pytest.approx(58.0)
+
+
+def test_a_brake_stays_within_the_limits() -> None:
+    s = controller(action="brake", ramp_time=0.1)
+    assert s.step(None, Reason.OVERDUE, T, (1e3, -1e3)) == (-100.0, 40.0)

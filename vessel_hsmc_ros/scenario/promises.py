@@ -3,49 +3,29 @@
 A name in braces, such as {controller.input_timeout}, stands for the default of that parameter, from its declaration.
 """
 
-from typing import NamedTuple
-
 from vessel_hsmc_ros.safety.reasons import Reason
-
-
-class Promise(NamedTuple):
-    """One row.
-
-    Attributes:
-        signal: What happens.
-        timeout: After which time or above which bound it counts.
-        clock: The clock of that time.
-        action: What is commanded.
-        recovery: How the law commands again.
-        reasons: Codes in `~/state` and in the diagnostics.
-        tests: Tests that hold the row, `path::name` below test/.
-    """
-
-    signal: str
-    timeout: str
-    clock: str
-    action: str
-    recovery: str
-    reasons: tuple[Reason, ...]
-    tests: tuple[str, ...]
-
-
-SAFE = "safe action, {controller.safety.action}"
-ITSELF = "by itself after {controller.safety.fresh_samples} good control periods, at the bounded rate"
-KEPT = "none: the last good sample counts until it is overdue"
-NEXT = "with the next good sample"
-PERSON = "a person: `~/rearm`, then `~/enable`"
-
-STEADY = "steady clock; the node's with use_sim_time"
-ROS_TIME = "ROS time, by the stamp"
-PERIODS = "control periods"
-
-FRESH, STATES, OUTPUT, PLAUSIBLE = (
-    f"safety/test_{name}.py" for name in ("freshness", "supervision", "output_guard", "plausibility")
+from vessel_hsmc_ros.scenario.promise import (
+    AGAIN,
+    CONTROLLER,
+    FAULT,
+    FRESH,
+    ITSELF,
+    KEPT,
+    NEXT,
+    OUTPUT,
+    PERIODS,
+    PERSON,
+    PLANT,
+    PLAUSIBLE,
+    ROS_TIME,
+    SAFE,
+    STATES,
+    STEADY,
+    TAKEN,
+    THRUSTERS,
+    WATCHDOG,
+    Promise,
 )
-TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
-FAULT = f"{STATES}::test_a_fault_leads_to_the_safe_action_in_the_same_period"
-AGAIN = f"{STATES}::test_the_law_commands_again_after_enough_good_periods_without_a_bump"
 
 PROMISES: tuple[Promise, ...] = (
     Promise(
@@ -55,7 +35,11 @@ PROMISES: tuple[Promise, ...] = (
         SAFE,
         ITSELF,
         (Reason.OVERDUE, Reason.NOT_RECEIVED),
-        (f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp", AGAIN),
+        (
+            f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp",
+            AGAIN,
+            "nodes/test_controller_real_time.py::test_an_input_that_ends_makes_the_wrench_zero_after_the_timeout",
+        ),
     ),
     Promise(
         "odometry or reference comes late",
@@ -64,7 +48,11 @@ PROMISES: tuple[Promise, ...] = (
         SAFE,
         ITSELF,
         (Reason.STAMP_OLD,),
-        (TAKEN, f"{FRESH}::test_a_refused_sample_does_not_prolong_the_last_one"),
+        (
+            TAKEN,
+            f"{FRESH}::test_a_refused_sample_does_not_prolong_the_last_one",
+            f"{CONTROLLER}::test_odometry_of_another_time_or_frame_leads_to_the_safe_action_and_back",
+        ),
     ),
     Promise(
         "a stamp is ahead of the clock",
@@ -73,7 +61,7 @@ PROMISES: tuple[Promise, ...] = (
         KEPT,
         NEXT,
         (Reason.STAMP_FUTURE,),
-        (TAKEN,),
+        (TAKEN, f"{CONTROLLER}::test_odometry_of_another_time_or_frame_leads_to_the_safe_action_and_back"),
     ),
     Promise(
         "a sample comes twice, or after a later one",
@@ -91,7 +79,7 @@ PROMISES: tuple[Promise, ...] = (
         KEPT,
         NEXT,
         (Reason.WRONG_FRAME, Reason.NOT_FINITE, Reason.UNCERTAIN),
-        (TAKEN,),
+        (TAKEN, "nodes/test_controller_real_time.py::test_an_input_that_is_not_finite_is_reported_and_ignored"),
     ),
     Promise(
         "the odometry jumps as no ship does",
@@ -103,6 +91,7 @@ PROMISES: tuple[Promise, ...] = (
         (
             f"{PLAUSIBLE}::test_a_motion_that_no_ship_makes_is_held_out",
             f"{PLAUSIBLE}::test_samples_that_agree_on_a_new_place_are_taken_as_a_relocalisation",
+            f"{CONTROLLER}::test_a_jump_is_held_out_and_then_taken_without_a_bump",
         ),
     ),
     Promise(
@@ -112,7 +101,11 @@ PROMISES: tuple[Promise, ...] = (
         SAFE,
         ITSELF,
         (Reason.LAW_UNDEFINED, Reason.COMMAND_NOT_FINITE, Reason.COMMAND_LIMIT, Reason.COMMAND_RATE),
-        (FAULT, f"{STATES}::test_a_change_of_the_law_that_is_faster_than_declared_is_a_violation_and_counted"),
+        (
+            FAULT,
+            f"{STATES}::test_a_change_of_the_law_that_is_faster_than_declared_is_a_violation_and_counted",
+            "nodes/test_controller_real_time.py::test_where_the_law_has_no_value_the_safe_action_is_commanded",
+        ),
     ),
     Promise(
         "the ship is driven and does not move",
@@ -152,6 +145,8 @@ PROMISES: tuple[Promise, ...] = (
             f"{STATES}::test_activation_leads_from_zero_to_the_law_at_the_bounded_rate",
             f"{STATES}::test_the_command_keeps_the_bounded_rate_after_a_change_of_law_or_gains",
             f"{OUTPUT}::test_a_handover_never_exceeds_its_rate_and_never_overshoots",
+            f"{CONTROLLER}::test_the_law_begins_to_command_at_a_bounded_rate_after_fresh_samples",
+            f"{CONTROLLER}::test_a_changed_gain_and_a_reset_move_the_command_at_a_bounded_rate",
         ),
     ),
     Promise(
@@ -164,6 +159,7 @@ PROMISES: tuple[Promise, ...] = (
         (
             f"{STATES}::test_stop_is_answered_by_the_next_period_from_any_state",
             f"{STATES}::test_a_stop_holds_until_it_is_rearmed_and_then_waits_in_standby",
+            f"{CONTROLLER}::test_a_stop_latches_until_it_is_rearmed_and_enabled",
         ),
     ),
     Promise(
@@ -172,42 +168,93 @@ PROMISES: tuple[Promise, ...] = (
         PERIODS,
         "zero at once; the refusal names its reason",
         "a person: `~/enable`",
-        (Reason.IN_STANDBY, Reason.NOT_READY),
+        (Reason.IN_STANDBY, Reason.NOT_READY, Reason.NO_CONSUMER),
         (
             f"{STATES}::test_standby_commands_zero_until_it_is_activated",
             f"{STATES}::test_an_activation_that_is_not_ready_is_refused_with_its_reason",
+            f"{CONTROLLER}::test_without_start_enabled_the_node_waits_in_standby_for_enable",
+            f"{CONTROLLER}::test_enable_is_refused_with_the_reason_while_an_input_is_missing",
         ),
     ),
+    Promise(
+        "another node publishes `cmd_wrench` as well",
+        "0.1 s, by the graph",
+        "steady clock",
+        f"{SAFE}; plant and thrust allocation take commands of one publisher only",
+        "once the other publisher is gone, as after a fault",
+        (Reason.SECOND_PUBLISHER,),
+        (
+            f"{CONTROLLER}::test_a_second_publisher_is_an_error_and_leads_to_the_safe_action",
+            f"{PLANT}::test_in_real_time_commands_of_two_publishers_are_not_mixed",
+            f"{THRUSTERS}::test_commands_of_two_publishers_are_not_mixed_and_the_thrust_is_zero",
+            f"{WATCHDOG}::test_commands_of_two_publishers_are_not_passed_on",
+        ),
+    ),
+    Promise(
+        "the clock is set back, or has not begun",
+        "at once",
+        ROS_TIME,
+        f"law and inputs are reset; {SAFE}, until there are new inputs",
+        ITSELF,
+        (Reason.NOT_RECEIVED,),
+        (
+            f"{CONTROLLER}::test_a_clock_that_is_set_back_resets_law_and_inputs",
+            f"{CONTROLLER}::test_a_node_without_its_clock_reports_that_it_waits_for_it",
+            f"{PLANT}::test_after_a_step_of_the_clock_the_plant_goes_on_and_takes_new_commands_only",
+        ),
+    ),
+    Promise(
+        "the clock jumps ahead",
+        "{controller.input_timeout}",
+        ROS_TIME,
+        f"{SAFE}: the inputs are old",
+        ITSELF,
+        (Reason.STAMP_OLD,),
+        (f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp",),
+    ),
+    Promise(
+        "the controller is ended by SIGINT or SIGTERM",
+        "acknowledged, at most 0.5 s",
+        "steady clock",
+        "zero, three times",
+        "a new start",
+        (Reason.SHUTTING_DOWN,),
+        (f"{CONTROLLER}::test_the_last_command_is_zero",),
+    ),
+    Promise(
+        "the controller is killed or stopped by SIGKILL, SIGSTOP",
+        "{vessel_sim.command_timeout}, {thruster_allocation.command_timeout}, {watchdog.command_timeout}",
+        "ROS time by the stamp, and steady clock",
+        "plant and thrust allocation: zero; watchdog: ramp of {watchdog.ramp_time}",
+        "with the next fresh command; those that waited are refused",
+        (Reason.OVERDUE, Reason.STAMP_OLD),
+        (
+            f"{PLANT}::test_in_real_time_a_command_holds_for_the_timeout_and_no_longer",
+            f"{PLANT}::test_commands_of_a_controller_that_was_stopped_and_continues_are_refused",
+            f"{THRUSTERS}::test_without_a_command_for_the_time_out_the_thrust_is_zero",
+            f"{WATCHDOG}::test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return",
+        ),
+    ),
+    Promise(
+        "a command is late, ahead, repeated, in another frame or not finite",
+        "{vessel_sim.command_timeout}, {vessel_sim.freshness.future_tolerance}",
+        ROS_TIME,
+        "refused and counted by its consumer",
+        "with the next fresh command",
+        (Reason.STAMP_OLD, Reason.STAMP_FUTURE, Reason.WRONG_FRAME, Reason.NOT_FINITE),
+        (
+            f"{PLANT}::test_in_real_time_a_command_that_is_not_fresh_is_refused_named_and_counted",
+            f"{THRUSTERS}::test_a_command_that_is_not_finite_is_ignored_and_counted",
+            f"{WATCHDOG}::test_a_command_that_is_not_fresh_is_not_passed_on",
+        ),
+    ),
+    Promise(
+        "a node falls silent",
+        "{watchdog.heartbeat_timeout}",
+        "steady clock",
+        "an error in the diagnostics of the watchdog",
+        "with its next diagnostics",
+        (Reason.OVERDUE,),
+        (f"{WATCHDOG}::test_a_node_that_falls_silent_is_named",),
+    ),
 )
-
-REMEDIES: dict[Reason, str] = {
-    Reason.NONE: "",
-    Reason.NOT_RECEIVED: "Start the publisher; `vessel-hsmc watch` and the diagnostics name the topic.",
-    Reason.OVERDUE: "Check the publisher and the network; `input_timeout` must exceed the longest gap of a healthy input.",
-    Reason.STAMP_OLD: "Synchronise the clocks of the machines, or find what delays the messages.",
-    Reason.STAMP_FUTURE: "Synchronise the clocks of the machines; the publisher must stamp with ROS time.",
-    Reason.DUPLICATE: "Look for a second publisher or a repeater of the topic.",
-    Reason.OUT_OF_ORDER: "As for a duplicate, or a network that reorders.",
-    Reason.WRONG_FRAME: "Set the publisher's frames, or `frame_prefix`; with `safety.freshness.frames_checked: false` any frame is"
-    " taken.",
-    Reason.NOT_FINITE: "The publisher fails: read its log.",
-    Reason.UNCERTAIN: "Wait for a better fix, or raise `safety.freshness.covariance_limit`.",
-    Reason.JUMP: "Check the positioning; a new place that persists is accepted by itself.",
-    Reason.IN_STANDBY: "Call `~/enable`.",
-    Reason.IN_STOP: "Remove the cause, then call `~/rearm` and `~/enable`.",
-    Reason.NOT_READY: "Wait: the inputs have to be good for `safety.fresh_samples` control periods.",
-    Reason.SHUTTING_DOWN: "",
-    Reason.HANDOVER: "",
-    Reason.COMMAND_NOT_FINITE: "The law fails: keep the bag, and use another law.",
-    Reason.COMMAND_LIMIT: "Give the law the vessel's limits, or raise `safety.surge_force_limit` or `yaw_moment_limit`.",
-    Reason.COMMAND_RATE: "Reduce the gains, or raise `safety.surge_force_rate` or `yaw_moment_rate`.",
-    Reason.LAW_UNDEFINED: "Bring the ship or the reference where the law is defined, or use another law.",
-    Reason.CLOCK_BACKWARD: "None if a simulation was restarted; else find what sets the clock.",
-    Reason.CLOCK_AHEAD: "As for a clock that was set back.",
-    Reason.NOT_MOVING: "Check propulsion, mooring and depth.",
-    Reason.SATURATED: "The loads exceed what the ship can give: choose a slower reference.",
-    Reason.INNOVATION: "Check the positioning, and the hull data of the observer.",
-    Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",
-    Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",
-}
-"""What to do about each reason."""

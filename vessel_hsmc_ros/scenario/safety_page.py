@@ -1,13 +1,15 @@
 """The tables of docs/safety.md, from the declarations of parameters, promises and reasons."""
 
+import math
 import re
 from collections.abc import Iterable
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.promises import PROMISES, REMEDIES
+from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
+from vessel_hsmc_ros.scenario.promises import PROMISES
+from vessel_hsmc_ros.scenario.remedies import REMEDIES
 
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -69,9 +71,10 @@ def with_defaults(text: str) -> str:
 
 
 def _default(node: str, name: str) -> str:
-    entry = schema.entries(NODES[node])[name]
+    entry = schema.entries((NODES | WATCHERS)[node])[name]
     value = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
-    return f"{value} {entry.unit}".rstrip() + f" (`{node}.{name}`)"
+    quantity = "infinite" if entry.default == math.inf else f"{value} {entry.unit}".rstrip()
+    return f"{quantity} (`{node}.{name}`)"
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:

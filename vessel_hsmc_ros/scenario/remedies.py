@@ -1,0 +1,34 @@
+"""What to do about each reason for which a command is not the law's."""
+
+from vessel_hsmc_ros.safety.reasons import Reason
+
+REMEDIES: dict[Reason, str] = {
+    Reason.NONE: "",
+    Reason.NOT_RECEIVED: "Start the publisher; `vessel-hsmc watch` and the diagnostics name the topic.",
+    Reason.OVERDUE: "Check the publisher and the network; `input_timeout` must exceed the longest gap of a healthy input.",
+    Reason.STAMP_OLD: "Synchronise the clocks of the machines, or find what delays the messages.",
+    Reason.STAMP_FUTURE: "Synchronise the clocks of the machines; the publisher must stamp with ROS time.",
+    Reason.DUPLICATE: "Look for a second publisher or a repeater of the topic.",
+    Reason.OUT_OF_ORDER: "As for a duplicate, or a network that reorders.",
+    Reason.WRONG_FRAME: "Set the publisher's frames, or `frame_prefix`; `safety.freshness.frames_checked: false` takes any.",
+    Reason.NOT_FINITE: "The publisher fails: read its log.",
+    Reason.UNCERTAIN: "Wait for a better fix, or raise `safety.freshness.covariance_limit`.",
+    Reason.JUMP: "Check the positioning; a new place that persists is accepted by itself.",
+    Reason.IN_STANDBY: "Call `~/enable`.",
+    Reason.IN_STOP: "Remove the cause, then call `~/rearm` and `~/enable`.",
+    Reason.NOT_READY: "Wait: the inputs have to be good for `safety.fresh_samples` control periods.",
+    Reason.SHUTTING_DOWN: "",
+    Reason.HANDOVER: "",
+    Reason.COMMAND_NOT_FINITE: "The law fails: keep the bag, and use another law.",
+    Reason.COMMAND_LIMIT: "Give the law the vessel's limits, or raise `safety.surge_force_limit` or `yaw_moment_limit`.",
+    Reason.COMMAND_RATE: "Reduce the gains, or raise `safety.surge_force_rate` or `yaw_moment_rate`.",
+    Reason.LAW_UNDEFINED: "Bring the ship or the reference where the law is defined, or use another law.",
+    Reason.CLOCK_BACKWARD: "None if a simulation was restarted; else find what sets the clock.",
+    Reason.CLOCK_AHEAD: "As for a clock that was set back.",
+    Reason.NOT_MOVING: "Check propulsion, mooring and depth.",
+    Reason.SATURATED: "The loads exceed what the ship can give: choose a slower reference.",
+    Reason.INNOVATION: "Check the positioning, and the hull data of the observer.",
+    Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",
+    Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",
+}
+"""What to do about each reason."""
