@@ -38,7 +38,7 @@ TIMEOUT = 0.5
 STOPPED = 1.5
 """Time for which a node is stopped, s; longer than every time-out."""
 
-LIMIT = 30.0
+LIMIT = 90.0
 """Longest wait for the nodes to start or to recover, s."""
 
 SETTINGS = {"controller.law": "guided", "vessel_sim.command_timeout": TIMEOUT}
