@@ -51,14 +51,19 @@ class Witness:
         stamp, force = _read(message)
         self.commands[force] = stamp
 
+    def listen(self) -> None:
+        """Take what has been received since the last call: many more messages than calls."""
+        for _ in range(100):
+            self.executor.spin_once(timeout_sec=0.0)
+
     def drives(self) -> bool:
         """Whether both consumers carry out commands at present."""
-        self.executor.spin_once(timeout_sec=0.0)
+        self.listen()
         return all(heard and heard[-1][1] > 0.0 for heard in self.heard.values())
 
     def rests(self) -> bool:
         """Whether both are at zero."""
-        self.executor.spin_once(timeout_sec=0.0)
+        self.listen()
         return all(heard and heard[-1][1] == 0.0 for heard in self.heard.values())
 
     def greatest_age(self, topic: str) -> float:
