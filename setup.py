@@ -75,6 +75,7 @@ setup(
             "thruster_allocation_node = vessel_hsmc_ros.nodes.entry_points:thruster_allocation_node",
             "recorder_node = vessel_hsmc_ros.nodes.entry_points:recorder_node",
             "marker_node = vessel_hsmc_ros.nodes.entry_points:marker_node",
+            "watchdog_node = vessel_hsmc_ros.nodes.entry_points:watchdog_node",
             "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ]

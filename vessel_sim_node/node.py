@@ -2,36 +2,33 @@
 
 import sys
 import time
-from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.hull import vessel_name
-from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
+from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
+from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import SimParameters
+from vessel_sim_node.drives import ThrusterDrive, WrenchDrive
 from vessel_sim_node.ground_truth import GroundTruth
 from vessel_sim_node.hull_check import bounded
-from vessel_sim_node.simulator import check_command
-from vessel_sim_node.thruster_demands import Demand, ThrusterDemands
 from vessel_sim_node.thruster_plant import make_plant
-
-NO_WRENCH = (0.0, 0.0)
 
 
 class VesselSimNode(VesselNode):
     """Integrates the ship's motion and publishes it; a wrench drives the ship, or the demands of its thrusters.
 
     Lockstep: publishes step k and takes the next one when the command stamped k has been received. Real time: a timer sets the
-    pace and the latest command is held until its time-out; no step is skipped, overdue steps are taken at once.
+    pace and the latest command is held until its time-out, then the wrench is zero. Overdue steps are taken at once; after a stop
+    of its process or a step of its clock the ship goes on from where it is.
     """
 
     NAME = "vessel_sim"
@@ -42,40 +39,35 @@ class VesselSimNode(VesselNode):
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
         self._plant = make_plant(p, self._grid.period)
-        self._demands: Any = ThrusterDemands(p.vessel.thrusters) if p.by_thrusters else None
         self._last_step = round(p.duration * p.rate_hz) if p.duration else sys.maxsize
         self._step = 0
-        self._start = 0
+        self._pace = Pace(self, self._grid)
         self._paused = False
-        self._command = NO_WRENCH
-        self._answer: tuple[float, float] | Demand | None = None
-        self._command_at: int | None = None
-        self._answer_at = self._wall_start = self._wall_seconds = self._first_command_at = 0.0
+        self._answer_at = self._wall_start = self._wall_seconds = 0.0
         self._limited_hull, self._outside = bounded(p.vessel), ""
+        self._drive: Any = (ThrusterDrive if p.by_thrusters else WrenchDrive)(self, self._on_answer)
         self._create_topics()
         self.reporter.offer("reset", self._reset)
         self.reporter.offer_switch("pause", "resume", self._pause)
 
     def _create_topics(self) -> None:
         lockstep = self.parameters.lockstep
-        profile = qos.data(lockstep)
-        topics = self._demands.topics if self._demands else {}
-        self._odometry_out = self.advertise(Odometry, "odom", profile, partner=("cmd_wrench", *topics))
-        if lockstep and self.parameters.vessel.thrusters.needs_speed and topics:  # then the allocation reads it as well
+        profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
+        partners = dict.fromkeys(("cmd_wrench", *self._drive.topics))
+        self._odometry_out = self.advertise(Odometry, "odom", offered, partner=tuple(partners))
+        if (
+            lockstep and self.parameters.by_thrusters and self.parameters.vessel.thrusters.needs_speed
+        ):  # the allocation reads it too
             self.connections.add_publisher(self._odometry_out, "cmd_wrench")
             self.connections.add_publisher(self._odometry_out, "allocated_wrench")
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile)
         self._truth = GroundTruth(self, self._plant, profile)
-        if not self._demands:
-            self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
-        for topic in topics:
-            self.listen(Float64, topic, partial(self._on_demand, topic), profile)
         self._odometry, self._clock_message = self.framed(conversions.new_odometry()), Clock()
         self._applied = self.framed(conversions.new_wrench())
         self.connections.allow_one_publisher("odom")
         if lockstep:
             self.connections.allow_one_publisher("/clock")
-            for topic in topics or ("cmd_wrench",):
+            for topic in self._drive.topics:
                 self.connections.allow_one_publisher(topic)
             self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
             # A wall-clock timer: simulated time stands still while the command is awaited.
@@ -92,17 +84,16 @@ class VesselSimNode(VesselNode):
         self._wall_start = self._answer_at = time.monotonic()
         if not self.parameters.lockstep:
             # Connecting the nodes takes time; the run begins when it is complete.
-            self._start = self.now()
-            self.create_timer(self._grid.period, self._on_timer)
+            self._pace.run(self._on_timer)
         self._publish_motion()
         self._publish_truth()
 
     # -- steps --------------------------------------------------------------------------------------------------------
 
     def _publish_motion(self) -> None:
-        self.stamp = self._start + (elapsed := self._grid.stamp(self._step))
-        measured = self._plant.measured(elapsed)
-        measured_at = self._start + self._grid.stamp(self._step - self._plant.periods_late)
+        self.stamp = self._pace.stamp(self._step)
+        measured = self._plant.measured(self._grid.stamp(self._step))
+        measured_at = self._pace.stamp(self._step - self._plant.periods_late)
         conversions.write_odometry(self._odometry, conversions.time_message(measured_at), measured)
         self.send(self._odometry_out, self._odometry)
         if self.parameters.lockstep:
@@ -113,9 +104,9 @@ class VesselSimNode(VesselNode):
         """Publish what no sensor measures, and keep the disturbance of this step."""
         self._load = self._truth.publish(self.stamp, seconds(self._grid.stamp(self._step)))
 
-    def _finish_step(self, command: tuple[float, float] | Demand) -> None:
+    def _finish_step(self, command: Any) -> None:
         """Apply a command to the present step and advance to the next; odometry first, because the controller waits for it."""
-        wrench = self._plant.applied_thrusts(*command) if self._demands else self._plant.applied(command)
+        wrench = self._drive.apply(self._plant, command)
         stamp = conversions.time_message(self.stamp)
         last = self._step >= self._last_step
         if not last:
@@ -146,33 +137,15 @@ class VesselSimNode(VesselNode):
 
     # -- commands -----------------------------------------------------------------------------------------------------
 
-    def _on_command(self, message: WrenchStamped) -> None:
-        command = conversions.read_wrench(message)
-        self._first_command_at = self._first_command_at or time.time()
-        if not self.parameters.lockstep:
-            self._take_command(command)
-        # A command with another stamp belongs to another step and must not advance this one.
-        elif conversions.nanoseconds(message.header.stamp) == self.stamp and not self.finished:
-            self._answer = command
-            self._answer_at = time.monotonic()
-            self._go_on()
-
-    def _on_demand(self, topic: str, message: Float64) -> None:
-        """Take the demand of a thrust or an angle; in lockstep, the messages of all topics make up the command of a step."""
-        self._first_command_at = self._first_command_at or time.time()
-        if not self.parameters.lockstep:
-            if problem := self._demands.hold(topic, message.data, self.now()):
-                self.get_logger().error(f"{problem}; ignored", throttle_duration_sec=1.0)
-        elif not self.finished:
-            self._demands.append(topic, message.data)
-            self._go_on()
+    def _on_answer(self) -> None:
+        """Lockstep: the command of the present step has come."""
+        self._answer_at = time.monotonic()
+        self._go_on()
 
     def _go_on(self) -> None:
         """Lockstep: take the step whose command has been received, unless paused."""
-        if self._demands and self._answer is None and (demand := self._demands.take()):
-            self._answer, self._answer_at = demand, time.monotonic()
-        if self._answer is not None and not self._paused:
-            command, self._answer = self._answer, None
+        if self._drive.answer is not None and not self._paused:
+            command, self._drive.answer = self._drive.answer, None
             self._finish_step(command)
 
     def _check_lockstep(self) -> None:
@@ -183,39 +156,22 @@ class VesselSimNode(VesselNode):
         """
         waited = time.monotonic() - self._answer_at
         limit = self.parameters.command_timeout
-        if self.connected and not self._paused and self._answer is None and waited > limit:
+        if self.connected and not self._paused and self._drive.answer is None and waited > limit:
             when = seconds(self.stamp)
             raise SimulationError(f"no command came for t = {when:g} s within {limit:g} s: is the controller alive?")
 
-    def _take_command(self, command: tuple[float, float]) -> None:
-        """Real time: hold a command until the next, unless it is not finite."""
-        try:
-            check_command(command)
-        except SimulationError as error:
-            self.get_logger().error(f"{error}; ignored", throttle_duration_sec=1.0)
-            return
-        self._command, self._command_at = command, self.now()
-
     def _on_timer(self) -> None:
         """Real time: take every step that is due; a command holds from the odometry it answers, as in lockstep."""
-        now = self.now()
-        # A pause shifts the start, so that no steps are overdue after it.
-        if self._paused:
-            self._start = now - self._grid.stamp(self._step)
-        due = self._grid.index(now - self._start)
+        if self._paused:  # a pause shifts the start, so that no steps are overdue after it
+            self._pace.hold(self._step)
+        due, moved = self._pace.due(self._step)
+        if moved:  # what was received before is by another time
+            self._drive.reset()
+            self.get_logger().warning(f"{moved}: the ship goes on from where it is")
+        if self._step < due:
+            command = self._drive.present()
         while self._step < due and not self.finished:
-            recent = self._command if self._command_is_recent(now) else NO_WRENCH
-            self._finish_step(self._demands.present(self._oldest(now)) if self._demands else recent)
-
-    def _command_is_recent(self, now: int) -> bool:
-        """Real time: whether the latest command is younger than its time-out, by the node's clock."""
-        if self._demands:
-            return not self._demands.stale(self._oldest(now))
-        return self._command_at is not None and self._command_at >= self._oldest(now)
-
-    def _oldest(self, now: int) -> int:
-        """Real time: the earliest receipt of a command that still holds."""
-        return now - round(self.parameters.command_timeout * NANOSECONDS)
+            self._finish_step(command)
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 
@@ -239,20 +195,25 @@ class VesselSimNode(VesselNode):
         simulated = seconds(self._grid.stamp(self._step))
         wall = self._wall_seconds if self.finished else time.monotonic() - self._wall_start
         message = "finished" if self.finished else "paused" if self._paused else "running"
-        if message == "running" and not self.parameters.lockstep and not self._command_is_recent(self.now()):
-            topic = self._demands.stale(self._oldest(self.now()))[0] if self._demands else "cmd_wrench"
-            zero = "its thrust" if self._demands else "the wrench"
-            message = f"no recent command on {self.resolve_topic_name(topic)}: {zero} is zero"
+        level = OK if message in ("running", "finished") else WARN
+        if message == "running" and not self.parameters.lockstep:
+            level, message = self._drive.problem() or (level, message)
         values = {
             "simulated_time": simulated,
             "steps": self._step,
             "duration": self.parameters.duration,
             "wall_time": wall,
             "real_time_factor": simulated / wall if self.connected and wall else 0.0,
-            "first_command_at": self._first_command_at,
+            "first_command_at": self._drive.first_command_at,
+            "moves": self._pace.moves,
             "outside_hull_data": self._outside,
         }
-        return (OK if message in ("running", "finished") and not self._outside else WARN), message, values
+        return (WARN if level == OK and self._outside else level), message, values
+
+    def concerns(self) -> list[Concern]:
+        """The status, and that of the commands."""
+        level, text = (None if self.finished or self._paused else self._drive.problem()) or (OK, "fresh")
+        return [*super().concerns(), Concern("command", level, text, self._drive.values())]
 
 
 def main(arguments: list[str] | None = None) -> int:

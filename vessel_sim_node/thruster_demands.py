@@ -8,6 +8,9 @@ from vessel_hsmc_ros.core.thruster_layout import FIXED, ThrusterLayout
 Demand = tuple[list[float], list[float]]
 """Thrusts [N] and angles of all thrusters."""
 
+NEVER = -(2**63)
+"""A time before every other, ns."""
+
 
 class ThrusterDemands:
     """Queues of the demands in lockstep, and the latest ones in real time.
@@ -30,13 +33,23 @@ class ThrusterDemands:
         """Lockstep: queue a demand; the n-th of each topic belongs to the n-th step."""
         self._queues[topic].append(value)
 
-    def take(self) -> Demand | None:
-        """Lockstep: the demands of the next step, once those of every topic have come."""
-        if not all(self._queues.values()):
-            return None
+    def complete(self) -> bool:
+        """Lockstep: whether the demands of the next step have come on every topic."""
+        return all(self._queues.values())
+
+    def take(self, now: int, oldest: int | None = None) -> Demand:
+        """Lockstep: the demands of the next step.
+
+        Args:
+            now: Time of the step, ns.
+            oldest: With it, a demand of NaN states that none came, and the last one holds if it is not before this time, ns.
+        """
         for topic, queue in self._queues.items():
-            self._set(topic, queue.popleft())
-        return self.present(0)
+            value = queue.popleft()
+            if oldest is None or math.isfinite(value):
+                self._set(topic, value)
+                self._received[topic] = now
+        return self.present(NEVER if oldest is None else oldest)
 
     def hold(self, topic: str, value: float, now: int) -> str:
         """Real time: hold a demand until the next.
@@ -56,15 +69,23 @@ class ThrusterDemands:
         return ""
 
     def stale(self, oldest: int) -> list[str]:
-        """Real time: the topics of thrusts without a demand since a time, ns."""
-        return [topic for topic, (_, part) in self.topics.items() if part == 0 and self._received.get(topic, oldest - 1) < oldest]
+        """The topics of thrusts without a demand since a time, ns."""
+        return [topic for topic, (_, part) in self.topics.items() if part == 0 and self._received.get(topic, NEVER) < oldest]
 
     def present(self, oldest: int) -> Demand:
-        """The demands; thrusts that were received before a time, ns, are zero, while angles hold. The time is 0 in lockstep."""
+        """The demands; thrusts that were received before a time, ns, are zero, while angles hold."""
         thrust, angle = [*self._latest[0]], [*self._latest[1]]
-        for topic in self.stale(oldest) if oldest else ():
+        for topic in self.stale(oldest):
             thrust[self.topics[topic][0]] = 0.0
         return thrust, angle
+
+    def stopped(self) -> Demand:
+        """No thrust, at the present angles."""
+        return [0.0] * len(self._latest[0]), [*self._latest[1]]
+
+    def forget(self) -> None:
+        """Let no demand hold until the next one of its topic."""
+        self._received.clear()
 
     def _set(self, topic: str, value: float) -> None:
         i, part = self.topics[topic]

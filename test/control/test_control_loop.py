@@ -51,10 +51,10 @@ def test_a_period_without_inputs_is_served_with_a_zero_wrench_and_is_not_missed(
 def test_a_disabled_loop_commands_zero_and_resets_the_law(loop: ControlLoop) -> None:
     step(loop, 0)
     assert any(loop.wrench)
-    loop.enabled = False
+    loop.supervision.standby()
     step(loop, 10)
     assert loop.wrench == (0.0, 0.0)
-    loop.enabled = True
+    loop.supervision.activate()
     assert not step(loop, 20).yaw_weights.any()
     assert step(loop, 30).yaw_weights.any()
 

@@ -138,13 +138,13 @@ def test_the_law_learns_the_age_of_late_odometry_but_not_of_the_latest(
     sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     node, ages = sea.start(ControllerNode, law="guided"), []
-    step = node._loop.step
+    step = node.loop.step
 
     def noting(*inputs: Any) -> Any:
         ages.append(inputs[-1])
         return step(*inputs)
 
-    monkeypatch.setattr(node._loop, "step", noting)
+    monkeypatch.setattr(node.loop, "step", noting)
     sea.run(0.1)
     assert {*ages} == {0.0}
     sea.odometry_age = 3 * STEP

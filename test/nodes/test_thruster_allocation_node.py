@@ -15,10 +15,11 @@ from std_srvs.srv import Trigger
 from thruster_layouts import LAYOUTS
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.command_input import nothing
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
@@ -91,9 +92,9 @@ def test_a_subscriber_that_knows_nothing_of_this_package_receives_thrusts(bench:
     bench.start(ThrusterAllocationNode, lockstep=False, **layout("twin"))
     commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
     command = conv.new_wrench()
-    conv.write_wrench(command, conv.time_message(10**9), (50.0, 15.8))
 
     def answered() -> bool:
+        conv.write_wrench(command, bench.probe.get_clock().now().to_msg(), (50.0, 15.8))
         commands.publish(command)
         return bool(thrust["left"] and thrust["right"])
 
@@ -142,8 +143,9 @@ def test_in_lockstep_a_publisher_of_thrusts_answers_each_step(bench: Any) -> Non
 class Allocator:
     """The node in real time, with a publisher of commands and what it publishes."""
 
-    def __init__(self, bench: Any, **parameters: Any) -> None:
+    def __init__(self, bench: Any, command_timeout: float = 60.0, **parameters: Any) -> None:
         self.bench = bench
+        parameters["command_timeout"] = command_timeout
         self.thrust = bench.collect(Float64, "thrusters/left/thrust", qos.STREAM)
         self.wrench = bench.collect(WrenchStamped, "allocated_wrench", qos.STREAM)
         self.status = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
@@ -151,9 +153,10 @@ class Allocator:
         self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
         bench.until(lambda: self.commands.get_subscription_count() and self.node.connected)
         bench.until(lambda: all(out.get_subscription_count() for out, *_ in self.node._demands_out[:1]))
-        self.stamp = 0
+        self.stamp = self.node.now() - round(0.5 * command_timeout * 1e9)
 
     def command(self, force: float, moment: float = 0.0) -> None:
+        """Command a wrench 0.1 s after the last one by its stamp."""
         self.stamp += 10**8
         message = conv.new_wrench()
         conv.write_wrench(message, conv.time_message(self.stamp), (force, moment))
@@ -170,7 +173,9 @@ def test_without_a_command_for_the_time_out_the_thrust_is_zero(bench: Any) -> No
     bench.until(lambda: len(allocator.thrust) == 1)
     bench.until(lambda: len(allocator.thrust) == 2)
     assert [message.data for message in allocator.thrust] == [pytest.approx(25.0), 0.0]
-    bench.until(lambda: any("no command for 0.2 s" in each.status[0].message for each in allocator.status))
+    bench.until(
+        lambda: any("no recent command on /cmd_wrench: the thrust is zero" in each.status[0].message for each in allocator.status)
+    )
 
 
 def test_a_command_that_is_not_finite_is_ignored_and_counted(bench: Any) -> None:
@@ -182,8 +187,83 @@ def test_a_command_that_is_not_finite_is_ignored_and_counted(bench: Any) -> None
     bench.until(lambda: allocator.value("ignored_commands") == "1")
 
 
+def test_commands_of_two_publishers_are_not_mixed_and_the_thrust_is_zero(bench: Any) -> None:
+    allocator = Allocator(bench)
+    allocator.command(50.0)
+    bench.until(lambda: len(allocator.thrust) == 1)
+    other = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    bench.until(lambda: len(allocator.thrust) == 2)
+    assert allocator.thrust[1].data == 0.0
+    allocator.command(50.0)
+    bench.until(lambda: allocator.value("ignored_commands") == "1")
+    assert allocator.status[-1].status[0].level == DiagnosticStatus.ERROR
+    bench.probe.destroy_publisher(other)
+    bench.until(lambda: bench.probe.count_publishers("cmd_wrench") == 1)
+    allocator.command(30.0)
+    bench.until(lambda: len(allocator.thrust) == 3)
+    assert allocator.thrust[-1].data == pytest.approx(15.0)
+
+
+class Steps:
+    """The node in lockstep, which rides through missing commands, and the demands that it publishes."""
+
+    def __init__(self, bench: Any) -> None:
+        self.bench = bench
+        self.thrust = bench.collect(Float64, "thrusters/left/thrust")
+        bench.collect(Float64, "thrusters/right/thrust")
+        self.commands = bench.publisher(WrenchStamped, "cmd_wrench")
+        bench.publisher(Odometry, "odom")  # the node waits for a plant
+        node = bench.start(ThrusterAllocationNode, ride_through=True, command_timeout=0.3, **layout("twin"))
+        bench.until(lambda: node.connected and self.commands.get_subscription_count())
+
+    def answer(self, step: int, force: float | None) -> float:
+        """The demand that answers a step of 0.1 s: to a command, or to the message that there is none."""
+        stamp, count = step * 10**8, len(self.thrust)
+        self.publish(stamp, force)
+        self.bench.until(lambda: len(self.thrust) == count + 1)
+        return float(self.thrust[-1].data)
+
+    def publish(self, stamp: int, force: float | None) -> None:
+        message = nothing(stamp) if force is None else conv.new_wrench()
+        if force is not None:
+            conv.write_wrench(message, conv.time_message(stamp), (force, 0.0))
+        self.commands.publish(message)
+
+
+def test_in_lockstep_a_missing_command_is_passed_on_until_the_timeout_then_the_thrust_is_zero(bench: Any) -> None:
+    steps = Steps(bench)
+    assert steps.answer(0, 50.0) == pytest.approx(25.0)
+    answers = [steps.answer(step, None) for step in range(1, 6)]
+    assert [math.isnan(answer) for answer in answers] == [True, True, True, False, False]
+    assert answers[3:] == [0.0, 0.0]
+    assert steps.answer(6, 40.0) == pytest.approx(20.0)
+
+
+def test_in_lockstep_a_delayed_command_is_allocated_in_the_step_in_which_it_comes(bench: Any) -> None:
+    steps = Steps(bench)
+    steps.answer(0, 50.0)
+    assert math.isnan(steps.answer(1, None))
+    steps.publish(10**8, 30.0)
+    steps.publish(40 * 10**8, 70.0)  # far ahead by its stamp: refused
+    assert steps.answer(2, None) == pytest.approx(15.0)
+
+
+def test_in_lockstep_the_plant_holds_demands_that_are_missing_until_the_timeout(bench: Any) -> None:
+    odometry = bench.collect(Odometry, "odom")
+    applied = bench.collect(WrenchStamped, "applied_wrench")
+    publishers = [bench.publisher(Float64, f"thrusters/{name}/thrust") for name in ("left", "right")]
+    values = {"rate_hz": 10.0, "command_timeout": 0.3, "ride_through": True, **layout("twin")}
+    bench.start(VesselSimNode, actuators__kind="thrusters", **values)
+    for step in range(6):
+        bench.until(lambda step=step: len(odometry) == step + 1)
+        publishers[0].publish(Float64(data=math.nan if step else 10.0))
+        publishers[1].publish(Float64(data=20.0))
+    bench.until(lambda: len(applied) == 6)
+    assert [message.wrench.force.x for message in applied] == [30.0, 30.0, 30.0, 30.0, 20.0, 20.0]
+
+
 def test_a_wrench_out_of_reach_is_answered_by_the_nearest_and_reported(bench: Any) -> None:
-    allocator = Allocator(bench, command_timeout=60.0)
+    allocator = Allocator(bench)
     allocator.command(1e5, 20.0)
     bench.until(lambda: len(allocator.wrench) == 1)
     assert allocator.wrench[0].wrench.torque.z == pytest.approx(20.0)
@@ -213,13 +293,13 @@ def test_in_lockstep_a_command_that_is_not_finite_ends_the_node(bench: Any) -> N
     node = bench.start(ThrusterAllocationNode, **layout("twin"))
     message = conv.new_wrench()
     conv.write_wrench(message, conv.time_message(0), (math.inf, 0.0))
-    with pytest.raises(ControlError, match="commanded wrench"):
+    with pytest.raises(SimulationError, match="commanded wrench"):
         node._on_command(message)
 
 
 def test_shaft_speeds_are_published_where_the_thrust_coefficients_are_given(bench: Any) -> None:
     speeds = bench.collect(Float64, "thrusters/left/shaft_speed", qos.STREAM)
-    coefficients = {f"vessel__thrusters__thrust_coefficient_{way}": [0.01] for way in ("ahead", "astern")}
+    coefficients: dict[str, Any] = {f"vessel__thrusters__thrust_coefficient_{way}": [0.01] for way in ("ahead", "astern")}
     allocator = Allocator(bench, **coefficients)
     allocator.command(50.0)
     bench.until(lambda: len(speeds) == 1)

@@ -16,6 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.command_input import nothing
 from vessel_sim_node.node import VesselSimNode
 from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 
@@ -104,6 +105,65 @@ def test_a_command_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: An
     helm.command(0, force=bad)
     with pytest.raises(SimulationError, match=rf"\({bad} N, 0\.0 N·m\) is not allowed: both must be finite"):
         bench.spin(2.0)
+
+
+def test_the_message_that_there_is_no_command_ends_a_lockstep_run_and_names_the_remedy(bench: Any, helm: Any) -> None:
+    bench.start(VesselSimNode)
+    bench.until(lambda: helm.odometry)
+    helm.commands.publish(nothing(0))
+    with pytest.raises(SimulationError, match=r"no command came for t = 0 s: vessel_sim.ride_through=true goes on without it"):
+        bench.spin(2.0)
+
+
+class Gaps:
+    """A plant at 10 Hz that rides through missing commands, with a time-out of 0.3 s; the wrench that answers each step."""
+
+    PERIOD = 100_000_000
+
+    def __init__(self, bench: Any, helm: Any) -> None:
+        self.bench, self.helm = bench, helm
+        self.node = bench.start(VesselSimNode, rate_hz=10.0, command_timeout=0.3, ride_through=True)
+        self.step = 0
+
+    def answer(self, force: float | None, **others: Any) -> float:
+        """The applied force of the next step, answered by a command, or by the message that there is none."""
+        self.bench.until(lambda: len(self.helm.odometry) == self.step + 1)
+        stamp = self.step * self.PERIOD
+        if force is None:
+            self.helm.commands.publish(nothing(stamp))
+        else:
+            self.helm.command(stamp, force, **others)
+        self.step += 1
+        self.bench.until(lambda: len(self.helm.applied) == self.step)
+        return float(self.helm.applied[-1].wrench.force.x)
+
+
+def test_a_plant_that_rides_through_holds_a_command_for_the_timeout_in_simulated_time(bench: Any, helm: Any) -> None:
+    gaps = Gaps(bench, helm)
+    assert [gaps.answer(force) for force in (1e5, None, None, None, None, None, 2e5)] == [1e5, 1e5, 1e5, 1e5, 0.0, 0.0, 2e5]
+
+
+def test_a_plant_that_rides_through_takes_a_delayed_command_when_it_comes(bench: Any, helm: Any) -> None:
+    gaps = Gaps(bench, helm)
+    assert [gaps.answer(1e5), gaps.answer(None)] == [1e5, 1e5]
+    helm.command(gaps.PERIOD, 3e5)
+    assert gaps.answer(None) == 3e5
+    helm.command(0, 7e5)  # older than the last one
+    assert gaps.answer(None) == 3e5
+
+
+@pytest.mark.parametrize("change", [{"force": math.nan}, {"force": 7e5, "frame": "map"}])
+def test_a_plant_that_rides_through_refuses_what_a_plant_in_real_time_refuses(bench: Any, helm: Any, change: Any) -> None:
+    gaps = Gaps(bench, helm)
+    assert [gaps.answer(1e5), gaps.answer(**change), gaps.answer(2e5)] == [1e5, 1e5, 2e5]
+    assert gaps.node.concerns()[-1].values["refused"] == 1
+
+
+def test_a_lockstep_run_without_faults_has_no_concern(bench: Any, helm: Any) -> None:
+    gaps = Gaps(bench, helm)
+    for _ in range(3):
+        gaps.answer(1e5)
+        assert {concern.level for concern in gaps.node.concerns()} == {DiagnosticStatus.OK}
 
 
 def test_an_overdue_command_ends_a_lockstep_run_and_names_the_time(bench: Any, helm: Any) -> None:

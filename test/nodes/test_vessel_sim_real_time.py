@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from driving import STEP, Helm
+from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import SetBool
 
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_sim_node.node import VesselSimNode
+
+S = 10**9
+"""A second, ns."""
 
 
 @pytest.fixture
@@ -51,7 +55,7 @@ def test_in_real_time_steps_that_are_late_are_caught_up_with(bench: Any, real_ti
 
 
 def test_in_real_time_a_pause_stops_the_steps_and_they_go_on_without_catching_up(
-    bench: Any, real_time: Any, simulated_time: Any
+    bench: Any, real_time: Any, simulated_time: Any, capfd: pytest.CaptureFixture[str]
 ) -> None:
     helm = real_time()
     simulated_time.run(0.1)
@@ -67,28 +71,141 @@ def test_in_real_time_a_pause_stops_the_steps_and_they_go_on_without_catching_up
 
 def test_in_real_time_a_command_holds_for_the_timeout_and_no_longer(real_time: Any, simulated_time: Any) -> None:
     helm = real_time(command_timeout=0.2)
-    helm.command(0, force=1e5)
+    sent = simulated_time.now
+    helm.command(sent, force=1e5)
     simulated_time.run(0.5)
     held = [conv.nanoseconds(m.header.stamp) for m in helm.applied if any(conv.read_wrench(m))]
-    assert 180_000_000 <= held[-1] - held[0] <= 200_000_000
+    assert held[0] <= sent + 2 * STEP
+    assert sent + 180_000_000 <= held[-1] <= sent + 200_000_000
     assert conv.read_wrench(helm.applied[-1]) == (0.0, 0.0)
+
+
+def test_in_real_time_the_age_of_a_command_counts_from_its_stamp(real_time: Any, simulated_time: Any) -> None:
+    helm = real_time(command_timeout=0.2)
+    simulated_time.run(0.2)
+    sent = simulated_time.now - 150_000_000
+    helm.command(sent, force=1e5)
+    simulated_time.run(0.3)
+    held = [conv.nanoseconds(m.header.stamp) for m in helm.applied if any(conv.read_wrench(m))]
+    assert held
+    assert held[-1] <= sent + 200_000_000
 
 
 def test_in_real_time_a_plant_without_recent_commands_warns(bench: Any, real_time: Any, simulated_time: Any) -> None:
     helm = real_time(command_timeout=0.2)
     (node,) = bench.nodes
     assert node.status()[:2] == (DiagnosticStatus.WARN, "no recent command on /cmd_wrench: the wrench is zero")
-    helm.command(0, force=1e5)
+    helm.command(simulated_time.now, force=1e5)
     simulated_time.run(0.05)
     assert node.status()[:2] == (DiagnosticStatus.OK, "running")
 
 
-def test_in_real_time_a_command_that_is_not_finite_is_ignored(real_time: Any, simulated_time: Any) -> None:
-    helm = real_time()
-    helm.command(0, force=1e5)
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "stamp_future": ({"stamp": S}, "ahead is not allowed: at most 0.1 s are"),
+    "duplicate": ({"stamp": 0}, "is not allowed after that of"),
+    "out_of_order": ({"stamp": -STEP}, "is not allowed after that of"),
+    "wrong_frame": ({"stamp": STEP, "frame": "map"}, "in frame 'map' is not allowed: it takes frame base_link"),
+    "not_finite": ({"stamp": STEP, "force": math.nan}, "(nan N, 0.0 N·m) is not allowed: both must be finite numbers"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_in_real_time_a_command_that_is_not_fresh_is_refused_named_and_counted(
+    bench: Any, real_time: Any, simulated_time: Any, capfd: pytest.CaptureFixture[str], name: str
+) -> None:
+    change, reason = REFUSED[name]
+    helm = real_time(command_timeout=0.5)
+    taken = simulated_time.now
+    helm.command(taken, force=1e5)
     simulated_time.run(0.05)
-    helm.command(0, force=math.nan)
-    helm.command(0, moment=math.inf)
+    helm.command(**{"force": -3e5, **change, "stamp": taken + change["stamp"]})
     simulated_time.run(0.05)
     assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
     assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
+    (node,) = bench.nodes
+    concern = next(each for each in node.concerns() if each.name == "command")
+    assert reason in capfd.readouterr().err
+    assert concern.values[f"refused_{name}"] == 1
+    helm.command(simulated_time.now, force=2e5)
+    simulated_time.run(0.05)
+    assert conv.read_wrench(helm.applied[-1]) == (2e5, 0.0)
+
+
+def test_commands_of_a_controller_that_was_stopped_and_continues_are_refused(
+    bench: Any, real_time: Any, simulated_time: Any, capfd: pytest.CaptureFixture[str]
+) -> None:
+    helm = real_time(command_timeout=0.2)
+    helm.command(simulated_time.now, force=1e5)
+    simulated_time.run(0.1)
+    stopped = simulated_time.now
+    simulated_time.jump(S)
+    for k in range(20):  # what waited in its queue
+        helm.command(stopped + k * STEP, force=7e5)
+    simulated_time.run(0.1)
+    assert 7e5 not in {conv.read_wrench(m)[0] for m in helm.applied}
+    (node,) = bench.nodes
+    assert node.concerns()[-1].values["refused_stamp_old"] == 20
+    assert "s ago is not allowed: at most 0.2 s are; ignored" in capfd.readouterr().err
+    helm.command(simulated_time.now, force=2e5)
+    simulated_time.run(0.05)
+    assert conv.read_wrench(helm.applied[-1]) == (2e5, 0.0)
+
+
+def test_a_plant_that_was_stopped_applies_nothing_that_waited_and_does_not_catch_up(real_time: Any, simulated_time: Any) -> None:
+    helm = real_time(command_timeout=0.2)
+    helm.command(simulated_time.now, force=1e5)
+    simulated_time.run(0.1)
+    count, stopped = len(helm.applied), simulated_time.now
+    for k in range(100):
+        helm.command(stopped + k * STEP, force=7e5)
+    simulated_time.jump(10 * S)  # the node is served only now
+    simulated_time.run(0.2)
+    later = helm.applied[count:]
+    assert {conv.read_wrench(m)[0] for m in later} <= {0.0}
+    assert len(later) <= 22
+    assert helm.stamps()[-1] == pytest.approx(simulated_time.now, abs=2 * STEP)
+
+
+@pytest.mark.parametrize("leap", [-3600 * S, -S, 3600 * S])
+def test_after_a_step_of_the_clock_the_plant_goes_on_and_takes_new_commands_only(
+    real_time: Any, simulated_time: Any, leap: int
+) -> None:
+    simulated_time.now = 7200 * S
+    helm = real_time(command_timeout=0.2)
+    helm.command(simulated_time.now, force=1e5)
+    simulated_time.run(0.1)
+    count, position = len(helm.odometry), conv.read_odometry(helm.odometry[-1])[:2]
+    simulated_time.jump(leap)
+    simulated_time.run(0.1)
+    later = helm.odometry[count:]
+    assert 8 <= len(later) <= 12
+    assert conv.nanoseconds(later[-1].header.stamp) == pytest.approx(simulated_time.now, abs=2 * STEP)
+    assert np.abs(np.subtract(conv.read_odometry(later[0])[:2], position)).max() < 0.1
+    assert conv.read_wrench(helm.applied[-1]) == (0.0, 0.0)
+    helm.command(simulated_time.now, force=2e5)
+    simulated_time.run(0.05)
+    assert conv.read_wrench(helm.applied[-1]) == (2e5, 0.0)
+
+
+def test_in_real_time_commands_of_two_publishers_are_not_mixed(bench: Any, real_time: Any, simulated_time: Any) -> None:
+    helm = real_time(command_timeout=0.5)
+    (node,) = bench.nodes
+    helm.command(simulated_time.now, force=1e5)
+    simulated_time.run(0.05)
+    other = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    bench.until(lambda: node.count_publishers("cmd_wrench") == 2 and other.get_subscription_count())
+    simulated_time.run(0.02)
+    count = len(helm.applied)
+    for _ in range(5):
+        helm.command(simulated_time.now, force=1e5)
+        simulated_time.run(0.02)
+    assert {conv.read_wrench(m) for m in helm.applied[count:]} == {(0.0, 0.0)}
+    level, message, _ = node.status()
+    assert level == DiagnosticStatus.ERROR
+    assert "/cmd_wrench has 2 publishers and takes one" in message
+    assert node.concerns()[-1].values["refused_second_publisher"] == 5
+    bench.probe.destroy_publisher(other)
+    bench.until(lambda: node.count_publishers("cmd_wrench") == 1)
+    helm.command(simulated_time.now, force=2e5)
+    simulated_time.run(0.05)
+    assert conv.read_wrench(helm.applied[-1]) == (2e5, 0.0)

@@ -108,8 +108,9 @@ class Helm:
         self.disturbance = bench.collect(WrenchStamped, "disturbance", profile)
         self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
 
-    def command(self, stamp: int, force: float = 0.0, moment: float = 0.0) -> Any:
+    def command(self, stamp: int, force: float = 0.0, moment: float = 0.0, frame: str = conv.BODY) -> Any:
         message = conv.new_wrench()
+        message.header.frame_id = frame
         conv.write_wrench(message, conv.time_message(stamp), (force, moment))
         self.commands.publish(message)
 

@@ -1,21 +1,28 @@
-"""A law run at its own fixed rate; shared by the controller node, the offline loop and the verification of bags."""
+"""A law run at its own fixed rate, under supervision; shared by the controller node, the offline loop and the verification."""
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.fallback import Fallback
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.pivot import ORIGIN, Pivot, at_origin, carry
+from vessel_hsmc_ros.control.watch import Watch
 from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.laws.guard import guarded, guarded_step
 from vessel_hsmc_ros.laws.terms import diagnosed
+from vessel_hsmc_ros.safety.parameters import SafetyParameters
+from vessel_hsmc_ros.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.safety.safe_action import NO_WRENCH, Authority
+from vessel_hsmc_ros.safety.supervision import Supervision
 
-NO_WRENCH = (0.0, 0.0)
+__all__ = ["NO_WRENCH", "ControlLoop", "ages", "past_commands"]
 
 LONGEST_AGE = 10.0
 """Age of a measurement up to which the command of its time is known to the observer, s."""
@@ -46,27 +53,58 @@ class ControlLoop:
         grid: The instants at which the control periods begin.
         observer: State estimator between measurement and law; None where the law takes the measured state.
         pivot: The point that the law controls.
+        supervision: Decides what is commanded; by default always what the law computes.
+        fallback: The law of the safe action, if there is one.
+        watch: What finds that the ship does not do what is commanded; None where nothing does.
 
     Attributes:
-        wrench: The present command, surge force [N] and yaw moment [N·m].
         commands: The last commands, where there is an observer.
         estimate: The last state estimate that the law has received; None without an observer.
         delta: Filtered difference between the headings of ship and reference, along which references are carried to the pivot.
         missed_periods: Control periods for which neither `step` nor `skip` was called.
-        enabled: Whether the wrench is commanded; while disabled it is zero.
     """
 
-    def __init__(self, law: Law[Any], grid: RateGrid, observer: Observer | None = None, pivot: Pivot = ORIGIN) -> None:
+    def __init__(
+        self,
+        law: Law[Any],
+        grid: RateGrid,
+        observer: Observer | None = None,
+        pivot: Pivot = ORIGIN,
+        supervision: Supervision | None = None,
+        fallback: Fallback | None = None,
+        watch: Watch | None = None,
+    ) -> None:
         self.law = law
         self.grid = grid
         self.observer = observer
         self.pivot = pivot
-        self.enabled = True
+        self.supervision = supervision or unsupervised()
+        self.fallback = fallback
+        self.watch = watch
         self.reset()
+
+    @property
+    def wrench(self) -> tuple[float, float]:
+        """The present command, surge force [N] and yaw moment [N·m]."""
+        return self.supervision.command
+
+    @wrench.setter
+    def wrench(self, command: tuple[float, float]) -> None:
+        self.supervision.command = command
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the law commands, or the safe action in its place; otherwise the wrench is zero."""
+        return self.supervision.operation in (Operation.ACTIVE, Operation.SAFE)
+
+    @property
+    def follows_law(self) -> bool:
+        """Whether the next command is that of the law, in a loop whose supervision has no reason to intervene."""
+        return self.watch is None and self.supervision.follows_law
 
     def reset(self) -> None:
         """Reset law, observer, wrench, count and time."""
-        self.forget()
+        self._forget()
         self.wrench = NO_WRENCH
         self.commands = past_commands(self.grid.period)
         self.missed_periods = 0
@@ -74,13 +112,19 @@ class ControlLoop:
         self._lyapunov: float | None = None
 
     def forget(self) -> None:
-        """Reset law and observer; wrench, time and count continue."""
+        """Reset law and observer; wrench, time and count continue, from the present wrench at a bounded rate."""
+        self._forget()
+        self.supervision.handover()
+
+    def _forget(self) -> None:
         with guarded(self.law):
             self.law.reset()
         self.delta = 0.0
         self.estimate: Motion | None = None
         if self.observer:
             self.observer.reset()
+        if self.watch:
+            self.watch.reset()
 
     def retune(self, parameters: object) -> None:
         """Apply new parameters of the law, which keeps its internal state.
@@ -90,6 +134,11 @@ class ControlLoop:
         """
         with guarded(self.law, ParameterError):
             self.law.retune(parameters)
+        self.supervision.handover()
+
+    def begin(self) -> None:
+        """Count the control periods anew, as after a step of the clock: none is missed."""
+        self._last_index = None
 
     def due(self, stamp: int) -> bool:
         """Whether a time in nanoseconds lies in a control period that has not been served yet."""
@@ -103,10 +152,11 @@ class ControlLoop:
         acceleration: Acceleration,
         measured_at: int | None = None,
         age: float = 0.0,
+        reason: Reason = Reason.NONE,
     ) -> Terms:
-        """Serve the control period that contains `stamp`: step the law and keep its wrench in `self.wrench`.
+        """Serve the control period that contains `stamp`: step the law and keep the command in `self.wrench`.
 
-        While disabled, the law is stepped for its terms only: the wrench is zero and its internal state is reset.
+        In standby and while stopped, the law is stepped for its terms only: the wrench is zero and its internal state is reset.
 
         Args:
             stamp: Time of this step, ns.
@@ -117,12 +167,14 @@ class ControlLoop:
                 differences, which in real time are not those of the steps.
             age: How much older than this step the measurement is, s, for a law that predicts the motion over it; the observer
                 takes the command of that time.
+            reason: Why the law's wrench must not be commanded; NONE if it may.
 
         Returns:
             The terms of the law, with the tracking errors of the origin, weight norms and Lyapunov function.
 
         Raises:
-            ControlError: the law is undefined for this input, its wrench is not finite, or its code fails.
+            ControlError: the law is undefined for this input, its wrench is not finite, or its code fails; the safe action is
+                commanded.
         """
         elapsed = self._elapsed_periods(stamp)
         if self.observer:
@@ -132,32 +184,50 @@ class ControlLoop:
             wrench = delayed(self.commands, behind, 0), delayed(self.commands, behind, 1)
             measured = self.estimate = self.observer.update(measured_at, measured, wrench)
         at = carry(measured, desired, acceleration, self.delta, self.pivot)
-        self.wrench, terms = guarded_step(self.law, at.motion, at.desired, at.acceleration, age)
+        inputs = at.motion, at.desired, at.acceleration, age
+        if self.watch:
+            reason = reason or self.watch.step(self.wrench, measured, self.observer, self.grid.period)
+        try:
+            wanted, terms = guarded_step(self.law, *inputs)
+        except LawError:
+            raise
+        except ControlError:
+            self._command(None, Reason.LAW_UNDEFINED, measured, inputs)
+            raise
         self.delta = at.delta
+        self._command(wanted, reason, measured, inputs)
         if not self.enabled:
-            self.wrench = NO_WRENCH
             with guarded(self.law):
                 self.law.reset()
-        self._keep_command()
         if self.pivot.x_p:
             terms = at_origin(terms, at.back)
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
         self._lyapunov = terms.lyapunov
         return terms
 
-    def skip(self, stamp: int) -> None:
-        """Serve the control period that contains a time, ns, without the law, whose inputs are missing: the wrench is zero.
+    def skip(self, stamp: int, reason: Reason = Reason.OVERDUE) -> None:
+        """Serve the control period that contains a time, ns, without the law, whose inputs are missing, by the safe action.
 
         Such a period is not missed: during a pause of the plant, for instance, the controller is in time but has no odometry.
         """
         self._elapsed_periods(stamp)
-        self.wrench = NO_WRENCH
-        self._keep_command()
-        self._lyapunov = None  # its rate over the gap would belong to no single control period
+        self._command(None, reason)
 
-    def _keep_command(self) -> None:
+    def _command(
+        self,
+        wanted: tuple[float, float] | None,
+        reason: Reason,
+        motion: Motion | None = None,
+        inputs: tuple[Motion, Motion, Acceleration, float] | None = None,
+    ) -> None:
+        """Command the law's wrench or what takes its place, and keep it."""
+        fallback = self.fallback.step(inputs, self.supervision.wants_fallback) if self.fallback else None
+        surge_and_yaw = None if motion is None else (motion.u, motion.r)
+        self.supervision.step(wanted, reason, self.grid.period, surge_and_yaw, fallback)
         if self.observer:
             put(self.commands, self.wrench)
+        if wanted is None:
+            self._lyapunov = None  # its rate over the gap would belong to no single control period
 
     def _elapsed_periods(self, stamp: int) -> int:
         """Move on to the period that contains a time; the number of periods since the last step, at least 1."""
@@ -169,3 +239,9 @@ class ControlLoop:
             self.missed_periods += elapsed - 1
         self._last_index = index
         return elapsed
+
+
+def unsupervised() -> Supervision:
+    """A supervision that commands what the law computes, whatever that is."""
+    everything = Authority((math.inf, math.inf), (math.inf, math.inf), bounded=False)
+    return Supervision(SafetyParameters(), everything)

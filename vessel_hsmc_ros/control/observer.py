@@ -141,6 +141,11 @@ class Observer:
         return estimate(self.state)
 
     @property
+    def accepts(self) -> bool:
+        """Whether no new sample of the last measurement was an outlier."""
+        return self.state.accepted_at == self.state.stamp
+
+    @property
     def covariance(self) -> Array:
         """Covariance matrix of all states of the filter, in the order of `observer_model`."""
         return self.state.P.copy()

@@ -38,6 +38,10 @@ class LawError(ControlError):
     """The code of a control law is wrong: it raised an exception, or returned something else than a wrench and terms."""
 
 
+class RefusalError(VesselHsmcError):
+    """A node cannot do now what a person requested, such as commanding the ship while an input is missing."""
+
+
 class GoalError(VesselHsmcError):
     """A goal or a path cannot be followed."""
 

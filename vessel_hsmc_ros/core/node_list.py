@@ -22,8 +22,9 @@ LOOP = {
 WATCHERS = {
     "live": NodeProgram("vessel_hsmc_ros.nodes.live", "live_node"),
     "markers": NodeProgram("vessel_hsmc_ros.nodes.markers", "marker_node"),
+    "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "watchdog_node"),
 }
-"""Nodes that only watch a run: they may fail without harm to it."""
+"""Nodes outside the closed loop: a run takes place without them."""
 
 ALLOCATION = "thruster_allocation"
 """The node of the loop that takes part only where thrusters drive the ship."""

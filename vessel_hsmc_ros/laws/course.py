@@ -147,6 +147,8 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
     """
 
     name = "course"
+    keeps_limits = False
+    keeps_limits = False
     tracks = False
     kernel = staticmethod(step)
     terms = StepTerms

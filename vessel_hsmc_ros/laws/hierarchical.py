@@ -193,6 +193,8 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     """
 
     name = "hierarchical"
+    keeps_limits = False
+    keeps_limits = False
     kernel = staticmethod(step)
     terms = StepTerms
     networks = ("surge", "sway", "yaw")

@@ -30,7 +30,9 @@ class Law(ABC, Generic[Parameters]):
         name: Value of `controller.law` that selects the law, and name of the group of its parameters.
         takes_age: Whether `step` takes the age of the motion as well, because the law predicts the motion over it; a class that
             defines `step` declares it anew.
+        keeps_limits: Whether its commands are within the limits of the vessel; the output guard then checks it.
         tracks: Whether the law tracks the position of the reference; comparisons leave out those that do not.
+        keeps_limits: Whether the law commands no more than the limits of the vessel, so that more is an error.
         parameters: The present parameters, unless the law redefines `retune`.
         vessel, period: As constructed.
 
@@ -40,7 +42,9 @@ class Law(ABC, Generic[Parameters]):
 
     name: ClassVar[str] = ""
     takes_age: ClassVar[bool] = False
+    keeps_limits: ClassVar[bool] = True
     tracks: ClassVar[bool] = True
+    keeps_limits: ClassVar[bool] = True
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)

@@ -103,6 +103,8 @@ class OpenLoop(KernelLaw[OpenLoopParameters]):
     """
 
     name = "open_loop"
+    keeps_limits = False
+    keeps_limits = False
     tracks = False
     kernel = staticmethod(step)
     terms = StepTerms

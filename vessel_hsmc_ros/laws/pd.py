@@ -100,6 +100,8 @@ class PdController(KernelLaw[PdParameters]):
     """
 
     name = "pd"
+    keeps_limits = False
+    keeps_limits = False
     tracks = False
     kernel = staticmethod(step)
     terms = StepTerms

@@ -18,7 +18,19 @@ from vessel_hsmc_ros.laws.law import Law
 GROUP = "vessel_hsmc_ros.laws"
 """Group of the entry points."""
 
-RESERVED = ("lockstep", "recorded", "frame_prefix", "law", "rate_hz", "input_timeout", "vessel", "observer")
+RESERVED = (
+    "lockstep",
+    "recorded",
+    "frame_prefix",
+    "ride_through",
+    "law",
+    "rate_hz",
+    "input_timeout",
+    "start_enabled",
+    "safety",
+    "vessel",
+    "observer",
+)
 """The controller's own parameters, beside which each law's parameters are a group of the law's name."""
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")

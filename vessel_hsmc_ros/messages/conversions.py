@@ -84,8 +84,10 @@ def new_reference() -> ReferenceState:
 
 
 def new_control_state() -> ControlState:
-    """An empty control-state message in the body frame."""
-    return _new("vessel_hsmc_msgs/msg/ControlState", BODY)
+    """An empty control-state message in the body frame, of a controller whose law commands."""
+    message = _new("vessel_hsmc_msgs/msg/ControlState", BODY)
+    message.operation = message.ACTIVE
+    return message
 
 
 def write_pose(pose: Any, state: Motion | Array) -> None:
@@ -210,6 +212,8 @@ def read_wrench(message: Any) -> tuple[float, float]:
 def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
     """The values in a diagnostics message by node, for the nodes directly in a namespace, not in one below it.
 
+    Each is the status of a node as a whole; those of its concerns, named `node: concern`, are omitted.
+
     Args:
         message: A diagnostic_msgs/DiagnosticArray.
         namespace: Without its leading slash: empty for the root, or such as `alpha/`.
@@ -217,7 +221,7 @@ def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
     return {
         status.name.removeprefix(namespace): {"message": status.message, **{v.key: v.value for v in status.values}}
         for status in message.status
-        if status.name.startswith(namespace) and "/" not in status.name.removeprefix(namespace)
+        if status.name.startswith(namespace) and not {"/", ":"}.intersection(status.name.removeprefix(namespace))
     }
 
 

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -19,16 +18,19 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
-from vessel_hsmc_ros.nodes.reporting import Reporter
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
 from vessel_hsmc_ros.nodes.ros_parameters import declare
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
 
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-
 SEND_LIMIT = 2.0
 """Longest wait for a subscriber whose queue is full, s."""
+
+__all__ = ["ERROR", "OK", "WARN", "WATCHER_NICENESS", "Concern", "VesselNode"]
+
+LEVEL_PERIOD = 0.1
+"""Longest delay of the diagnostics after the level of a concern has changed, s; without a change they come every second."""
 
 WARNING_PERIOD = 5.0
 """Least time between two warnings of the same missing connection, s."""
@@ -70,6 +72,7 @@ class VesselNode(Node):
         self._wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.reporter = Reporter(self, lambda: self.stamp if self.parameters.lockstep else self.now(), self.PARAMETERS)
         self.create_timer(1.0, self.publish_diagnostics, clock=self._wall)
+        self.create_timer(LEVEL_PERIOD, lambda: self.publish_diagnostics(only_changes=True), clock=self._wall)
         self._connecting = self.create_timer(0.02, self._check_connected, clock=self._wall)
 
     # -- for subclasses -----------------------------------------------------------------------------------------------
@@ -155,6 +158,10 @@ class VesselNode(Node):
         """Level, message and values for /diagnostics, once the node is connected."""
         return OK, "running", {}
 
+    def concerns(self) -> list[Concern]:
+        """The node's concerns for /diagnostics, once it is connected; the first, without a name, is its `status`."""
+        return [Concern("", *self.status())]
+
     def retune(self, parameters: Any) -> None:
         """Apply changed tunable parameters.
 
@@ -201,21 +208,22 @@ class VesselNode(Node):
         self.failure = reason
         self.get_logger().fatal(reason)
 
-    def publish_diagnostics(self) -> None:
-        """Publish the node's status."""
-        self.reporter.diagnose(*self._overall_status())
+    def publish_diagnostics(self, only_changes: bool = False) -> None:
+        """Publish the node's status and that of each concern; with `only_changes`, if the level of one of them has changed."""
+        own, *others = self.concerns()
+        others = others if self.connected else []
+        self.reporter.diagnose([self._overall(summarised(own, others)), *others], only_changes)
 
-    def _overall_status(self) -> tuple[bytes, str, dict[str, Any]]:
+    def _overall(self, own: Concern) -> Concern:
         """The most important of: failure, missing connection, conflicting publisher, and the status of the node's own work."""
-        level, message, values = self.status()
         if self.failure:
-            return ERROR, self.failure, values
+            return own._replace(level=ERROR, message=self.failure)
         if not self.connected:
-            return WARN, self._waiting, values
-        if level == OK and (conflict := self.connections.conflict()):
+            return own._replace(level=WARN, message=self._waiting)
+        if own.level == OK and (conflict := self.connections.conflict()):
             self.get_logger().warning(conflict, throttle_duration_sec=WARNING_PERIOD)
-            return WARN, conflict, values
-        return level, message, values
+            return own._replace(level=WARN, message=conflict)
+        return own
 
     def _check_connected(self) -> None:
         # A second run must not disturb the first: the later node fails, one that is already connected only warns.

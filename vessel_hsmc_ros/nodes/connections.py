@@ -62,9 +62,14 @@ class Connections:
 
     def conflict(self) -> str:
         """Which topic has more publishers than the one it takes; empty when none has."""
-        for topic in self._exclusive:
+        return self.shared(*self._exclusive)
+
+    def shared(self, *topics: str) -> str:
+        """Which of some topics has more than one publisher; empty when none has."""
+        for topic in topics:
             if (publishers := self._node.count_publishers(topic)) > 1:
-                return f"{topic} has {publishers} publishers and takes one: does another run use this ROS domain and namespace?"
+                name = self._node.resolve_topic_name(topic)
+                return f"{name} has {publishers} publishers and takes one: does another run use this ROS domain and namespace?"
         return ""
 
     def missing(self) -> list[str]:

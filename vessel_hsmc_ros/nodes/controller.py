@@ -1,47 +1,52 @@
-"""The controller node: runs a control law at a fixed rate on ROS time."""
+"""The controller node: runs a control law at a fixed rate on ROS time, and commands what its supervision allows."""
 
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
+from rclpy.duration import Duration
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
-from vessel_hsmc_ros.core.exceptions import ControlError, LawError
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
-from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, VesselNode
-from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern
+from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
+from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
+from vessel_hsmc_ros.nodes.controller_timer import RealTime
+from vessel_hsmc_ros.nodes.managed import ManagedNode
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.nodes.step_clock import StepClock
+from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
-
-if TYPE_CHECKING:
-    from rclpy.timer import Timer
-
-REFERENCES_KEPT = 2000
-"""Limit of the references that wait, in lockstep, for the odometry of their stamp; a reference ship is far less ahead."""
 
 NOT_FOR_REAL_TIME = "law hierarchical tolerates no late control steps: in real time use another law, such as guided"
 
 CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 """Time between two checks of the inputs, s: in lockstep two of them take less than the plant's command_timeout."""
 
+LAST_COMMANDS = 3
+"""How often zero is commanded on leaving the topic to others, as in standby and at the end."""
 
-class ControllerNode(VesselNode):
+LEVELS = {"ok": OK, "warn": WARN, "error": ERROR}
+"""Diagnostics levels of reasons."""
+
+
+class ControllerNode(ManagedNode):
     """Computes the wrench command from odometry and reference.
 
-    Lockstep: every odometry message is answered by a command with the stamp of its step; that of late odometry is older. The law
-    runs at the start of each control period, and its wrench is held (zero-order hold) for the odometry messages in between.
+    Lockstep: every odometry message is answered by a command with the stamp of its step; that of late odometry is older.
 
-    Real time: a timer on the node's clock runs the law on the latest odometry, with the reference extrapolated to the stamp of
-    the odometry. When either input is older than `input_timeout`, the wrench is zero.
+    Real time: a timer on the node's clock runs the law on the latest odometry. While an input is missing, or the law must not
+    command for another reason, the safe action is commanded; in standby nothing is.
     """
 
     NAME = "controller"
@@ -50,19 +55,23 @@ class ControllerNode(VesselNode):
         self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
         super().__init__(**options)
         p = self.parameters
-        self._loop = make_control_loop(p)
+        self.loop = make_control_loop(p)
         self.stamp = -1  # an event before step 0 takes effect at step 0
-        self._start = 0
-        self._phase: Timer | None = None
-        self._odometry: tuple[int, Motion] | None = None
-        self._steps = StepClock(self, self._answer)
-        self._references: dict[int, tuple[Motion, Acceleration]] = {}
-        self._inputs = InputMonitor(self, {"odom": "odometry", "reference": "reference"}, p.input_timeout)
+        self.clock_problem = ""
+        self.inputs = ControllerInputs(self, self.loop)
+        self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
+        self._clock_step = RecentProblem()
+        self._begun = False
+        self._zeros = LAST_COMMANDS
         self._updates = 0
         self._compute_time = self._compute_time_max = 0.0
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
-        self.reporter.offer_switch("enable", "disable", self._enable)
+        self.manage()
+        if p.lockstep:
+            self.activate_quietly()
+        else:
+            self.loop.supervision.standby()
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
@@ -71,13 +80,13 @@ class ControllerNode(VesselNode):
         if lockstep:
             self.connections.allow_one_publisher("cmd_wrench")
         self._state_out = self.advertise(ControlState, "~/state", profile)
-        if self._loop.observer:
+        if self.loop.observer:
             self._estimate_out = self.advertise(Odometry, "~/estimate", profile)
             self._estimate = self.framed(conversions.new_odometry())
         self._command = self.framed(conversions.new_wrench())
         self._state = self.framed(conversions.new_control_state())
-        self.listen(Odometry, "odom", self._on_odometry, profile)
-        self.listen(ReferenceState, "reference", self._on_reference, profile)
+        self.listen(Odometry, "odom", lambda message: self._steps.take_odometry(read_odometry(message)), profile)
+        self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), profile)
 
     def describe(self) -> str:
         """The law and its rate."""
@@ -85,141 +94,118 @@ class ControllerNode(VesselNode):
 
     def on_connected(self) -> None:
         """In lockstep, answer odometry received before the start; in real time, warn of a law that tolerates no delay."""
-        if self.parameters.lockstep:
-            self._answer()
-        elif self.parameters.law == "hierarchical":
+        if not self.parameters.lockstep and self.parameters.law == "hierarchical":
             self.get_logger().warning(NOT_FOR_REAL_TIME)
-
-    # -- input --------------------------------------------------------------------------------------------------------
-
-    def _on_odometry(self, message: Odometry) -> None:
-        state = conversions.read_odometry(message)
-        if wrong := conversions.not_finite(state):
-            self._refuse(f"odometry with {wrong} is not allowed: all of it must be finite numbers")
-            return
-        self._odometry = conversions.nanoseconds(message.header.stamp), state
-        self._inputs.receive("odometry", self._odometry[0], self.now())
-        if self.parameters.lockstep:
-            self._answer()
-        elif self.connected and self._phase is None:
-            self._lock_phase(self._odometry[0])
-
-    def _on_reference(self, message: ReferenceState) -> None:
-        reference, acceleration = conversions.read_reference(message)
-        if wrong := conversions.not_finite(reference, acceleration):
-            self._refuse(f"reference with {wrong} is not allowed: all of it must be finite numbers")
-            return
-        if not self.parameters.lockstep:
-            self._references.clear()
-        elif len(self._references) >= REFERENCES_KEPT:  # of stamps that no odometry has: the oldest will not be needed
-            del self._references[next(iter(self._references))]
-        stamp = conversions.nanoseconds(message.header.stamp)
-        self._references[stamp] = reference, acceleration
-        self._inputs.receive("reference", stamp, self.now())
-        if self.parameters.lockstep:
-            self._answer()
-
-    def _refuse(self, reason: str) -> None:
-        """Reject an input message: in lockstep the run cannot continue without it, in real time the next one replaces it."""
-        if self.parameters.lockstep:
-            raise ControlError(reason)
-        self._inputs.refuse(reason)
+        self._steps.start()
 
     def _check_inputs(self) -> None:
         if self.connected:
-            self._inputs.check(self._odometry[0] if self._odometry and self.parameters.lockstep else None)
+            self.inputs.monitor.check(self._steps.pending)
 
-    # -- lockstep -----------------------------------------------------------------------------------------------------
+    # -- output -------------------------------------------------------------------------------------------------------
 
-    def _answer(self) -> None:
-        """Publish the command for the pending odometry as soon as the inputs of the law are complete."""
-        if self._odometry is None or not self.connected:
-            return
-        measured_at, state = self._odometry
-        if (stamp := self._steps.step_of(measured_at, self.stamp)) is None:
-            return
-        terms = None
-        if self._loop.due(stamp):
-            if stamp not in self._references:  # odometry and reference may arrive in either order
-                return
-            reference, acceleration = self._references[stamp]
-            age = seconds(stamp - measured_at)
-            terms = self._update(stamp, state, extrapolate(reference, acceleration, -age), acceleration, measured_at, age)
-            self._references = {t: r for t, r in self._references.items() if t > stamp}
-        self._odometry = None  # each odometry message is answered once, whatever references follow
-        self._publish(stamp, terms)
-
-    # -- real time ----------------------------------------------------------------------------------------------------
-
-    def _lock_phase(self, stamp: int) -> None:
-        """Start the timer so that it fires half a period away from the odometry.
-
-        If both occurred at the same instant, the law would use the new odometry in one period and the previous one in the next,
-        and a gain that is stable without delay may be unstable with a delay of a full period.
-        """
-        period = self._loop.grid.stamp(1)
-        now = self.now()
-        wait = (stamp + period // 2 - now) % period
-        self._start = now + wait
-        self._phase = self.create_timer(max(wait, 1) * 1e-9, self._start_timer)  # rclpy rejects a period of 0
-
-    def _start_timer(self) -> None:
-        self.destroy_timer(self._phase)
-        self.create_timer(self._loop.grid.period, self._on_timer)
-
-    def _on_timer(self) -> None:
-        now = self.now()
-        if not self._loop.due(now - self._start) or self._odometry is None or not self._references:
-            return
-        terms = None
-        if missing := self._inputs.overdue(now):
-            self._loop.skip(now - self._start)
-            self._inputs.report_overdue(missing)
-        else:
-            terms = self._update_in_real_time(now - self._start, *self._odometry)
-        self._publish(now, terms)
-
-    def _update_in_real_time(self, elapsed: int, stamp: int, state: Motion) -> Terms | None:
-        """Run the law on the latest odometry and the reference extrapolated to its stamp; where it has no value, command zero."""
-        ((reference_stamp, (reference, acceleration)),) = self._references.items()
-        reference = extrapolate(reference, acceleration, seconds(stamp - reference_stamp))
-        late = elapsed + self._start - stamp  # less than a control period is sampling, not a delay
-        age = seconds(late) if late >= self._loop.grid.stamp(1) else 0.0
-        try:
-            return self._update(elapsed, state, reference, acceleration, stamp, age)
-        except LawError:  # an error in its code, after which its internal state cannot be trusted
-            raise
-        except ControlError as error:
-            self._loop.skip(elapsed)
-            self._inputs.report(f"{error}; the wrench is zero")
-            return None
-
-    def _update(
-        self, stamp: int, state: Motion, reference: Motion, acceleration: Acceleration, measured_at: int, age: float
-    ) -> Terms:
-        began = time.perf_counter()  # wall time: the cost of the law, also on simulated time
-        terms = self._loop.step(stamp, state, reference, acceleration, measured_at, age)
+    @contextmanager
+    def timed(self) -> Iterator[None]:
+        """Measure the computation time of the law; wall time, also on simulated time."""
+        began = time.perf_counter()
+        yield
         self._compute_time = time.perf_counter() - began
         self._compute_time_max = max(self._compute_time_max, self._compute_time)
-        self._updates += 1
-        return terms
 
-    def _publish(self, stamp: int, terms: Terms | None) -> None:
-        """Publish the wrench first, because the plant waits for it; then, once per control period, the terms of the law."""
+    def publish_command(self, stamp: int) -> None:
+        """Publish the present command, with the time of a step, ns; in real time and standby, nothing after some zeros."""
         self.stamp = stamp
-        time_stamp = conversions.time_message(stamp)
-        conversions.write_wrench(self._command, time_stamp, self._loop.wrench)
+        operation = self.loop.supervision.operation
+        if operation is Operation.STANDBY and not self.parameters.lockstep:
+            if self._zeros >= LAST_COMMANDS:
+                return
+            self._zeros += 1
+        else:
+            self._zeros = 0
+        conversions.write_wrench(self._command, conversions.time_message(stamp), self.loop.wrench)
         self.send(self._command_out, self._command)
-        if terms is not None:
-            conversions.write_terms(self._state, time_stamp, terms)
-            self._state.compute_time = self._compute_time
-            self._state.missed_periods = self._loop.missed_periods
-            self.send(self._state_out, self._state)
-            if self._loop.estimate is not None:
-                conversions.write_odometry(self._estimate, time_stamp, self._loop.estimate)
-                self.send(self._estimate_out, self._estimate)
 
-    # -- services, parameters, diagnostics ----------------------------------------------------------------------------
+    def publish_period(self, stamp: int, terms: Terms | None) -> None:
+        """Publish the command first, because the plant waits for it; then the state of the control period.
+
+        Args:
+            stamp: Its time, ns.
+            terms: The terms of the law; None if it has not run.
+        """
+        self.publish_command(stamp)
+        time_stamp = conversions.time_message(stamp)
+        self._updates += terms is not None
+        conversions.write_terms(self._state, time_stamp, terms or Terms())
+        self._state.operation, self._state.reason = int(self.loop.supervision.operation), int(self.loop.supervision.reason)
+        self._state.compute_time = self._compute_time
+        self._state.missed_periods = self.loop.missed_periods
+        self.send(self._state_out, self._state)
+        if terms is not None and self.loop.estimate is not None:
+            conversions.write_odometry(self._estimate, time_stamp, self.loop.estimate)
+            self.send(self._estimate_out, self._estimate)
+        if not self._begun and self.parameters.start_enabled and isinstance(self._steps, RealTime) and not self._steps.ready():
+            self.activate_quietly()
+
+    # -- what a person commands ---------------------------------------------------------------------------------------
+
+    @property
+    def computes(self) -> bool:
+        """Whether the law is stepped, for its command or its terms."""
+        return self.lifecycle in ("active", "inactive")
+
+    def begin(self) -> None:
+        """Let the law command.
+
+        Raises:
+            RefusalError: an input, a consumer or a command of a person is missing; with the reason.
+        """
+        ready = self._steps.ready() if isinstance(self._steps, RealTime) else Reason.NONE
+        if refused := self.loop.supervision.activate(ready):
+            raise RefusalError(refused.text)
+        self._begun = True
+
+    def pause(self) -> None:
+        """Go to standby; a stop stays latched."""
+        self._begun = True
+        self.loop.supervision.standby()
+
+    def halt(self) -> None:
+        """Command zero from now on, and until `rearm`."""
+        self._begun = True
+        self.loop.supervision.stop()
+        if isinstance(self._steps, RealTime) and self.connected:
+            self.publish_command(self.now())
+
+    def rearm(self) -> None:
+        """Go from the stop to standby.
+
+        Raises:
+            RefusalError: the controller is not stopped.
+        """
+        if self.loop.supervision.operation is not Operation.STOPPED:
+            raise RefusalError("the controller is not stopped")
+        self.loop.supervision.rearm()
+
+    def has_consumer(self) -> bool:
+        """Whether a node takes the command."""
+        return self._command_out.get_subscription_count() > 0
+
+    def second_publisher(self) -> bool:
+        """Whether another node commands as well."""
+        return self.count_publishers(self._command_out.topic_name) > 1
+
+    def close(self) -> None:
+        """In real time, leave the ship without a command: zero, acknowledged or several times."""
+        commands = self.loop.supervision.operation is not Operation.STANDBY
+        if not self.parameters.lockstep and self.connected and commands:
+            self.loop.supervision.stop(Reason.SHUTTING_DOWN)
+            conversions.write_wrench(self._command, conversions.time_message(self.now()), NO_WRENCH)
+            for _ in range(LAST_COMMANDS):
+                self.send(self._command_out, self._command)
+            self._command_out.wait_for_all_acked(Duration(seconds=0.5))
+        super().close()
+
+    # -- parameters, diagnostics --------------------------------------------------------------------------------------
 
     def retune(self, parameters: ControllerParameters) -> None:
         """Apply changed gains of the law; the network weights are kept.
@@ -227,28 +213,50 @@ class ControllerNode(VesselNode):
         Raises:
             ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
         """
-        self._loop.retune(getattr(parameters, parameters.law))
+        gains = getattr(parameters, parameters.law)
+        if gains != getattr(self.parameters, parameters.law):
+            self.loop.retune(gains)
 
     def _reset(self) -> str:
-        self._loop.forget()
+        self.loop.forget()
         return "weights and estimate are reset; time goes on"
 
-    def _enable(self, enabled: bool) -> str:
-        self._loop.enabled = enabled
-        return "enabled" if enabled else "disabled: the wrench is zero"
+    def report_clock(self, problem: str) -> None:
+        """Report a step of the clock."""
+        self._clock_step.report(WARN, problem)
+        self.get_logger().warning(problem)
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Updates, missed periods and computation time of the law; a warning or an error while an input is missing."""
+        """Updates, missed periods and computation time of the law; a warning or an error while the law does not command."""
+        supervision = self.loop.supervision
         values = {
             "law": self.parameters.law,
+            "operation": supervision.operation.name.lower(),
+            "reason": supervision.reason.name.lower(),
             "updates": self._updates,
-            "missed_periods": self._loop.missed_periods,
-            "references_waiting": len(self._references),
+            "missed_periods": self.loop.missed_periods,
+            "references_waiting": self._steps.waiting,
             "compute_time": self._compute_time,
             "compute_time_max": self._compute_time_max,
         }
-        level, message = self._inputs.status() or (OK, "running" if self._loop.enabled else "disabled")
+        if self.clock_problem:
+            return WARN, self.clock_problem, values
+        level, message = self.inputs.monitor.status() or self._clock_step.current or self._operation()
         return level, message, values
+
+    def _operation(self) -> tuple[bytes, str]:
+        operation, reason = self.loop.supervision.operation, self.loop.supervision.reason
+        if operation is Operation.ACTIVE:
+            return OK, "running"
+        return LEVELS[reason.level], f"{operation.name.lower()}: {reason.text}"
+
+    def concerns(self) -> list[Concern]:
+        """The node as a whole, its inputs, its output guard and the one publisher of its command."""
+        violations = self.loop.supervision.violations
+        counts = {reason.name.lower(): count for reason, count in violations.items()}
+        broken = self.loop.supervision.reason in violations
+        guard = Concern("guard", ERROR if broken else OK, "violated" if broken else "no violation", counts)
+        return [*super().concerns(), self.inputs.monitor.concern(), guard]
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -1,72 +1,131 @@
-"""Supervision of a control law's inputs: which have been received, how old they are, whether their stamps match."""
+"""Supervision of a control law's inputs: which samples count, how old they are, whether their stamps match."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.nodes.reporting import Concern
+from vessel_hsmc_ros.safety.freshness import Freshness, Sample
+from vessel_hsmc_ros.safety.parameters import FreshnessParameters
+from vessel_hsmc_ros.safety.reasons import Reason
 
 WARNING_PERIOD = 5.0
 """Least time between two warnings of an input that was never received, s."""
 
+REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
+"""Samples that a network may repeat or reorder are dropped and counted, and are no error."""
+
+
+class Expected(NamedTuple):
+    """An input as it must be.
+
+    Attributes:
+        topic: Its topic.
+        frame, child_frame: Its frames; empty for any.
+    """
+
+    topic: str
+    frame: str = ""
+    child_frame: str = ""
+
 
 class InputMonitor:
-    """Detects missing, overdue and mismatched inputs of a node, and reports them on its log and in its diagnostics.
+    """Detects refused, missing, overdue and mismatched inputs of a node, and reports them on its log and in its diagnostics.
 
-    Times of receipt are on the node's clock: on simulated time, ages are simulated too.
+    Times of receipt are of one clock: steady in real time, the node's own on simulated time, where ages are simulated too.
 
     Args:
         node: Whose inputs they are; its logger and its view of the ROS graph are used.
-        topics: Name of each input by its topic's, in the order in which they are reported.
+        expected: The inputs by their names, in the order in which they are reported.
         timeout: Age above which an input is overdue, s.
+        parameters: The other bounds.
+
+    Attributes:
+        fresh: Number of samples in a row that were taken, by input.
     """
 
-    def __init__(self, node: Node, topics: Mapping[str, str], timeout: float) -> None:
-        self._node = node
-        self._topics = {name: node.resolve_topic_name(topic) for topic, name in topics.items()}
-        self._timeout = timeout
-        self._received: dict[str, int] = {}
+    def __init__(
+        self, node: Node, expected: Mapping[str, Expected], timeout: float, parameters: FreshnessParameters | None = None
+    ) -> None:
+        self._node, self._timeout, self._expected = node, timeout, expected
+        self._parameters = parameters = parameters or FreshnessParameters()
+        self._topics = {name: node.resolve_topic_name(each.topic) for name, each in expected.items()}
+        self._freshness = {n: Freshness(timeout, parameters, e.frame, e.child_frame) for n, e in expected.items()}
         self._stamps: dict[str, int] = {}
         self._checked: tuple[str, int | None] = "", None
         self._waiting = ""
         self._problem, self._refusal = RecentProblem(), RecentProblem()
+        self.fresh = dict.fromkeys(expected, 0)
 
-    def receive(self, name: str, stamp: int, now: int) -> None:
-        """Record the receipt of a message.
+    def reset(self) -> None:
+        """Forget the samples, as after the clock was set back; the counts of refused ones go on."""
+        for freshness in self._freshness.values():
+            freshness.reset()
+        self.fresh = dict.fromkeys(self._expected, 0)
+
+    def receive(self, name: str, stamp: int) -> None:
+        """Record the stamp of a message that is taken without a check of its age, ns, as in lockstep."""
+        self._stamps[name] = stamp
+
+    def take(self, name: str, sample: Sample, now: int, received: int, wrong: str = "") -> str:
+        """Take a sample, or report and count why it is refused.
 
         Args:
             name: The input.
-            stamp: The message's stamp, ns.
-            now: Time of its receipt, ns.
-        """
-        self._stamps[name], self._received[name] = stamp, now
+            sample: The message.
+            now: ROS time, ns.
+            received: Time of its receipt, ns.
+            wrong: What is said of numbers that are not finite.
 
-    def refuse(self, reason: str) -> None:
-        """Report a message that is ignored; `report_overdue` then omits the input that is overdue for the same reason."""
-        self._refusal.report(DiagnosticStatus.ERROR, reason)
-        self.report(f"{reason}; ignored")
+        Returns:
+            Why it is refused; empty if it is taken.
+        """
+        reason = self._freshness[name].accept(sample, now, received)
+        if not reason:
+            self._stamps[name] = sample.stamp
+            self.fresh[name] += 1
+            return ""
+        text = wrong if reason is Reason.NOT_FINITE and wrong else self._refused(name, sample, reason, now)
+        if reason not in REPEATED:
+            self.fresh[name] = 0
+            self._refusal.report(DiagnosticStatus.ERROR, text)
+            self.report(f"{text}; ignored")
+        return text
 
     def report(self, problem: str) -> None:
         """Report an error."""
         self._problem.report(DiagnosticStatus.ERROR, problem)
         self._node.get_logger().error(problem, throttle_duration_sec=1.0)
 
-    def overdue(self, now: int) -> str | None:
-        """The first input whose latest message is older than the time-out at a time, ns; None when all are recent enough."""
-        oldest = now - round(self._timeout * NANOSECONDS)
-        return next((name for name in self._topics if self._received.get(name, oldest) < oldest), None)
+    def overdue(self, now: int, received_now: int) -> tuple[str, Reason] | None:
+        """The first input whose latest sample no longer counts, and why; None when all count.
 
-    def report_overdue(self, name: str) -> None:
+        Args:
+            now: ROS time, ns.
+            received_now: Present time on the clock of receipts, ns.
+        """
+        for name, freshness in self._freshness.items():
+            if reason := freshness.overdue(now, received_now):
+                return name, reason
+        return None
+
+    def report_overdue(self, name: str, reason: Reason, now: int) -> None:
         """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error."""
+        self.fresh[name] = 0
         topic = self._topics[name]
+        if reason is Reason.NOT_RECEIVED:
+            return  # `check` names it
         if not self._node.count_publishers(topic):
-            text = f"no {name}: {topic} no longer has a publisher; the wrench is zero"
+            text = f"no {name}: {topic} no longer has a publisher; the safe action is commanded"
             self._problem.report(DiagnosticStatus.WARN, text)
             self._node.get_logger().warning(text, throttle_duration_sec=WARNING_PERIOD)
         elif not self._refusal.current:
-            self.report(f"no {name} for {self._timeout:g} s: the wrench is zero")
+            stamped = f" by its stamp, of {seconds(self._stamps[name] - now):+.3g} s" if reason is not Reason.OVERDUE else ""
+            self.report(f"no {name} for {self._timeout:g} s{stamped}: the safe action is commanded")
 
     def check(self, pending: int | None = None) -> None:
         """Warn if the law could not run, for the same reason as at the last call.
@@ -76,7 +135,7 @@ class InputMonitor:
         Args:
             pending: Stamp of an odometry message that still waits for the reference of its own stamp, ns.
         """
-        missing = [f"{name} on {topic}" for name, topic in self._topics.items() if name not in self._received]
+        missing = [f"{name} on {topic}" for name, topic in self._topics.items() if name not in self._stamps]
         reason = f"waiting for {' and '.join(missing)}" if missing else ""
         # Seen twice, since messages in transit explain a single time.
         persists = self._checked == (reason, pending) and bool(reason or pending is not None)
@@ -88,6 +147,31 @@ class InputMonitor:
     def status(self) -> tuple[bytes, str] | None:
         """Diagnostics level and message of the present problem; None when there is none."""
         return self._problem.current or ((DiagnosticStatus.WARN, self._waiting) if self._waiting else None)
+
+    def concern(self) -> Concern:
+        """How many samples were refused, by input and reason."""
+        counts = {
+            f"{name}: {reason.name.lower()}": count
+            for name, freshness in self._freshness.items()
+            for reason, count in freshness.refused.items()
+        }
+        level, message = self.status() or (DiagnosticStatus.OK, "inputs are fresh")
+        return Concern("inputs", level, message, {"refused": sum(counts.values()), **counts})
+
+    def _refused(self, name: str, sample: Sample, reason: Reason, now: int) -> str:
+        """Why a sample is refused, with its value and what is allowed."""
+        frames, expected, off = (sample.frame, sample.child_frame), self._expected[name], seconds(sample.stamp - now)
+        needed = f"{expected.frame!r}" + (f" and {expected.child_frame!r}" if expected.child_frame else "")
+        given = f"{frames[0]!r}" + (f" and {frames[1]!r}" if expected.child_frame else "")
+        p, repeated = self._parameters, "it must be later than the last one"
+        texts = {
+            Reason.WRONG_FRAME: f"frame {given} is not allowed: it must be {needed}",
+            Reason.NOT_FINITE: "a number that is not finite is not allowed: all of it must be finite numbers",
+            Reason.UNCERTAIN: f"a variance of {sample.covariance:g} m² is not allowed: at most {p.covariance_limit:g} m²",
+            Reason.STAMP_OLD: f"a stamp {-off:.3g} s old is not allowed: it takes at most {self._timeout:g} s",
+            Reason.STAMP_FUTURE: f"a stamp {off:.3g} s ahead is not allowed: it takes at most {p.future_tolerance:g} s",
+        }
+        return f"{name} with {texts.get(reason, f'a stamp of {seconds(sample.stamp):.9f} s is dropped: {repeated}')}"
 
     def _mismatch(self) -> str:
         latest = " and ".join(f"{name} of {seconds(self._stamps[name]):.9f} s" for name in self._topics)

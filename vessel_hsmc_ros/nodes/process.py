@@ -115,5 +115,7 @@ def _work(node: VesselNode, running: Callable[[], bool]) -> int:
             break
         except Exception as error:
             node.fail(f"unexpected {type(error).__name__}: {error}")
+            if work is not node.close:
+                node.close()  # an actuator must not be left with the last command, whatever has failed
             raise
     return code

@@ -7,7 +7,8 @@ subscriber blocks its publisher. In real time a slow subscriber loses the oldest
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
 LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
@@ -46,6 +47,34 @@ LATEST = QoSProfile(
 def data(lockstep: bool) -> QoSProfile:
     """The profile of the data topics: lossless in lockstep, the last 100 messages in real time."""
     return LOSSLESS if lockstep else STREAM
+
+
+PERIODS_OF_DEADLINE = 10
+LEASE = 1.0
+"""What the publishers of the loop offer in real time: a message in ten periods, and a sign of life every second."""
+
+
+def offered(lockstep: bool, rate_hz: float) -> QoSProfile:
+    """The profile of a publisher of the loop; in real time it offers a deadline and liveliness.
+
+    A subscriber may request them; the middleware then reports when they are missed. Those of this package request neither: they
+    would receive nothing from a publisher that offers none, and count the time themselves.
+
+    Args:
+        lockstep: Whether the node runs in lockstep, where nothing happens at a rate.
+        rate_hz: Rate of the messages.
+    """
+    if lockstep:
+        return LOSSLESS
+    return QoSProfile(
+        history=STREAM.history,
+        depth=STREAM.depth,
+        reliability=STREAM.reliability,
+        durability=STREAM.durability,
+        deadline=Duration(seconds=PERIODS_OF_DEADLINE / rate_hz),
+        liveliness=LivelinessPolicy.AUTOMATIC,
+        liveliness_lease_duration=Duration(seconds=LEASE),
+    )
 
 
 def compatible(offered: QoSProfile, requested: QoSProfile) -> bool:

@@ -16,6 +16,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
+from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
@@ -23,12 +24,15 @@ from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 UNUSED_INPUT_SEARCH = 0.5
 """Time between two searches for publishers of goals and paths that the mode does not use, s."""
 
+REORDERED = 5.0
+"""Goals stamped up to so long before the last one, s, are out of order; earlier ones are by another clock."""
+
 
 class ReferenceShipNode(VesselNode):
     """Publishes the reference trajectory: of a virtual ship, a course, goals, a path or a curve at constant speed.
 
     In lockstep it is one period ahead of the plant's clock, so that the controller does not wait for it. In real time it is
-    driven by a timer.
+    driven by a timer; after a stop of its process or a step of its clock it goes on where it was.
     """
 
     NAME = "reference_ship"
@@ -40,10 +44,11 @@ class ReferenceShipNode(VesselNode):
         self._grid = RateGrid(p.rate_hz)
         self._ship: Any = make_reference(p, self._grid.period)
         self._refused = self._goal = ""
+        self._goal_stamp: float | None = None
         self._index = 0
-        self._start = 0
-        profile = qos.data(p.lockstep)
-        self._reference_out = self.advertise(ReferenceState, "reference", profile, partner="cmd_wrench")
+        self._pace = Pace(self, self._grid)
+        profile, offered = qos.data(p.lockstep), qos.offered(p.lockstep, p.rate_hz)
+        self._reference_out = self.advertise(ReferenceState, "reference", offered, partner="cmd_wrench")
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
         self._reference, self._pose = self.framed(conversions.new_reference()), self.framed(conversions.new_pose())
         if p.lockstep:
@@ -64,8 +69,7 @@ class ReferenceShipNode(VesselNode):
     def on_connected(self) -> None:
         """Publish the first state; in real time, start the timer."""
         if not self.parameters.lockstep:
-            self._start = self.now()
-            self.create_timer(self._grid.period, self._on_timer)
+            self._pace.run(self._on_timer)
         self._unused = {"goal": (PoseStamped, "goal_pose"), "path": (Path, "path")}
         self._unused.pop(self.parameters.mode, None)
         self.create_timer(UNUSED_INPUT_SEARCH, self._find_unused_inputs, clock=self._wall)
@@ -76,10 +80,12 @@ class ReferenceShipNode(VesselNode):
             self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)  # one period ahead
 
     def _on_timer(self) -> None:
-        # A pause shifts the start, so that no periods are overdue after it.
-        if self._paused:
-            self._start = self.now() - self._grid.stamp(self._index)
-        self._advance_to(self._grid.index(self.now() - self._start))
+        if self._paused:  # a pause shifts the start, so that no periods are overdue after it
+            self._pace.hold(self._index)
+        due, moved = self._pace.due(self._index)
+        if moved:
+            self.get_logger().warning(f"{moved}: the reference goes on from where it is")
+        self._advance_to(due)
 
     def _advance_to(self, index: int) -> None:
         # Every period is computed and published, also after a delay: the controller needs the reference of each stamp.
@@ -89,7 +95,7 @@ class ReferenceShipNode(VesselNode):
             self._publish()
 
     def _publish(self) -> None:
-        self.stamp = self._start + self._grid.stamp(self._index)
+        self.stamp = self._pace.stamp(self._index)
         stamp = conversions.time_message(self.stamp)
         conversions.write_reference(self._reference, stamp, self._ship.state, self._ship.acceleration())
         self.send(self._reference_out, self._reference)
@@ -99,6 +105,7 @@ class ReferenceShipNode(VesselNode):
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
             x, y, psi, stamp = read_goal(message, self._reference.header.frame_id)
+            self._check_order(stamp)
             self._ship.set_goal(x, y, psi, stamp)
             # A stream of poses is one event, its first goal, and so is a goal that is published repeatedly.
             goal = f"x = {x:g}, y = {y:g}, heading = {psi:g}"
@@ -107,6 +114,17 @@ class ReferenceShipNode(VesselNode):
             self._goal = goal
 
         self._take(work)
+
+    def _check_order(self, stamp: float | None) -> None:
+        """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps.
+
+        Raises:
+            GoalError: it is before that of the last goal, which came out of order.
+        """
+        last = self._goal_stamp
+        if stamp is not None and last is not None and 0.0 < last - stamp <= REORDERED:
+            raise GoalError(f"goal of {stamp:.3f} s is not allowed after that of {last:.3f} s: goals are taken in order")
+        self._goal_stamp = stamp
 
     def _on_path(self, message: Path) -> None:
         def work() -> None:

@@ -1,7 +1,7 @@
-"""What a node reports about itself: its diagnostics every second, and an event for each thing that happens to it."""
+"""What a node reports about itself: its diagnostics, one status a concern, and an event for each thing that happens to it."""
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
@@ -9,12 +9,46 @@ from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 
 if TYPE_CHECKING:
     from rclpy.publisher import Publisher
+
+
+OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
+
+
+class Concern(NamedTuple):
+    """The state of one concern of a node, such as the age of its inputs: a status of /diagnostics.
+
+    Attributes:
+        name: What it concerns; empty for the node as a whole.
+        level: OK, WARN, ERROR, or STALE where its values are not updated.
+        message: The state in a few words.
+        values: Measured values by name.
+    """
+
+    name: str
+    level: bytes
+    message: str
+    values: dict[str, Any]
+
+
+def summarised(own: Concern, others: Sequence[Concern]) -> Concern:
+    """The status of a node as a whole: that of its own work or, where that is OK, of all concerns that are not.
+
+    Args:
+        own: Status of the node's own work.
+        others: Its further concerns; a STALE one counts as a warning.
+    """
+    raised = [concern for concern in others if concern.level != OK]
+    if own.level != OK or not raised:
+        return own
+    level = ERROR if any(concern.level == ERROR for concern in raised) else WARN
+    return own._replace(level=level, message="; ".join(f"{concern.name}: {concern.message}" for concern in raised))
 
 
 class Reporter:
@@ -30,18 +64,32 @@ class Reporter:
     def __init__(self, node: Node, stamp: Callable[[], int], parameters: type) -> None:
         self._node, self._stamp = node, stamp
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+        self._levels: list[bytes] = []
         self._events: Publisher | None = None
         if any(entry.tunable for entry in schema.entries(parameters).values()):
             self._events = node.create_publisher(Event, EVENTS, qos.EVENTS)
 
-    def diagnose(self, level: bytes, message: str, values: Mapping[str, Any]) -> None:
-        """Publish the node's status: level, message and values of /diagnostics."""
+    def diagnose(self, concerns: Sequence[Concern], only_changes: bool = False) -> None:
+        """Publish a status for each concern, the first of them that of the node as a whole.
+
+        Args:
+            concerns: The node's concerns.
+            only_changes: Publish only if the level of one of them has changed since the last call.
+        """
+        levels = [concern.level for concern in concerns]
+        if only_changes and levels == self._levels:
+            return
+        self._levels = levels
         array = DiagnosticArray()
         array.header.stamp = conversions.time_message(self._stamp())
-        pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-        name = self._node.get_fully_qualified_name().lstrip("/")
-        array.status = [DiagnosticStatus(level=level, name=name, message=message, hardware_id="", values=pairs)]
+        array.status = [self._status(concern) for concern in concerns]
         self._diagnostics.publish(array)
+
+    def _status(self, concern: Concern) -> DiagnosticStatus:
+        node = self._node.get_fully_qualified_name().lstrip("/")
+        name = f"{node}: {concern.name}" if concern.name else node
+        pairs = [KeyValue(key=key, value=str(value)) for key, value in concern.values.items()]
+        return DiagnosticStatus(level=concern.level, name=name, message=concern.message, hardware_id="", values=pairs)
 
     def event(self, kind: str, text: str) -> None:
         """Publish and log an event."""
@@ -62,12 +110,11 @@ class Reporter:
 
         Args:
             kind: Name of the service below the node's, and kind of the event.
-            work: What the service does.
+            work: What the service does. A RefusalError of it is the response's message: the request then has no effect.
         """
 
         def serve(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            response.success, response.message = True, work()
-            self.event(kind, response.message)
+            response.success, response.message = self._done(kind, work)
             return response
 
         self._node.create_service(Trigger, f"~/{kind}", serve)
@@ -82,8 +129,17 @@ class Reporter:
         """
 
         def serve(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-            response.success, response.message = True, work(request.data)
-            self.event(kind if request.data else opposite, response.message)
+            response.success, response.message = self._done(kind if request.data else opposite, lambda: work(request.data))
             return response
 
         self._node.create_service(SetBool, f"~/{kind}", serve)
+
+    def _done(self, kind: str, work: Callable[[], str]) -> tuple[bool, str]:
+        """Do what a service was called for: whether it was done, and the message about it."""
+        try:
+            text = work()
+        except RefusalError as error:
+            self._node.get_logger().warning(f"{kind} is refused: {error}")
+            return False, str(error)
+        self.event(kind, text)
+        return True, text

@@ -9,25 +9,28 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.control.allocation import Allocation
-from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
-from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
+from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
 CHECK_PERIOD = 0.05
 """Time between two checks for an overdue command, s."""
+
+LONGEST_STEP = 1_000_000_000
+"""Period of the slowest plant, ns: a stamp that is further ahead of the last one is not that of the next step."""
 
 
 class ThrusterAllocationNode(VesselNode):
     """Allocates the commanded wrench to the thrusters, and publishes a thrust and, where it turns, an angle for each.
 
     Every command is answered at once. A wrench that is out of reach is answered by the nearest one, moment before force, and the
-    diagnostics report it as saturated. In real time a command that is not finite is ignored, and all thrusts are zero when the
-    latest command is older than `command_timeout`.
+    diagnostics report it as saturated. In real time a command that is not fresh is refused, and all thrusts are zero when the
+    latest one is older than `command_timeout`, or where two nodes command.
     """
 
     NAME = "thruster_allocation"
@@ -39,16 +42,18 @@ class ThrusterAllocationNode(VesselNode):
         if not self._layout:
             raise ParameterError("thruster_allocation.vessel.thrusters.names = [''] is not allowed: name at least one thruster")
         self._allocation = Allocation(self._layout)
-        self._pending: list[tuple[int, tuple[float, float]]] = []
+        self._input = CommandInput(self, "cmd_wrench", self.parameters.command_timeout)
+        self._pending: list[tuple[int, Command | None]] = []
+        self._unanswered: Command | None = None
         self._speeds: list[float] = []
-        self._received_at: int | None = None
-        self._commands = self._saturated = self._ignored = self._timeouts = 0
+        self._speed = 0.0
+        self._commands = self._saturated = self._timeouts = 0
         self._is_saturated = False
-        self._problem = RecentProblem()
+        self._is_stopped = True
         self._create_topics(self.parameters.lockstep)
         self.reporter.offer("reset", self._reset)
         if not self.parameters.lockstep:
-            self.create_timer(CHECK_PERIOD, self._check_age)
+            self.create_timer(CHECK_PERIOD, self._check_age, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
         profile = qos.data(lockstep)
@@ -84,27 +89,40 @@ class ThrusterAllocationNode(VesselNode):
     # -- commands -----------------------------------------------------------------------------------------------------
 
     def _on_odometry(self, message: Odometry) -> None:
-        if not self.parameters.lockstep:
-            self._speeds.clear()
-        self._speeds.append(message.twist.twist.linear.x)
-        self._answer()
+        speed = message.twist.twist.linear.x
+        if self.parameters.lockstep:
+            self._speeds.append(speed)
+            self._answer()
+        elif math.isfinite(speed):
+            self._speed = speed
 
     def _on_command(self, message: WrenchStamped) -> None:
-        command = conversions.read_wrench(message)
-        if not (math.isfinite(command[0]) and math.isfinite(command[1])):
-            self._refuse(f"commanded wrench ({command[0]} N, {command[1]} N·m) is not allowed: both must be finite numbers")
-            return
-        self._received_at = self.now()
-        self._pending.append((conversions.nanoseconds(message.header.stamp), command))
+        stamp = conversions.nanoseconds(message.header.stamp)
+        if self.parameters.lockstep:
+            self._on_step(stamp, message)
+        elif self._input.take(message):
+            self._is_stopped = False
+            self._pending.append((stamp, conversions.read_wrench(message)))
         self._answer()
 
-    def _refuse(self, reason: str) -> None:
-        """Reject a command: in lockstep the run cannot continue without it, in real time the next one replaces it."""
-        if self.parameters.lockstep:
-            raise ControlError(reason)
-        self._ignored += 1
-        self._problem.report(WARN, f"{reason}; ignored")
-        self.get_logger().error(f"{reason}; ignored", throttle_duration_sec=1.0)
+    def _on_step(self, stamp: int, message: WrenchStamped) -> None:
+        """Lockstep: take a command; one with a later stamp than all before is the answer to the next step.
+
+        Raises:
+            SimulationError: there is none for the step, and the run cannot go on without it.
+        """
+        answers = self._is_stopped or self.stamp < stamp <= self.stamp + LONGEST_STEP
+        if answers:
+            self._is_stopped, self.stamp = False, stamp
+        if not is_nothing(message):
+            if self._input.take(message):
+                self._unanswered = conversions.read_wrench(message)
+        elif not self.parameters.ride_through:
+            remedy = "thruster_allocation.ride_through=true goes on without it"
+            raise SimulationError(f"no command came for t = {seconds(stamp):g} s: {remedy}")
+        if answers:
+            self._pending.append((stamp, self._unanswered))
+            self._unanswered = None
 
     def _answer(self) -> None:
         """Answer the pending commands; with rudders, in lockstep, once the odometry that they answer has come."""
@@ -115,12 +133,13 @@ class ThrusterAllocationNode(VesselNode):
             del self._pending[0]
             self._publish(stamp, command)
 
-    def _publish(self, stamp: int, command: tuple[float, float]) -> None:
-        speed = self._speeds[0] if self._speeds else 0.0
+    def _publish(self, stamp: int, command: Command | None) -> None:
         if self.parameters.lockstep:  # each message is answered by one command; late odometry does not have its stamp
-            del self._speeds[:1]
-        given = self._allocation.answer(stamp, command, speed if math.isfinite(speed) else 0.0)
-        self.stamp = stamp
+            self._speed = self._next_speed()
+        if command is None:
+            self._publish_nothing(stamp)
+            return
+        given = self._allocation.answer(stamp, command, self._speed)
         self._commands += 1
         self._saturated += given.saturated
         self._is_saturated = given.saturated
@@ -131,24 +150,37 @@ class ThrusterAllocationNode(VesselNode):
         for publisher, i, thruster in self._speeds_out:
             self.send(publisher, Float64(data=thruster.shaft_speed(given.thrust[i])))
 
+    def _next_speed(self) -> float:
+        speed = self._speeds.pop(0) if self._speeds else 0.0
+        return speed if math.isfinite(speed) else self._speed
+
+    def _publish_nothing(self, stamp: int) -> None:
+        """Lockstep: pass on that no command of a step has come; the thrust is zero once the last one does not hold any more."""
+        held = self._input.present() is not None
+        if not held:
+            self._allocation.stop()
+        for publisher, _, part in self._demands_out:
+            self.send(publisher, Float64(data=math.nan if held or part else 0.0))
+        self.send(self._wrench_out, nothing(stamp))
+
     def _check_age(self) -> None:
-        """Real time: set all thrusts to zero when the latest command is overdue; angles hold."""
-        now, limit = self.now(), self.parameters.command_timeout
-        if self._received_at is None or now - self._received_at <= limit * NANOSECONDS:
+        """Real time: set all thrusts to zero when no command holds any more; angles hold."""
+        if self._is_stopped or self._input.present() is not None:
             return
-        self._received_at = None
+        self._is_stopped = True
         self._timeouts += 1
         self._allocation.stop()
         for publisher, _, part in self._demands_out:
             if part == 0:
                 self.send(publisher, Float64(data=0.0))
-        self._problem.report(WARN, f"no command for {limit:g} s: the thrust is zero")
-        self.get_logger().warning(f"no command for {limit:g} s: the thrust is zero")
+        _, why = self._input.problem() or (WARN, f"no command for {self.parameters.command_timeout:g} s")
+        self.get_logger().warning(f"{why}: the thrust is zero")
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 
     def retune(self, parameters: AllocationParameters) -> None:
         """Take a changed time-out."""
+        self._input.retune(parameters.command_timeout)
 
     def _reset(self) -> str:
         self._allocation.reset()
@@ -160,16 +192,22 @@ class ThrusterAllocationNode(VesselNode):
             "commands": self._commands,
             "saturated": self._is_saturated,
             "saturated_commands": self._saturated,
-            "ignored_commands": self._ignored,
+            "ignored_commands": self._input.values()["refused"],
             "timeouts": self._timeouts,
         }
-        if self._problem.current:
-            return *self._problem.current, values
-        if self._received_at is None and self._timeouts and not self.parameters.lockstep:
-            return WARN, "no recent command: the thrust is zero", values
+        problem = self._input.problem()
+        if problem and (self._commands or problem[0] == ERROR):
+            level, text = problem
+            return level, f"{text}: the thrust is zero" if self._is_stopped else text, values
         if not self._commands:
             return OK, f"waiting for a command on {self.resolve_topic_name('cmd_wrench')}", values
         return OK, "saturated: the nearest wrench is given" if self._is_saturated else "running", values
+
+    def concerns(self) -> list[Concern]:
+        """The status, and that of the commands."""
+        own, *_ = super().concerns()
+        text = "fresh" if own.level == OK else own.message
+        return [own, Concern("command", own.level, text, self._input.values())]
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -154,12 +154,14 @@ def _apply(loop: ControlLoop, controller: ControllerParameters, events: Sequence
     # All changes of a request together, as in the node: a limit may depend on another parameter.
     if changes := {name.partition(".")[2]: value for name, value in changed_parameters(events).items()}:
         controller = schema.build(ControllerParameters, schema.flatten(controller) | changes, "controller")
-        loop.law.retune(getattr(controller, controller.law))
-    for kind in (event.kind for event in events):
-        if kind == "reset":
+        loop.retune(getattr(controller, controller.law))
+    commands = loop.supervision
+    acts = {"enable": commands.activate, "disable": commands.standby, "stop": commands.stop, "rearm": commands.rearm}
+    for event in events:
+        if event.kind == "reset":
             loop.forget()
-        elif kind in ("enable", "disable"):
-            loop.enabled = kind == "enable"
+        elif event.kind in acts:
+            acts[event.kind]()
     return controller
 
 

@@ -1,14 +1,20 @@
 """The control loop that the parameters of a controller describe; node, simulations and verification of bags run it."""
 
 import dataclasses
+import math
 from typing import Any
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.fallback import Fallback
 from vessel_hsmc_ros.control.pivot import Pivot, pivot_of
+from vessel_hsmc_ros.control.watch import Watch
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import Law
+from vessel_hsmc_ros.laws import LAWS, Law
 from vessel_hsmc_ros.laws.guided_parameters import by_hand_or_derived
+from vessel_hsmc_ros.safety.safe_action import Authority
+from vessel_hsmc_ros.safety.supervision import Supervision
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
 
@@ -22,14 +28,59 @@ def make_pivot(parameters: ControllerParameters) -> Pivot:
     return pivot_of(parameters.vessel, 1.0 / parameters.rate_hz)
 
 
-def make_control_loop(parameters: ControllerParameters, law: Law[Any] | None = None) -> ControlLoop:
-    """Make the control loop of a controller, with the law that its parameters select or with another one.
+def may_intervene(parameters: ControllerParameters) -> bool:
+    """Whether the supervision may change what the law of a lockstep run commands.
+
+    By default it does not: there a fault ends the run with an error, and what a law computes is the subject of study.
+    """
+    safety = parameters.safety
+    rates, limits = (safety.surge_force_rate, safety.yaw_moment_rate), (safety.surge_force_limit, safety.yaw_moment_limit)
+    return parameters.ride_through or any(map(math.isfinite, rates)) or any(limit >= 0.0 for limit in limits)
+
+
+def make_control_loop(
+    parameters: ControllerParameters, law: Law[Any] | None = None, supervised: bool | None = None
+) -> ControlLoop:
+    """Make the control loop of a controller.
+
+    Args:
+        parameters: Those of the controller.
+        law: A law in the place of the one that the parameters select.
+        supervised: Whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
 
     Raises:
         ParameterError: as `make_law`.
     """
-    law = law or make_law(parameters)
-    return ControlLoop(law, RateGrid(parameters.rate_hz), make_observer(parameters), make_pivot(parameters))
+    if supervised is None:
+        supervised = not parameters.lockstep or may_intervene(parameters)
+    law, vessel, safety = law or make_law(parameters), parameters.vessel, parameters.safety
+    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    inertia = vessel.surge_inertia, vessel.yaw_inertia
+    supervision = Supervision(safety, Authority(limits, inertia, supervised and law.keeps_limits))
+    return ControlLoop(
+        law,
+        RateGrid(parameters.rate_hz),
+        make_observer(parameters),
+        make_pivot(parameters),
+        supervision,
+        _make_fallback(parameters) if supervised else None,
+        Watch(safety.monitors, limits) if supervised else None,
+    )
+
+
+def _make_fallback(parameters: ControllerParameters) -> Fallback | None:
+    """The law of the safe action, with its own parameters.
+
+    Raises:
+        ParameterError: it is unknown or the law itself, or a gain is unstable at the controller's rate.
+    """
+    name = parameters.safety.fallback_law
+    if parameters.safety.action != "fallback":
+        return None
+    if name not in LAWS or name == parameters.law:
+        others = ", ".join(law for law in LAWS if law != parameters.law)
+        raise ParameterError(f"controller.safety.fallback_law = {name} is not allowed: it takes another law, one of {others}")
+    return Fallback(make_law(dataclasses.replace(parameters, law=name)))
 
 
 def values_in_use(scenario: Scenario, node: str) -> dict[str, schema.Value]:

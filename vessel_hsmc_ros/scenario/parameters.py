@@ -8,7 +8,7 @@ from functools import cache
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.hull import DrawnHull, Hull, NamedVessel
+from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.laws import (
@@ -26,31 +26,14 @@ from vessel_hsmc_ros.laws import (
     OpenLoopParameters,
     PdParameters,
 )
-from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
+from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters
+from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
+from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
+from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
+from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
+from vessel_hsmc_ros.scenario.watcher_parameters import RecorderParameters as RecorderParameters
 from vessel_sim_node.plant_parameters import PlantParameters
-
-
-def rate(description: str) -> float:
-    """Declare a rate with a default of 100 Hz."""
-    return parameter(100.0, description, unit="Hz", low=1.0, high=1000.0)
-
-
-@dataclass(frozen=True)
-class CommonParameters:
-    """Parameters of every node of the closed loop."""
-
-    lockstep: bool = parameter(
-        False,
-        "Lockstep: one step at a time with the plant, as fast as the machine allows; false runs in real time on the node's"
-        " clock. A scenario that leaves it out runs in lockstep.",
-    )
-    recorded: bool = parameter(
-        False, "A recorder takes part: wait with publishing until it and the readers of every topic are connected."
-    )
-    frame_prefix: str = parameter(
-        "", "Prefix of the frames odom and base_link, such as alpha/, so that several vessels have frames of their own."
-    )
 
 
 @dataclass(frozen=True)
@@ -69,6 +52,7 @@ class SimParameters(PlantParameters, CommonParameters):
         low=0.01,
         high=60.0,
     )
+    freshness: FreshnessParameters = group(FreshnessParameters)
 
 
 @dataclass(frozen=True)
@@ -91,8 +75,12 @@ class ControllerParameters(CommonParameters):
     law: str = choice_of_law(tuple(LAWS.built_in))
     rate_hz: float = rate("Rate of the control law.")
     input_timeout: float = parameter(
-        0.5, "In real time, the age of odometry or reference from which on the wrench is zero.", unit="s", low=0.01, high=60.0
+        0.5, "In real time, the age of odometry or reference from which on the safe action begins.", unit="s", low=0.01, high=60.0
     )
+    start_enabled: bool = parameter(
+        True, "In real time, activate as soon as the node is ready; false waits in standby for ~/enable. Lockstep always starts."
+    )
+    safety: SafetyParameters = group(SafetyParameters)
     vessel: KnownVessel = group(KnownVessel)
     observer: ObserverParameters = group(ObserverParameters)
     hierarchical: HierarchicalParameters = group(HierarchicalParameters)
@@ -147,50 +135,8 @@ class AllocationParameters(CommonParameters):
         high=60.0,
         tunable=True,
     )
+    freshness: FreshnessParameters = group(FreshnessParameters)
     vessel: FittedThrusters = group(FittedThrusters)
-
-
-@dataclass(frozen=True)
-class RecorderParameters(CommonParameters):
-    """Parameters of recorder; in lockstep messages are stamped with simulated time, else with their time of receipt."""
-
-    directory: str = parameter("bag", "The bag's folder, which must not exist yet.")
-    topics: tuple[str, ...] = parameter(tuple(RECORDED_TOPICS), "Topics to record, relative to the recorder's namespace.")
-    all_topics: bool = parameter(False, "Record all topics.")
-    regex: str = parameter("", "Also record the topics whose full names match this regular expression.")
-    exclude: str = parameter("", "Do not record topics that match this regular expression, unless they are listed by name.")
-    compression: str = parameter("zstd", "Compression of the bag's chunks.", choices=("none", "lz4", "zstd"))
-    split_size: int = parameter(0, "Size at which to start a new file; 0 means a single file.", unit="B", low=0, high=2**62)
-    split_duration: float = parameter(
-        0.0, "Duration after which to start a new file; 0 means a single file.", unit="s", low=0.0, high=1e9
-    )
-    scenario: str = parameter("", "Name of the recorded scenario.")
-    scenario_file: str = parameter("", "ROS parameters file to store in the bag, so that the run can be repeated.")
-    law_source: str = parameter("", "Where the code of the law comes from, for the notes of the bag; it is never imported.")
-
-
-@dataclass(frozen=True)
-class LiveParameters(CommonParameters):
-    """Parameters of live."""
-
-    host: str = parameter("127.0.0.1", "Address on which the live view listens; 0.0.0.0 admits other machines.")
-    port: int = parameter(8765, "Port of the live view; 0 means any free port.", low=0, high=65535)
-    topics: tuple[str, ...] = parameter(tuple(WATCHED_TOPICS), "Topics of the live view, relative to its namespace.")
-
-
-@dataclass(frozen=True)
-class MarkerParameters(CommonParameters):
-    """Parameters of markers."""
-
-    rate_hz: float = parameter(10.0, "Rate of the markers.", unit="Hz", low=0.1, high=100.0)
-    path_rate_hz: float = parameter(1.0, "Rate of the paths.", unit="Hz", low=0.1, high=100.0)
-    path_poses: int = parameter(4000, "Number of poses of a path; older ones are dropped.", low=2, high=100_000)
-    vessel: Hull = group(Hull)
-    hull: DrawnHull = group(DrawnHull)
-
-
-WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters}
-"""Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
 
 class Declarations(UserDict[str, type]):

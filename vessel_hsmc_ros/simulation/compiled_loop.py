@@ -12,6 +12,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, advance, desired_motion, received, unobserved
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
@@ -41,6 +42,7 @@ def make_loop(
         brief: Array for what a compiled run that is only to be evaluated keeps, (BRIEF, samples).
     """
     law = law or make_law(scenario.controller)
+    interpreted = interpreted or may_intervene(scenario.controller)  # the compiled loop has no supervision
     if not interpreted and isinstance(law, KernelLaw) and is_compilable(type(law)) and available():
         try:
             return CompiledLoop(scenario, samples, law, brief)

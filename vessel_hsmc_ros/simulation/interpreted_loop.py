@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleratio
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
-from vessel_hsmc_ros.scenario.control import make_control_loop
+from vessel_hsmc_ros.scenario.control import make_control_loop, may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Evaluated, Loop
 from vessel_sim_node.plant import Wrench, acceleration
@@ -71,7 +71,7 @@ class InterpretedLoop(Loop):
         self._vessel = sim.vessel.coefficients()
         grid = RateGrid(scenario.reference_ship.rate_hz)
         self._desired = Desired(make_reference(scenario.reference_ship, grid.period), grid)
-        self._loop = make_control_loop(controller, law)
+        self._loop = make_control_loop(controller, law, may_intervene(controller))
         self._terms: list[tuple[int, Terms]] = []
         self._estimates: list[Motion] = []
 

@@ -117,15 +117,13 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         ControlError: the law is not defined for a recorded input.
     """
     law = loop.law
-    if (
-        interpreted
-        or not loop.enabled
-        or len(span) < FEW
-        or not isinstance(law, KernelLaw)
-        or not is_compilable(type(law))
-        or not available()
-    ):
+    few = interpreted or len(span) < FEW
+    if few or not isinstance(law, KernelLaw) or not is_compilable(type(law)) or not available():
         _serve_interpreted(loop, recorded, span)
+        return
+    # What a person has commanded, and the handover after it, are not compiled.
+    span = _serve_interpreted(loop, recorded, span, until_law=True)
+    if not span:
         return
     observer = loop.observer or idle
     kernels = {"law_step": law_call(type(law))} | ({} if loop.observer else {"observe": unobserved})
@@ -141,10 +139,14 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         raise cause(law, at, age)
 
 
-def _serve_interpreted(loop: ControlLoop, recorded: Recorded, span: range) -> None:
+def _serve_interpreted(loop: ControlLoop, recorded: Recorded, span: range, until_law: bool = False) -> range:
+    """Answer the rows of a span, or those up to where the law commands by itself; returns the others."""
     for k in span:
+        if until_law and loop.follows_law:
+            return range(k, span.stop)
         if recorded.due[k]:
             motion, rate, age = as_motion(recorded.motion[k]), as_acceleration(recorded.acceleration[k]), float(recorded.age[k])
             desired = extrapolate(as_motion(recorded.desired[k]), rate, -age)
             loop.step(int(recorded.stamp[k]), motion, desired, rate, int(recorded.measured_at[k]), age)
         recorded.wrench[k] = loop.wrench
+    return range(span.stop, span.stop)

@@ -1,0 +1,56 @@
+"""Diagnostics: one status for the node as a whole, one for each of its concerns, at once where a level changes."""
+
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern, summarised
+
+OWN = Concern("", OK, "running", {"steps": 3})
+
+
+@pytest.mark.parametrize(
+    ("levels", "overall", "message"),
+    [
+        ((OK, OK), OK, "running"),
+        ((OK, WARN), WARN, "input age: text 1"),
+        ((WARN, ERROR), ERROR, "period: text 0; input age: text 1"),
+        ((STALE, OK), WARN, "period: text 0"),
+    ],
+)
+def test_a_node_is_as_bad_as_its_worst_concern_and_names_it(levels: tuple[bytes, bytes], overall: bytes, message: str) -> None:
+    names = ("period", "input age")
+    others = [Concern(name, level, f"text {i}", {}) for i, (name, level) in enumerate(zip(names, levels, strict=True))]
+    assert summarised(OWN, others) == Concern("", overall, message, {"steps": 3})
+
+
+def test_a_problem_of_the_nodes_own_work_is_not_hidden_by_a_concern() -> None:
+    own = Concern("", WARN, "waiting", {})
+    assert summarised(own, [Concern("period", ERROR, "late", {})]) == own
+
+
+class TwoConcerns(ReferenceShipNode):
+    """A node with a concern whose level a test sets."""
+
+    level = OK
+
+    def concerns(self) -> list[Concern]:
+        return [*super().concerns(), Concern("pace", self.level, "as set", {"late": 2})]
+
+
+def test_a_change_of_level_is_published_at_once_and_named_after_node_and_concern(bench: Any) -> None:
+    arrays = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    node = bench.start(TwoConcerns, lockstep=False)
+    bench.until(lambda: node.connected and arrays and len(arrays[-1].status) > 1)
+    node.level = WARN
+    node.publish_diagnostics(only_changes=True)
+    count = len(arrays)
+    node.publish_diagnostics(only_changes=True)  # nothing has changed since
+    whole, concern = bench.until(lambda: arrays[-1].status[0].level == WARN and arrays[-1].status)
+    assert len(arrays) <= count + 1
+    assert (whole.name, whole.message) == ("reference_ship", "pace: as set")
+    assert (concern.name, concern.level, concern.message) == ("reference_ship: pace", WARN, "as set")
+    assert [(pair.key, pair.value) for pair in concern.values] == [("late", "2")]

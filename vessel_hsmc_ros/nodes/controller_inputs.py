@@ -1,0 +1,149 @@
+"""The inputs of the control law, checked and aligned in time, and the law's step on the latest of them."""
+
+from typing import NamedTuple
+
+from nav_msgs.msg import Odometry
+from vessel_hsmc_msgs.msg import ReferenceState
+
+from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.core.exceptions import ControlError, LawError
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
+from vessel_hsmc_ros.safety.freshness import Sample
+from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
+from vessel_hsmc_ros.safety.reasons import Reason
+
+POSITION_VARIANCES = (0, 7, 14)
+"""The diagonal of the position in the covariance of a pose."""
+
+
+class Measured(NamedTuple):
+    """An odometry message."""
+
+    sample: Sample
+    motion: Motion
+
+    @property
+    def wrong(self) -> str:
+        """Which of its numbers are not finite; empty if all are."""
+        found = conversions.not_finite(self.motion)
+        return f"odometry with {found} is not allowed: all of it must be finite numbers" if found else ""
+
+
+class Desired(NamedTuple):
+    """A reference message."""
+
+    sample: Sample
+    motion: Motion
+    acceleration: Acceleration
+
+    @property
+    def wrong(self) -> str:
+        """Which of its numbers are not finite; empty if all are."""
+        found = conversions.not_finite(self.motion, self.acceleration)
+        return f"reference with {found} is not allowed: all of it must be finite numbers" if found else ""
+
+
+def read_odometry(message: Odometry) -> Measured:
+    """The motion in an odometry message, and what its checks take."""
+    motion, header, covariance = conversions.read_odometry(message), message.header, message.pose.covariance
+    variance = max(float(covariance[i]) for i in POSITION_VARIANCES)
+    stamp = conversions.nanoseconds(header.stamp)
+    return Measured(Sample(stamp, header.frame_id, message.child_frame_id, motion, variance), motion)
+
+
+def read_reference(message: ReferenceState) -> Desired:
+    """The motion in a reference message, and what its checks take."""
+    motion, acceleration = conversions.read_reference(message)
+    stamp = conversions.nanoseconds(message.header.stamp)
+    return Desired(Sample(stamp, message.header.frame_id, "", (*motion, *acceleration)), motion, acceleration)
+
+
+class ControllerInputs:
+    """The latest odometry and reference that count.
+
+    Args:
+        node: The controller.
+        loop: Its control loop.
+
+    Attributes:
+        monitor: What checks and reports the inputs.
+    """
+
+    def __init__(self, node: VesselNode, loop: ControlLoop) -> None:
+        p = node.parameters
+        world, body = (p.frame_prefix + frame for frame in (conversions.WORLD, conversions.BODY))
+        expected = {"odometry": Expected("odom", world, body), "reference": Expected("reference", world)}
+        self.monitor = InputMonitor(node, expected, p.input_timeout, p.safety.freshness)
+        self._node, self._loop = node, loop
+        self._jumps = Jumps(p.safety, p.vessel.length)
+        self._measured: tuple[int, Motion] | None = None
+        self._desired: Desired | None = None
+
+    def reset(self) -> None:
+        """Forget the inputs, as after the clock was set back."""
+        self.monitor.reset()
+        self._jumps.reset()
+        self._measured = self._desired = None
+
+    def take_odometry(self, measured: Measured, now: int, received: int) -> bool:
+        """Take odometry if it counts and its motion is that of a ship; returns whether it counts.
+
+        Args:
+            measured: The message.
+            now: ROS time, ns.
+            received: Time of its receipt, ns.
+        """
+        if self.monitor.take("odometry", measured.sample, now, received, measured.wrong):
+            return False
+        verdict = self._jumps.check(measured.sample.stamp, measured.motion)
+        if verdict is Verdict.HOLD:
+            self.monitor.report("odometry has jumped as no ship moves: it is held out until it persists")
+            return True
+        if verdict is Verdict.RELOCALISED:
+            self._node.get_logger().warning("odometry is taken from its new place: the jump has persisted")
+            self._loop.supervision.handover()
+        self._measured = measured.sample.stamp, measured.motion
+        return True
+
+    def take_reference(self, desired: Desired, now: int, received: int) -> None:
+        """Take a reference if it counts; the arguments are those of `take_odometry`."""
+        if not self.monitor.take("reference", desired.sample, now, received, desired.wrong):
+            self._desired = desired
+
+    def serve(self, now: int, received_now: int, elapsed: int, reason: Reason = Reason.NONE) -> Terms | None:
+        """Serve a control period: run the law on the latest odometry and the reference of its time, or else the safe action.
+
+        Args:
+            now: ROS time, ns.
+            received_now: Present time on the clock of receipts, ns.
+            elapsed: Time of the step as the control loop counts it, ns.
+            reason: Why the law must not command; NONE if it may.
+
+        Returns:
+            The terms of the law; None if it has not run.
+
+        Raises:
+            LawError: the code of the law failed.
+        """
+        missing = self.monitor.overdue(now, received_now)
+        if missing or self._measured is None or self._desired is None:
+            name, why = missing or ("odometry", Reason.NOT_RECEIVED)
+            self.monitor.report_overdue(name, why, now)
+            self._loop.skip(elapsed, reason or why)
+            return None
+        (stamp, state), desired = self._measured, self._desired
+        reference = extrapolate(desired.motion, desired.acceleration, seconds(stamp - desired.sample.stamp))
+        late = now - stamp  # less than a control period is sampling, not a delay
+        age = seconds(late) if late >= self._loop.grid.stamp(1) else 0.0
+        try:
+            return self._loop.step(elapsed, state, reference, desired.acceleration, stamp, age, reason)
+        except LawError:  # an error in its code, after which its internal state cannot be trusted
+            raise
+        except ControlError as error:
+            self.monitor.report(f"{error}; the safe action is commanded")
+            return None

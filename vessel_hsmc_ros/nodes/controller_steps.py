@@ -1,0 +1,159 @@
+"""The controller in lockstep: each step of the plant is answered by a command with its stamp."""
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.kinematics import extrapolate
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured
+from vessel_hsmc_ros.nodes.step_clock import StepClock, StepQueue
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.nodes.controller import ControllerNode
+
+REFERENCES_KEPT = 2000
+"""Limit of the references that wait, in lockstep, for the odometry of their stamp; a reference ship is far less ahead."""
+
+
+class Timing(Protocol):
+    """When the law runs, and on which inputs."""
+
+    def start(self) -> None:
+        """Begin, once the node is connected."""
+
+    def take_odometry(self, measured: Measured) -> None:
+        """Take an odometry message."""
+
+    def take_reference(self, desired: Desired) -> None:
+        """Take a reference message."""
+
+    @property
+    def waiting(self) -> int:
+        """Number of references that wait for odometry of their stamp."""
+
+    @property
+    def pending(self) -> int | None:
+        """Stamp of odometry that waits for the reference of its stamp, ns."""
+
+
+class Lockstep:
+    """Runs the law on odometry and reference of one stamp; an input that is refused ends the run.
+
+    The law runs at the start of each control period, and its wrench is held (zero-order hold) for the odometry in between.
+
+    Args:
+        node: The controller.
+    """
+
+    def __init__(self, node: "ControllerNode") -> None:
+        self._node = node
+        self._odometry: Measured | None = None
+        self._references: dict[int, Desired] = {}
+        self._steps = StepClock(node, self.start)
+
+    @property
+    def waiting(self) -> int:
+        """Number of references that wait for odometry of their stamp."""
+        return len(self._references)
+
+    @property
+    def pending(self) -> int | None:
+        """Stamp of odometry that waits for the reference of its stamp, ns."""
+        return self._odometry.sample.stamp if self._odometry else None
+
+    def take_odometry(self, measured: Measured) -> None:
+        """Answer odometry as soon as the inputs of the law are complete."""
+        self._check(measured)
+        self._odometry = measured
+        self._node.inputs.monitor.receive("odometry", measured.sample.stamp)
+        self.start()
+
+    def take_reference(self, desired: Desired) -> None:
+        """Keep a reference for the odometry of its stamp."""
+        self._check(desired)
+        if len(self._references) >= REFERENCES_KEPT:  # of stamps that no odometry has: the oldest will not be needed
+            del self._references[next(iter(self._references))]
+        self._references[desired.sample.stamp] = desired
+        self._node.inputs.monitor.receive("reference", desired.sample.stamp)
+        self.start()
+
+    def _check(self, message: Measured | Desired) -> None:
+        if wrong := message.wrong:
+            raise ControlError(wrong)
+
+    def start(self) -> None:
+        """Publish the command for the pending odometry, unless an input is still missing."""
+        node, loop = self._node, self._node.loop
+        if self._odometry is None or not node.connected:
+            return
+        measured_at = self._odometry.sample.stamp
+        if (stamp := self._steps.step_of(measured_at, node.stamp)) is None:
+            return
+        if not loop.due(stamp):
+            self._odometry = None
+            node.publish_command(stamp)
+            return
+        if stamp not in self._references:  # odometry and reference may arrive in either order
+            return
+        measured, (_, reference, acceleration) = self._odometry, self._references[stamp]
+        age = seconds(stamp - measured_at)
+        with node.timed():
+            desired = extrapolate(reference, acceleration, -age)
+            terms = loop.step(stamp, measured.motion, desired, acceleration, measured_at, age)
+        self._references = {t: r for t, r in self._references.items() if t > stamp}
+        self._odometry = None  # each odometry message is answered once, whatever references follow
+        node.publish_period(stamp, terms)
+
+
+class RideThrough:
+    """Lockstep in which an input that is refused or missing is bridged as in real time, by the age of its stamp.
+
+    The step is that of /clock. A message without a frame announces that there is nothing of the step of its stamp.
+
+    Args:
+        node: The controller.
+    """
+
+    waiting = 0
+
+    def __init__(self, node: "ControllerNode") -> None:
+        self._node = node
+        self._odometry, self._references = StepQueue(), StepQueue()
+        self._steps = StepClock(node, self.start)
+
+    @property
+    def pending(self) -> int | None:
+        """None: a step that waits is announced by the plant."""
+        return None
+
+    def take_odometry(self, measured: Measured) -> None:
+        """Queue odometry for its step."""
+        self._queue(self._odometry, measured)
+
+    def take_reference(self, desired: Desired) -> None:
+        """Queue a reference for its step."""
+        self._queue(self._references, desired)
+
+    def _queue(self, queue: StepQueue, message: Any) -> None:
+        queue.append(message.sample.stamp, message if message.sample.frame else None)
+        self.start()
+
+    def start(self) -> None:
+        """Publish the command of the present step, once it is complete."""
+        node, loop, inputs = self._node, self._node.loop, self._node.inputs
+        step = self._steps.next_after(node.stamp) if node.connected else None
+        if step is None or not self._odometry.complete(step):
+            return
+        due = loop.due(step)
+        if due and not self._references.complete(step):
+            return
+        for queued in self._odometry.take(step):
+            inputs.take_odometry(queued.message, step, step)
+        if not due:
+            node.publish_command(step)
+            return
+        for queued in self._references.take(step):
+            inputs.take_reference(queued.message, step, step)
+        with node.timed():
+            terms = inputs.serve(step, step, step)
+        node.publish_period(step, terms)

@@ -1,0 +1,144 @@
+"""A managed (lifecycle) node, whose output a person activates, deactivates and stops.
+
+`...` stands for `ros2 lifecycle set NODE`.
+
+| request | lifecycle | effect |
+|---|---|---|
+| `~/enable` true, `... activate` | inactive -> active | the node commands; refused with a reason unless it is ready |
+| `~/enable` false, `... deactivate` | active -> inactive | standby: the node computes and commands nothing |
+| `~/stop` | active -> inactive | zero at once, latched until `~/rearm`, which leads to standby |
+| `... cleanup` | inactive -> unconfigured | the node computes nothing either; `configure` leads back to standby |
+| `... shutdown` | any -> finalized | as unconfigured, for good |
+"""
+
+from abc import abstractmethod
+from typing import Any
+
+from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
+from std_srvs.srv import SetBool
+
+from vessel_hsmc_ros.core.exceptions import RefusalError
+from vessel_hsmc_ros.nodes.base import VesselNode
+
+STANDBY = "disabled: in standby, nothing is commanded"
+
+DONE, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+class ManagedNode(LifecycleNodeMixin, VesselNode):
+    """Base of a node that commands actuators.
+
+    It configures itself when its subclass calls `manage`, so that a node that is started by hand works without a lifecycle
+    manager.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        VesselNode.__init__(self, **options)
+        self._refusal = ""
+        self._quiet = False
+
+    def manage(self) -> None:
+        """Offer the transitions and services; the node is then inactive."""
+        LifecycleNodeMixin.__init__(self)
+        self.trigger_configure()
+        self.create_service(SetBool, "~/enable", self._serve_enable)
+        self.reporter.offer("stop", self._stop)
+        self.reporter.offer("rearm", self._rearm)
+
+    # -- for subclasses -----------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Begin to command.
+
+        Raises:
+            RefusalError: the node is not ready; with the reason.
+        """
+
+    @abstractmethod
+    def pause(self) -> None:
+        """Go to standby, also from a state in which nothing was commanded."""
+
+    @abstractmethod
+    def halt(self) -> None:
+        """Command zero at once, and latch."""
+
+    @abstractmethod
+    def rearm(self) -> None:
+        """Unlatch.
+
+        Raises:
+            RefusalError: the node is not stopped.
+        """
+
+    @property
+    def lifecycle(self) -> str:
+        """Label of the present lifecycle state: unconfigured, inactive, active or finalized."""
+        return str(self._state_machine.current_state[1])
+
+    # -- services -----------------------------------------------------------------------------------------------------
+
+    def _serve_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        response.success = self.activate() if request.data else self._deactivate()
+        response.message = ("enabled" if request.data else STANDBY) if response.success else f"not enabled: {self._refusal}"
+        return response
+
+    def activate(self) -> bool:
+        """Request to command; returns whether the node does."""
+        if self.lifecycle == "inactive":
+            self.trigger_activate()
+        elif self.lifecycle != "active":
+            self._refusal = f"the node is {self.lifecycle}: it takes a transition to inactive first"
+        return self.lifecycle == "active"
+
+    def activate_quietly(self) -> bool:
+        """Begin to command without a request, and so without an event."""
+        self._quiet = True
+        try:
+            return self.activate()
+        finally:
+            self._quiet = False
+
+    def _deactivate(self) -> bool:
+        if self.lifecycle == "active":
+            self.trigger_deactivate()
+        else:
+            self.reporter.event("disable", STANDBY)
+        return True
+
+    def _stop(self) -> str:
+        self.halt()
+        if self.lifecycle == "active":
+            self.trigger_deactivate()  # the stop stays latched
+        return "stopped: the wrench is zero until ~/rearm"
+
+    def _rearm(self) -> str:
+        self.rearm()
+        return "rearmed: in standby until ~/enable"
+
+    # -- transitions --------------------------------------------------------------------------------------------------
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin to command, unless the node is not ready."""
+        del state
+        try:
+            self.begin()
+        except RefusalError as error:
+            self._refusal = str(error)
+            self.get_logger().warning(f"not activated: {error}", throttle_duration_sec=1.0)
+            return REFUSED
+        self._refusal = ""
+        if not self._quiet:
+            self.reporter.event("enable", "enabled")
+        return DONE
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Go to standby; a stop stays latched."""
+        del state
+        self.pause()
+        self.reporter.event("disable", STANDBY)
+        return DONE
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Command nothing any more."""
+        return self.on_deactivate(state)

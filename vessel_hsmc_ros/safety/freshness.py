@@ -1,0 +1,111 @@
+"""Which samples of an input count, and when the last one has become too old.
+
+A sample counts if it was received within T and is stamped within [now - T, now + T_future], later than the last one taken, in its
+frame, finite, and with a covariance below its bound. Times are integers in nanoseconds, so that the limits are exact.
+"""
+
+import math
+from collections import Counter
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.safety.parameters import FreshnessParameters
+from vessel_hsmc_ros.safety.reasons import Reason
+
+
+class Sample(NamedTuple):
+    """What the checks take of a message.
+
+    Attributes:
+        stamp: ns.
+        frame, child_frame: Of the message; empty where it has none.
+        values: All of its numbers.
+        covariance: The largest variance of the position, m².
+    """
+
+    stamp: int
+    frame: str
+    child_frame: str
+    values: tuple[float, ...]
+    covariance: float = 0.0
+
+
+class Freshness:
+    """The freshness of one input.
+
+    Args:
+        timeout: T, s.
+        parameters: The other bounds.
+        frame, child_frame: Those that the input must have; empty for any.
+
+    Attributes:
+        refused: Number of refused samples by reason.
+        last: Stamp of the last sample taken, ns; None before the first.
+    """
+
+    def __init__(self, timeout: float, parameters: FreshnessParameters, frame: str = "", child_frame: str = "") -> None:
+        self.parameters = parameters
+        self.timeout = round(timeout * NANOSECONDS)
+        self._tolerance = round(parameters.future_tolerance * NANOSECONDS)
+        self._frames = (frame, child_frame)
+        self.refused: Counter[Reason] = Counter()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last sample, as after the clock was set back; the counts go on."""
+        self.last: int | None = None
+        self._received = 0
+
+    def accept(self, sample: Sample, now: int, received: int) -> Reason:
+        """Take a sample, or refuse and count it.
+
+        Args:
+            sample: The sample.
+            now: ROS time, ns.
+            received: Time of its receipt, ns, on the clock of `overdue`.
+
+        Returns:
+            NONE if it is taken, else why it is refused.
+        """
+        reason = self._check(sample, now)
+        if reason:
+            self.refused[reason] += 1
+        else:
+            self.last, self._received = sample.stamp, received
+        return reason
+
+    def overdue(self, now: int, received_now: int) -> Reason:
+        """Whether the last sample taken still counts.
+
+        Args:
+            now: ROS time, ns.
+            received_now: The present time on the clock of its receipt, ns.
+
+        Returns:
+            NONE, NOT_RECEIVED, OVERDUE, STAMP_OLD or STAMP_FUTURE.
+        """
+        if self.last is None:
+            return Reason.NOT_RECEIVED
+        if received_now - self._received > self.timeout:
+            return Reason.OVERDUE
+        return self._check_stamp(self.last, now)
+
+    def _check(self, sample: Sample, now: int) -> Reason:
+        if self.parameters.frames_checked and not self._has_frames(sample):
+            return Reason.WRONG_FRAME
+        if not all(map(math.isfinite, sample.values)):
+            return Reason.NOT_FINITE
+        if not sample.covariance <= self.parameters.covariance_limit:
+            return Reason.UNCERTAIN
+        if self.last is not None and sample.stamp <= self.last:
+            return Reason.DUPLICATE if sample.stamp == self.last else Reason.OUT_OF_ORDER
+        return self._check_stamp(sample.stamp, now)
+
+    def _check_stamp(self, stamp: int, now: int) -> Reason:
+        if stamp < now - self.timeout:
+            return Reason.STAMP_OLD
+        return Reason.STAMP_FUTURE if stamp > now + self._tolerance else Reason.NONE
+
+    def _has_frames(self, sample: Sample) -> bool:
+        pairs = zip((sample.frame, sample.child_frame), self._frames, strict=True)
+        return all(required in ("", frame) for frame, required in pairs)

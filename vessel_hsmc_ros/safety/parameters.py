@@ -1,0 +1,114 @@
+"""The parameters of freshness, plausibility, monitors and safe action."""
+
+import math
+from dataclasses import dataclass
+
+from vessel_hsmc_ros.core.schema import group, parameter
+
+ACTIONS = ("zero", "ramp", "hold", "brake", "fallback")
+
+
+@dataclass(frozen=True)
+class FreshnessParameters:
+    """Which samples of an input count, beside those that are older than its time-out."""
+
+    future_tolerance: float = parameter(
+        0.1, "Time by which a stamp may be ahead of the node's clock.", unit="s", low=0.0, high=60.0
+    )
+    frames_checked: bool = parameter(True, "Refuse messages whose frames are not those of the node, frame_prefix included.")
+    covariance_limit: float = parameter(
+        math.inf,
+        "Largest variance of a position, the diagonal of the pose's covariance; inf: no bound.",
+        unit="m²",
+        low=0.0,
+        high=math.inf,
+    )
+
+
+def own_rate(what: str, unit: str) -> float:
+    """Declare the largest rate of change of a law's own commands, without a bound by default."""
+    return parameter(
+        math.inf,
+        f"Largest rate of change of the law's {what}; a faster one is a violation, with the safe action; inf: no bound.",
+        unit=unit,
+        low=1e-6,
+        high=math.inf,
+    )
+
+
+def bound(what: str, unit: str) -> float:
+    """Declare the bound of the guard, by default that of the vessel."""
+    return parameter(
+        -1.0,
+        f"Largest {what} that leaves the node; -1: that of controller.vessel for a law that keeps to it, else none; inf: none.",
+        unit=unit,
+        low=-1.0,
+        high=math.inf,
+    )
+
+
+def delay(description: str, default: float) -> float:
+    """Declare the time after which a monitor acts; infinite: never."""
+    return parameter(default, description, unit="s", low=0.1, high=math.inf)
+
+
+@dataclass(frozen=True)
+class MonitorParameters:
+    """When the monitors warn, and when the safe action begins."""
+
+    driven_share: float = parameter(
+        0.9, "Share of its limit from which on a force or moment has to move the ship.", low=0.01, high=1.0
+    )
+    moving_speed: float = parameter(
+        0.05, "Surge speed below which a driven ship counts as not moving.", unit="m/s", low=0.0, high=100.0
+    )
+    moving_yaw_rate: float = parameter(
+        0.002, "Yaw rate below which a driven ship counts as not turning.", unit="rad/s", low=0.0, high=10.0
+    )
+    not_moving_warning: float = delay("Time for which the ship is driven and does not move before a warning.", 10.0)
+    not_moving_safe: float = delay("The same before the safe action; inf: never.", 30.0)
+    saturation_warning: float = delay("Time at one and the same limit before a warning.", 120.0)
+    saturation_safe: float = delay("The same before the safe action; inf: never.", math.inf)
+    innovation_limit: float = parameter(
+        20.0, "Innovation of the observer that contradicts its estimate, in standard deviations.", low=1.0, high=1e6
+    )
+    innovation_warning: float = delay("Time for which measurements contradict the estimate before a warning.", 2.0)
+    innovation_safe: float = delay("The same before the safe action; inf: never.", 10.0)
+
+
+@dataclass(frozen=True)
+class SafetyParameters:
+    """What the controller checks, and what it commands when a check fails."""
+
+    freshness: FreshnessParameters = group(FreshnessParameters)
+    monitors: MonitorParameters = group(MonitorParameters)
+    action: str = parameter(
+        "ramp",
+        "Safe action: zero at once, ramp to zero, hold and then ramp, brake against the measured motion, or the wrench of"
+        " fallback_law while its inputs are good.",
+        choices=ACTIONS,
+    )
+    hold_time: float = parameter(2.0, "With hold, the time before the ramp.", unit="s", low=0.0, high=600.0)
+    ramp_time: float = parameter(
+        5.0,
+        "Time from the limits of controller.vessel to zero: the rate of every change of command that is not the law's own.",
+        unit="s",
+        low=0.1,
+        high=600.0,
+    )
+    fallback_law: str = parameter("los_pid", "With fallback, the law that steers while the chosen one has no valid command.")
+    fresh_samples: int = parameter(3, "Good control periods before the law commands again.", low=1, high=10_000)
+    jump_samples: int = parameter(
+        5, "Samples after a jump that must agree with each other to be taken as a re-localisation.", low=1, high=10_000
+    )
+    jump_speed: float = parameter(
+        -1.0,
+        "Speed that no ship of this kind has; -1: three times sqrt(g·length), a Froude number of 3; inf: no check.",
+        unit="m/s",
+        low=-1.0,
+        high=math.inf,
+    )
+    surge_force_limit: float = bound("surge force", "N")
+    yaw_moment_limit: float = bound("yaw moment", "N·m")
+    surge_force_rate: float = own_rate("surge force", "N/s")
+    yaw_moment_rate: float = own_rate("yaw moment", "N·m/s")

@@ -1,0 +1,82 @@
+"""What is commanded instead of a law's wrench: zero, a ramp, a hold, a brake, or the wrench of a fallback law."""
+
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.safety.handover import Pair, towards
+from vessel_hsmc_ros.safety.parameters import SafetyParameters
+
+NO_WRENCH = (0.0, 0.0)
+
+BRAKING_TIME = 5.0
+"""Time constant of the brake, s; longer where a control period is longer."""
+
+
+class Authority(NamedTuple):
+    """What the ship's actuators can give, and what they move.
+
+    Attributes:
+        limits: Largest surge force and yaw moment, N and N·m.
+        inertia: What they accelerate, kg and kg·m².
+        bounded: Whether the law keeps to the limits; the guard then does too.
+    """
+
+    limits: Pair
+    inertia: Pair
+    bounded: bool = True
+
+    def within(self, command: Pair) -> Pair:
+        """A finite command within the limits."""
+        return clip(command[0], self.limits[0]), clip(command[1], self.limits[1])
+
+    def rates(self, ramp_time: float) -> Pair:
+        """The rates that lead from the limits to zero in a time, s."""
+        return self.limits[0] / ramp_time, self.limits[1] / ramp_time
+
+
+def brake(motion: Pair, authority: Authority, period: float) -> Pair:
+    """The wrench against a surge speed u and a yaw rate r: -m·u/t and -m·r/t, within the limits.
+
+    In a control period T it changes the velocity by at most T/t of it. With t >= T it never reverses the motion, so it dissipates
+    energy.
+
+    Args:
+        motion: u and r, m/s and rad/s.
+        authority: Limits and inertia.
+        period: T, s.
+    """
+    t = BRAKING_TIME if period < BRAKING_TIME else period
+    m = authority.inertia
+    return authority.within((-m[0] * motion[0] / t, -m[1] * motion[1] / t))
+
+
+def safe_command(
+    previous: Pair,
+    elapsed: float,
+    period: float,
+    parameters: SafetyParameters,
+    authority: Authority,
+    motion: Pair | None = None,
+    fallback: Pair | None = None,
+) -> Pair:
+    """The next command of the safe action.
+
+    Args:
+        previous: The command before, within the limits.
+        elapsed: Time since the safe action began, s.
+        period: s.
+        parameters: Kind of action and its times.
+        authority: Limits and inertia.
+        motion: Measured surge speed and yaw rate, for the brake; None where they are not known: ramp.
+        fallback: Wrench of the fallback law, finite; None where it has none: ramp.
+    """
+    action, target = parameters.action, NO_WRENCH
+    if action == "zero":
+        return NO_WRENCH
+    if action == "hold" and elapsed < parameters.hold_time:
+        return previous
+    if action == "brake" and motion is not None:
+        target = brake(motion, authority, period)
+    if action == "fallback" and fallback is not None:
+        target = authority.within(fallback)
+    return towards(previous, target, authority.rates(parameters.ramp_time), period)

@@ -1,0 +1,189 @@
+"""The one place that decides what is commanded: a state machine between a law and its actuators.
+
+| from | event | to | command |
+|---|---|---|---|
+| STANDBY | activate, ready | ACTIVE | from zero at a bounded rate to the law's |
+| STANDBY | activate, not ready | STANDBY | zero; the reason is returned |
+| ACTIVE | no wrench, a fault, a violation of the guard | SAFE | the safe action |
+| SAFE | the same | SAFE | the safe action goes on |
+| SAFE | fresh_samples good periods | ACTIVE | from the present command at a bounded rate to the law's |
+| ACTIVE, SAFE | standby | STANDBY | zero at once |
+| any | stop | STOPPED | zero at once |
+| STOPPED | activate, standby | STOPPED | zero; refused |
+| STOPPED | rearm | STANDBY | zero |
+
+A change of command that is not the law's own is bounded: |change| <= limit/ramp_time·period in each component. It counts from the
+previous command within the limits, which is what the actuators gave. A handover ends when the law's command is reached, at the
+latest after 2·ramp_time, in which every wrench within the limits is reached: what differs then is the law's own change.
+"""
+
+import math
+from collections import Counter
+
+from vessel_hsmc_ros.safety.guard import violation
+from vessel_hsmc_ros.safety.handover import Pair, towards
+from vessel_hsmc_ros.safety.parameters import SafetyParameters
+from vessel_hsmc_ros.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.safety.safe_action import NO_WRENCH, Authority, safe_command
+
+UNBOUNDED = (math.inf, math.inf)
+
+
+class Supervision:
+    """Decides what is commanded, from what the law gives and what a person commands.
+
+    Args:
+        parameters: Safe action, rates and counts.
+        authority: What the actuators can give.
+        active: Whether the law commands from the first step on, without a handover; else the controller is in standby.
+
+    Attributes:
+        operation, reason: The present state, and why it is not the law that commands.
+        command: The last command, surge force and yaw moment, N and N·m.
+        violations: Number of violations of the output guard, by reason.
+    """
+
+    def __init__(self, parameters: SafetyParameters, authority: Authority, active: bool = True) -> None:
+        self.parameters, self.authority = parameters, authority
+        p, bounded = parameters, authority.bounded
+        own = p.surge_force_limit, p.yaw_moment_limit
+        self._limits = tuple(
+            (ship if bounded else math.inf) if limit < 0.0 else limit for limit, ship in zip(own, authority.limits, strict=True)
+        )
+        self.operation, self.reason = (Operation.ACTIVE, Reason.NONE) if active else (Operation.STANDBY, Reason.IN_STANDBY)
+        self.command = NO_WRENCH
+        self.violations: Counter[Reason] = Counter()
+        self._handing_over: float | None = None
+        self._elapsed = 0.0
+        self._good = 0
+
+    # -- what a person commands ---------------------------------------------------------------------------------------
+
+    def activate(self, ready: Reason = Reason.NONE) -> Reason:
+        """Let the law command, if the controller is ready.
+
+        Args:
+            ready: NONE, or what is missing.
+
+        Returns:
+            NONE, or why it is refused.
+        """
+        if self.operation is Operation.STOPPED:
+            return Reason.IN_STOP
+        if ready or self.operation is not Operation.STANDBY:
+            return ready
+        self._enter(Operation.ACTIVE, Reason.NONE)
+        self.handover()
+        return Reason.NONE
+
+    def standby(self) -> Reason:
+        """Compute, but command nothing; refused while stopped."""
+        if self.operation is Operation.STOPPED:
+            return Reason.IN_STOP
+        self._enter(Operation.STANDBY, Reason.IN_STANDBY)
+        return Reason.NONE
+
+    def stop(self, reason: Reason = Reason.IN_STOP) -> Reason:
+        """Command zero until `rearm`; always allowed."""
+        self._enter(Operation.STOPPED, reason)
+        return Reason.NONE
+
+    def rearm(self) -> Reason:
+        """Leave the stop for standby."""
+        if self.operation is Operation.STOPPED:
+            self._enter(Operation.STANDBY, Reason.IN_STANDBY)
+        return Reason.NONE
+
+    def handover(self) -> None:
+        """Let the next commands move at the bounded rate, as after a change of law or gains or a re-localisation."""
+        self._handing_over = 0.0
+
+    # -- every control period -----------------------------------------------------------------------------------------
+
+    @property
+    def follows_law(self) -> bool:
+        """Whether the law commands, and no handover to it is under way."""
+        return self.operation is Operation.ACTIVE and self._handing_over is None
+
+    @property
+    def wants_fallback(self) -> bool:
+        """Whether the wrench of the fallback law is used, if there is one."""
+        return self.operation is Operation.SAFE and self.parameters.action == "fallback"
+
+    def step(
+        self,
+        wanted: Pair | None,
+        reason: Reason,
+        period: float,
+        motion: Pair | None = None,
+        fallback: Pair | None = None,
+    ) -> Pair:
+        """The command of a control period.
+
+        Args:
+            wanted: The law's wrench, N and N·m; None where it has none.
+            reason: NONE, or why the wrench must not be used or is missing.
+            period: Time since the last command, s.
+            motion: Measured surge speed and yaw rate, for the brake; None where they are not known.
+            fallback: Wrench of the fallback law; None where it has none.
+        """
+        if self.operation in (Operation.STANDBY, Operation.STOPPED):
+            self.command = NO_WRENCH
+            return self.command
+        fault = self._fault(wanted, reason, period)
+        if fault and self.operation is Operation.ACTIVE:
+            self._enter(Operation.SAFE, fault)
+        if self.operation is Operation.SAFE:
+            self._recover(fault)
+        if wanted is not None and self.operation is Operation.ACTIVE:
+            self.command = self._towards_law(wanted, period)
+        else:
+            self.command = self._safe(period, motion, fallback)
+        return self.command
+
+    def _fault(self, wanted: Pair | None, reason: Reason, period: float) -> Reason:
+        """What forbids the law's wrench; a violation of the guard is counted."""
+        if wanted is None:
+            return reason or Reason.LAW_UNDEFINED
+        if reason:
+            return reason
+        p = self.parameters
+        own = self.operation is Operation.ACTIVE and self._handing_over is None
+        rates = (p.surge_force_rate, p.yaw_moment_rate) if own else UNBOUNDED
+        found = violation(wanted, self.command, (self._limits[0], self._limits[1]), rates, period)
+        if found:
+            self.violations[found] += 1
+        return found
+
+    def _recover(self, fault: Reason) -> None:
+        self._good = 0 if fault else self._good + 1
+        self.reason = fault or Reason.NOT_READY
+        if self._good >= self.parameters.fresh_samples:
+            self._enter(Operation.ACTIVE, Reason.NONE)
+            self.handover()
+
+    def _towards_law(self, wanted: Pair, period: float) -> Pair:
+        if self._handing_over is None:
+            self.reason = Reason.NONE
+            return wanted
+        self._handing_over += period
+        previous, target = self.authority.within(self.command), self.authority.within(wanted)
+        command = towards(previous, target, self.authority.rates(self.parameters.ramp_time), period)
+        if command == target or self._handing_over > 2.0 * self.parameters.ramp_time:
+            self._handing_over = None
+            return wanted
+        self.reason = Reason.HANDOVER
+        return command
+
+    def _safe(self, period: float, motion: Pair | None, fallback: Pair | None) -> Pair:
+        previous, elapsed = self.authority.within(self.command), self._elapsed
+        self._elapsed += period
+        if fallback is not None and violation(fallback, previous, UNBOUNDED, UNBOUNDED, period):
+            fallback = None
+        if motion is not None and not (math.isfinite(motion[0]) and math.isfinite(motion[1])):
+            motion = None
+        return safe_command(previous, elapsed, period, self.parameters, self.authority, motion, fallback)
+
+    def _enter(self, operation: Operation, reason: Reason) -> None:
+        self.operation, self.reason = operation, reason
+        self._handing_over, self._elapsed, self._good = None, 0.0, 0

@@ -1,0 +1,168 @@
+"""What the plant is commanded by: a wrench, or the demands of its thrusters; each as the node receives it."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import WrenchStamped
+from std_msgs.msg import Float64
+
+from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
+from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing
+from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_sim_node.plant import Wrench
+from vessel_sim_node.thruster_demands import Demand, ThrusterDemands
+
+NO_WRENCH = (0.0, 0.0)
+
+RIDE_THROUGH = "vessel_sim.ride_through=true goes on without it"
+
+
+class WrenchDrive:
+    """Takes `cmd_wrench`.
+
+    Args:
+        node: The plant's node; its `stamp` is that of the present step.
+        answered: Called in lockstep when the command of the present step has been received.
+
+    Attributes:
+        topics: The topics of the commands.
+        first_command_at: System time of the first message, s; 0 before it.
+        answer: In lockstep, the command of the present step once it has been received.
+    """
+
+    topics = ("cmd_wrench",)
+
+    def __init__(self, node: VesselNode, answered: Callable[[], None]) -> None:
+        p: Any = node.parameters
+        self.first_command_at = 0.0
+        self.answer: tuple[float, float] | None = None
+        self._node, self._answered, self._parameters = node, answered, p
+        self._input = CommandInput(node, "cmd_wrench", p.command_timeout)
+        node.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.data(p.lockstep))
+
+    def present(self) -> tuple[float, float]:
+        """The command that holds at present; zero if there is none."""
+        return self._input.present() or NO_WRENCH
+
+    def apply(self, plant: Any, command: tuple[float, float]) -> Wrench:
+        """The wrench that the plant gives for a command, N, N, N·m."""
+        return plant.applied(command)  # type: ignore[no-any-return]
+
+    def reset(self) -> None:
+        """Forget all commands, as after a step of the clock."""
+        self._input.reset()
+
+    def problem(self) -> tuple[bytes, str] | None:
+        """Level and text of what is wrong with the commands at present; None if nothing is."""
+        found = self._input.problem()
+        return found and (found[0], f"{found[1]}: the wrench is zero" if self._input.present() is None else found[1])
+
+    def values(self) -> dict[str, Any]:
+        """Numbers of taken and refused commands, for the diagnostics."""
+        return self._input.values()
+
+    def _on_command(self, message: WrenchStamped) -> None:
+        self.first_command_at = self.first_command_at or time.time()
+        if not self._parameters.lockstep:
+            self._input.take(message)
+        elif not self._node.finished:
+            self._on_answer(message)
+
+    def _on_answer(self, message: WrenchStamped) -> None:
+        """Lockstep: take the command of the present step, or the message that there is none.
+
+        Raises:
+            SimulationError: there is none, or it is refused, and the run cannot go on without it.
+        """
+        # A command with another stamp belongs to another step and must not advance this one.
+        answers = conversions.nanoseconds(message.header.stamp) == self._node.stamp and self.answer is None
+        if is_nothing(message):
+            if not self._parameters.ride_through:
+                raise SimulationError(f"no command came for t = {seconds(self._node.stamp):g} s: {RIDE_THROUGH}")
+        elif answers or self._parameters.ride_through:
+            self._input.take(message)
+        if answers:
+            self.answer = self.present()
+            self._answered()
+
+
+class ThrusterDrive:
+    """Takes the demands of the thrusters, which have no stamps; attributes and methods are those of `WrenchDrive`."""
+
+    def __init__(self, node: VesselNode, answered: Callable[[], None]) -> None:
+        p: Any = node.parameters
+        self.first_command_at = 0.0
+        self.answer: Demand | None = None
+        self._node, self._answered, self._parameters = node, answered, p
+        self._demands = ThrusterDemands(p.vessel.thrusters)
+        self._problem = RecentProblem()
+        self._refused = 0
+        self.topics = tuple(self._demands.topics)
+        for topic in self.topics:
+            node.listen(Float64, topic, partial(self._on_demand, topic), qos.data(p.lockstep))
+
+    def present(self) -> Demand:
+        """The demands that hold at present; the thrust of each thruster without one is zero, its angle holds."""
+        return self._demands.stopped() if self._conflict() else self._demands.present(self._oldest())
+
+    def apply(self, plant: Any, command: Demand) -> Wrench:
+        """The wrench that the thrusters give for their demands, N, N, N·m."""
+        return plant.applied_thrusts(*command)  # type: ignore[no-any-return]
+
+    def reset(self) -> None:
+        """Forget the times of all demands."""
+        self._demands.forget()
+
+    def problem(self) -> tuple[bytes, str] | None:
+        """Level and text of what is wrong with the demands at present; None if nothing is."""
+        if conflict := self._conflict():
+            return ERROR, f"{conflict}: the thrust is zero"
+        if self._problem.current or self._parameters.lockstep:
+            return self._problem.current
+        if stale := self._demands.stale(self._oldest()):
+            return WARN, f"no recent command on {self._node.resolve_topic_name(stale[0])}: its thrust is zero"
+        return None
+
+    def values(self) -> dict[str, Any]:
+        """Number of refused demands, for the diagnostics."""
+        return {"refused_not_finite": self._refused}
+
+    def _on_demand(self, topic: str, message: Float64) -> None:
+        """Take the demand of a thrust or an angle; in lockstep, the messages of all topics make up the command of a step."""
+        self.first_command_at = self.first_command_at or time.time()
+        if not self._parameters.lockstep:
+            if not self._conflict() and (problem := self._demands.hold(topic, message.data, self._now())):
+                self._refused += 1
+                self._problem.report(WARN, f"{problem}; ignored")
+                self._node.get_logger().error(f"{problem}; ignored", throttle_duration_sec=1.0)
+        elif not self._node.finished:
+            self._demands.append(topic, message.data)
+            self.go_on()
+
+    def go_on(self) -> None:
+        """Lockstep: answer the step if the demands of every thruster have come."""
+        if self.answer is None and self._demands.complete():
+            ride_through = self._parameters.ride_through
+            self.answer = self._demands.take(self._now(), self._oldest() if ride_through else None)
+            self._answered()
+
+    def _conflict(self) -> str:
+        return "" if self._parameters.lockstep else self._node.connections.shared(*self.topics)
+
+    def _now(self) -> int:
+        """The time of a receipt, ns: demands have no stamp, so that only their receipt counts."""
+        if self._parameters.lockstep:
+            return self._node.stamp
+        simulated = self._node.get_parameter("use_sim_time").value
+        return self._node.now() if simulated else time.monotonic_ns()
+
+    def _oldest(self) -> int:
+        """The earliest receipt of a demand that still holds, ns."""
+        timeout: float = self._parameters.command_timeout
+        return self._now() - round(timeout * NANOSECONDS)
