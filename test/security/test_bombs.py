@@ -1,0 +1,65 @@
+"""Small inputs that claim or expand to much are refused before the memory is taken."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from vessel_hsmc_ros.bags.mcap_layout import message_offsets
+from vessel_hsmc_ros.bags.message_definition import read_definition
+from vessel_hsmc_ros.core.exceptions import BagError, VesselHsmcError
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+
+LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 20))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [LAUGHS, "[" * 100 + "]" * 100, "a: &a [*a]", "2001-99-99", "!!int ''", "!!python/object/apply:os.system [id]", "9" * 5000],
+)
+def test_yaml_that_expands_without_end_or_has_no_value_is_refused(text: str) -> None:
+    with pytest.raises(yaml.YAMLError):
+        read_yaml(text)
+
+
+def test_an_alias_that_stands_for_a_value_is_read() -> None:
+    assert read_yaml("{a: &a [1, 2], b: *a}") == {"a": [1, 2], "b": [1, 2]}
+
+
+def test_a_text_beyond_the_limit_is_refused_after_the_limit(tmp_path: Path) -> None:
+    (tmp_path / "text").write_bytes(bytes(11))
+    with pytest.raises(OSError, match="more than"):
+        read_text(tmp_path / "text", 10)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("x/msg/A a", "contain each other|missing"),
+        ("A a\n", "missing|contain each other"),
+        ("float64 x\n" * 200_000, "more than 1024 KiB"),
+        ("string x\nimport os; os.system('id')\n", "cannot be read"),
+    ],
+)
+def test_an_endless_or_foreign_definition_of_a_message_is_refused(text: str, why: str) -> None:
+    with pytest.raises(BagError, match=why):
+        read_definition("x/msg/A", text)
+
+
+def test_types_that_multiply_each_other_are_counted_and_refused() -> None:
+    line = "=" * 80
+    parts = [f"{line}\nMSG: x/msg/T{i}\n" + "".join(f"x/msg/T{i + 1} f{k}\n" for k in range(9)) for i in range(8)]
+    text = "x/msg/T0 a\n" + "".join(parts) + f"{line}\nMSG: x/msg/T8\nfloat64 x\n"
+    with pytest.raises(BagError, match="more than 10000 fields"):
+        read_definition("x/msg/A", text)
+
+
+def test_a_record_that_ends_behind_its_chunk_is_refused() -> None:
+    with pytest.raises(ValueError, match="cut off"):
+        message_offsets(b"\x07" + (1 << 40).to_bytes(8, "little"))
+
+
+def test_an_error_is_one_printable_line_of_limited_length() -> None:
+    text = str(VesselHsmcError("\x1b[31m a\nb" + "c" * 10_000))
+    assert text.isprintable()
+    assert len(text) < 5000
