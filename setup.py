@@ -76,6 +76,7 @@ setup(
             "fault_relay_node = vessel_hsmc_ros.nodes.entry_points:fault_relay_node",
             "recorder_node = vessel_hsmc_ros.nodes.entry_points:recorder_node",
             "marker_node = vessel_hsmc_ros.nodes.entry_points:marker_node",
+            "watchdog_node = vessel_hsmc_ros.nodes.entry_points:watchdog_node",
             "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ]

@@ -85,6 +85,7 @@ KINDS = {
     "faults": "pure",
     "plant": "pure",
     "reference": "pure",
+    "safety": "pure",
     "nodes": "nodes",
     "processes": "processes",
 }

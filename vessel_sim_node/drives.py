@@ -164,4 +164,5 @@ class ThrusterDrive:
 
     def _oldest(self) -> int:
         """The earliest receipt of a demand that still holds, ns."""
-        return self._now() - round(self._parameters.command_timeout * NANOSECONDS)
+        timeout: float = self._parameters.command_timeout
+        return self._now() - round(timeout * NANOSECONDS)

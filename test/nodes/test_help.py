@@ -21,6 +21,7 @@ CLASSES = {
     "thruster_allocation": "vessel_hsmc_ros.nodes.thruster_allocation:ThrusterAllocationNode",
     "recorder": "vessel_hsmc_ros.nodes.recorder:RecorderNode",
     "markers": "vessel_hsmc_ros.nodes.markers:MarkerNode",
+    "watchdog": "vessel_hsmc_ros.nodes.watchdog:WatchdogNode",
     "live": "vessel_hsmc_ros.nodes.live:LiveNode",
 }
 
@@ -62,7 +63,7 @@ def test_help_describes_task_topics_and_parameters_without_starting_the_node(
     assert all(f" {parameter} = " in shown for parameter in schema.entries((parameters.NODES | parameters.WATCHERS)[name]))
 
 
-@pytest.mark.parametrize("name", ["vessel_sim", "reference_ship", "controller"])
+@pytest.mark.parametrize("name", ["vessel_sim", "reference_ship", "controller", "watchdog"])
 def test_help_names_every_topic_of_the_node(context: Any, name: str) -> None:
     _, node_class = found(name)
     node: Any = node_class(context=context)

@@ -299,7 +299,7 @@ def test_in_lockstep_a_command_that_is_not_finite_ends_the_node(bench: Any) -> N
 
 def test_shaft_speeds_are_published_where_the_thrust_coefficients_are_given(bench: Any) -> None:
     speeds = bench.collect(Float64, "thrusters/left/shaft_speed", qos.STREAM)
-    coefficients = {f"vessel__thrusters__thrust_coefficient_{way}": [0.01] for way in ("ahead", "astern")}
+    coefficients: dict[str, Any] = {f"vessel__thrusters__thrust_coefficient_{way}": [0.01] for way in ("ahead", "astern")}
     allocator = Allocator(bench, **coefficients)
     allocator.command(50.0)
     bench.until(lambda: len(speeds) == 1)

@@ -22,8 +22,9 @@ LOOP = {
 WATCHERS = {
     "live": NodeProgram("vessel_hsmc_ros.nodes.live", "live_node"),
     "markers": NodeProgram("vessel_hsmc_ros.nodes.markers", "marker_node"),
+    "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "watchdog_node"),
 }
-"""Nodes that only watch a run: they may fail without harm to it."""
+"""Nodes outside the closed loop: a run takes place without them."""
 
 AUXILIARY = {
     "fault_relay": NodeProgram("vessel_hsmc_ros.nodes.fault_relay", "fault_relay_node"),

@@ -40,7 +40,7 @@ class CommandInput:
         self._simulated = p.lockstep or node.get_parameter("use_sim_time").value
         self._strict = p.lockstep and not p.ride_through
         self._wrench: Command = (0.0, 0.0)
-        self._taken = self._shared = 0
+        self._taken = self._shared = self._now = 0
         self._problem = RecentProblem()
 
     def take(self, message: WrenchStamped) -> bool:
@@ -106,10 +106,13 @@ class CommandInput:
     def _times(self) -> tuple[int, int]:
         """The present time by the clock of the stamps and by that of the receipts, ns."""
         now = self._node.stamp if self._node.parameters.lockstep else self._node.now()
+        if now < self._now:  # the clock was set back: all stamps so far are by another time
+            self._freshness.reset()
+        self._now = now
         return now, now if self._simulated else time.monotonic_ns()
 
     def _conflict(self) -> str:
-        """Which topic has several publishers, in real time; rclpy does not tell which one a message is from."""
+        """Which topic has several publishers, in real time; rclpy does not show which one sent a message."""
         return "" if self._node.parameters.lockstep else self._node.connections.shared(self._topic)
 
     def _refuse(self, text: str) -> None:

@@ -37,6 +37,10 @@ subscribes to  the topics of the parameters topics, all_topics and regex, and wr
     "markers": """\
 subscribes to  odom, reference/pose
 publishes      markers, ship/path, reference/path, /tf""",
+    "watchdog": """\
+subscribes to  cmd_wrench, /diagnostics
+publishes      watched_wrench
+services       ~/stop, ~/rearm""",
     "live": """\
 subscribes to  every topic of the run, and serves it to Foxglove""",
 }

@@ -12,9 +12,9 @@ CATCH_UP = NANOSECONDS
 class Pace:
     """The periods of a node in real time.
 
-    Period k is due at `start` + k·T by the node's clock. Overdue periods are taken at once, as many as CATCH_UP holds. After more, or
-    after the clock was set back, the start moves so that the present period is due now: none is skipped or repeated, and the
-    node goes on as after a pause.
+    Period k is due at `start` + k·T by the node's clock. Overdue periods are taken at once, as many as CATCH_UP holds. After
+    more, or after the clock was set back, the start moves so that the present period is due now: no period is skipped or
+    repeated, and the node goes on as after a pause.
 
     Args:
         node: The node, whose clock it is.
@@ -32,7 +32,7 @@ class Pace:
     def run(self, work: Callable[[], None]) -> None:
         """Start now, and call `work` once in every period."""
         self.start = self._last = self._node.now()
-        # The steady clock, which nobody sets: a timer on a system clock that was set back fires only once it has caught up.
+        # The steady clock, which is never set: a timer on a system clock that was set back fires only once it has caught up.
         simulated = self._node.get_parameter("use_sim_time").value
         self._node.create_timer(self._grid.period, work, clock=None if simulated else self._node._wall)
 

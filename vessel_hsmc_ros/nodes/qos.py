@@ -57,7 +57,7 @@ LEASE = 1.0
 def offered(lockstep: bool, rate_hz: float) -> QoSProfile:
     """The profile of a publisher of the loop; in real time it offers a deadline and liveliness.
 
-    A subscriber may request them and is told by the middleware when they are missed. Those of this package request neither: they
+    A subscriber may request them; the middleware then reports when they are missed. Those of this package request neither: they
     would receive nothing from a publisher that offers none, and count the time themselves.
 
     Args:

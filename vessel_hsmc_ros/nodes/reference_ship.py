@@ -25,7 +25,7 @@ UNUSED_INPUT_SEARCH = 0.5
 """Time between two searches for publishers of goals and paths that the mode does not use, s."""
 
 REORDERED = 5.0
-"""Goals stamped up to so long before the last one, s, are out of order; those before are by another clock, such as system time."""
+"""Goals stamped up to so long before the last one, s, are out of order; earlier ones are by another clock."""
 
 
 class ReferenceShipNode(VesselNode):

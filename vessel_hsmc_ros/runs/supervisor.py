@@ -20,7 +20,7 @@ from vessel_hsmc_ros.core.node_list import RELAY, taking_part
 from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.fault_injection import Injection, ProcessFaults
-from vessel_hsmc_ros.runs.processes import MODULES, WATCHERS, NodeGroup
+from vessel_hsmc_ros.runs.processes import MODULES, NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -137,7 +137,7 @@ def live_view(folder: RunFolder, namespace: str, live_port: int | None, interrup
     folder.logs.mkdir(parents=True, exist_ok=True)
     parameters = folder.logs / "watchers.yaml"
     parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
-    with NodeGroup(parameters, folder.logs, namespace, tuple(WATCHERS)) as group:
+    with NodeGroup(parameters, folder.logs, namespace, tuple(settings)) as group:
         deadline = time.monotonic() + CONNECT_LIMIT
         while not (_is_listening(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
             time.sleep(0.05)

@@ -1,10 +1,12 @@
 """Parameters of the nodes that only observe a run."""
 
+import math
 from dataclasses import dataclass
 
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
+from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters
 
 
@@ -47,5 +49,32 @@ class MarkerParameters(CommonParameters):
     hull: DrawnHull = group(DrawnHull)
 
 
-WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters}
+def passed_on(what: str, unit: str) -> float:
+    """Declare the largest force or moment that the watchdog passes on."""
+    return parameter(math.inf, f"Largest {what} that is passed on; inf: no limit.", unit=unit, low=0.0, high=math.inf)
+
+
+@dataclass(frozen=True)
+class WatchdogParameters(CommonParameters):
+    """Parameters of watchdog, which passes commands on in real time while they are fresh."""
+
+    command_timeout: float = parameter(
+        0.5, "Age of a command after which the wrench ramps to zero.", unit="s", low=0.01, high=60.0, tunable=True
+    )
+    ramp_time: float = parameter(
+        2.0, "Time in which the wrench then goes to zero; 0: at once.", unit="s", low=0.0, high=600.0, tunable=True
+    )
+    rate_hz: float = parameter(50.0, "Rate of the wrench on its way to zero and at zero.", unit="Hz", low=1.0, high=1000.0)
+    surge_force_limit: float = passed_on("surge force", "N")
+    yaw_moment_limit: float = passed_on("yaw moment", "N·m")
+    watched_nodes: tuple[str, ...] = parameter(
+        ("controller",), "Nodes in the namespace of the watchdog whose diagnostics must not cease; [''] for none."
+    )
+    heartbeat_timeout: float = parameter(
+        3.0, "Longest time between two diagnostics of a watched node.", unit="s", low=0.1, high=600.0
+    )
+    freshness: FreshnessParameters = group(FreshnessParameters)
+
+
+WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters, "watchdog": WatchdogParameters}
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""

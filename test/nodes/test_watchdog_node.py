@@ -1,0 +1,133 @@
+"""The watchdog in real time: on simulated time where its time-out is exact, since the ramp is by the steady clock."""
+
+import math
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from std_srvs.srv import Trigger
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
+
+WARN, ERROR, OK = DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.OK
+
+
+class Watched:
+    """A watchdog, a publisher of commands, and what the watchdog passes on."""
+
+    def __init__(self, bench: Any, **parameters: Any) -> None:
+        self.bench = bench
+        self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+        self.output = bench.collect(WrenchStamped, "watched_wrench", qos.STREAM)
+        values = {"watched_nodes": [""], "ramp_time": 0.0, **parameters}
+        self.node = bench.start(WatchdogNode, lockstep=False, **values)
+        bench.until(lambda: self.node.connected and self.commands.get_subscription_count() and self.output)
+
+    def command(self, force: float, moment: float = 0.0, late: float = 0.0) -> Any:
+        message = conv.new_wrench()
+        conv.write_wrench(message, conv.time_message(self.node.now() - round(late * 1e9)), (force, moment))
+        self.commands.publish(message)
+
+    @property
+    def latest(self) -> tuple[float, float]:
+        return conv.read_wrench(self.output[-1])
+
+    def concern(self, name: str) -> Any:
+        return next(each for each in self.node.concerns() if each.name == name)
+
+
+def test_a_fresh_command_is_passed_on_within_the_limits(bench: Any) -> None:
+    watched = Watched(bench, surge_force_limit=100.0, command_timeout=60.0)
+    watched.command(1e5, -7.0)
+    bench.until(lambda: watched.latest == (100.0, -7.0))
+    assert watched.concern("command").level == OK
+
+
+def test_without_a_command_the_output_is_zero_and_goes_on(bench: Any) -> None:
+    watched = Watched(bench)
+    bench.until(lambda: len(watched.output) > 5)
+    assert {conv.read_wrench(message) for message in watched.output} == {(0.0, 0.0)}
+    assert watched.concern("command").level == WARN
+
+
+@pytest.mark.parametrize(("force", "late"), [(math.nan, 0.0), (5e4, 120.0), (5e4, -1.0)])
+def test_a_command_that_is_not_fresh_is_not_passed_on(bench: Any, force: float, late: float) -> None:
+    watched = Watched(bench, command_timeout=60.0)
+    watched.command(force, late=late)
+    bench.until(lambda: watched.concern("command").values["refused"] == 1)
+    watched.command(1e3)
+    bench.until(lambda: watched.latest == (1e3, 0.0))
+    assert {conv.read_wrench(message)[0] for message in watched.output} == {0.0, 1e3}
+
+
+def test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return(bench: Any) -> None:
+    watched = Watched(bench, command_timeout=0.5, ramp_time=0.5)
+    bench.until(lambda: watched.command(1e3) or watched.latest[0] == 1e3)
+    del watched.output[:-1]
+    bench.until(lambda: watched.latest[0] == 0.0)
+    down = [conv.read_wrench(message)[0] for message in watched.output]
+    assert down == sorted(down, reverse=True)
+    # The first step down comes a period of the watchdog after the time-out, not with the whole time-out.
+    assert down[1] == pytest.approx(1e3, rel=0.3)
+    del watched.output[:-1]
+    bench.until(lambda: watched.command(1e3) or watched.latest[0] == 1e3)
+    up = [conv.read_wrench(message)[0] for message in watched.output]
+    assert up == sorted(up)
+    assert up[1] == pytest.approx(0.0, abs=300.0)
+
+
+def test_a_stop_holds_until_it_is_rearmed(bench: Any) -> None:
+    watched = Watched(bench, command_timeout=60.0)
+    watched.command(1e3)
+    bench.until(lambda: watched.latest[0] == 1e3)
+    assert bench.call(Trigger, "/watchdog/stop", Trigger.Request()).success
+    bench.until(lambda: watched.latest[0] == 0.0)
+    count = len(watched.output)
+    watched.command(1e3)
+    bench.until(lambda: watched.concern("command").values["taken"] == 2 and len(watched.output) > count + 3)
+    assert {conv.read_wrench(message) for message in watched.output[count:]} == {(0.0, 0.0)}
+    assert watched.node.status()[:2] == (WARN, "stopped: the wrench is zero until ~/rearm")
+    assert bench.call(Trigger, "/watchdog/rearm", Trigger.Request()).success
+    watched.command(2e3)
+    bench.until(lambda: watched.latest[0] == 2e3)
+
+
+def test_commands_of_two_publishers_are_not_passed_on(bench: Any) -> None:
+    watched = Watched(bench, command_timeout=60.0)
+    watched.command(1e3)
+    bench.until(lambda: watched.latest[0] == 1e3)
+    bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    bench.until(lambda: watched.latest[0] == 0.0)
+    assert watched.concern("command").level == ERROR
+
+
+def test_a_node_that_falls_silent_is_named(bench: Any) -> None:
+    diagnostics = bench.probe.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    watched = Watched(bench, watched_nodes=["controller"], heartbeat_timeout=0.5)
+    alive = DiagnosticArray(status=[DiagnosticStatus(name="controller"), DiagnosticStatus(name="other")])
+    bench.until(lambda: watched.concern("heartbeat").level == ERROR)
+    assert "no diagnostics of controller for " in watched.concern("heartbeat").message
+    bench.until(lambda: diagnostics.publish(alive) or watched.concern("heartbeat").level == OK)
+    bench.until(lambda: watched.concern("heartbeat").level == ERROR)
+
+
+def test_the_time_out_counts_from_the_stamp(bench: Any, simulated_time: Any) -> None:
+    simulated_time.now = 10**9
+    watched = Watched(bench, command_timeout=0.2, use_sim_time=True)
+    simulated_time.run(0.01)
+    watched.command(1e3, late=0.1)
+    bench.until(lambda: watched.latest[0] == 1e3)
+    simulated_time.jump(100_000_000)
+    bench.spin(0.1)
+    assert watched.latest[0] == 1e3
+    simulated_time.jump(2_500_000)
+    bench.until(lambda: watched.latest[0] == 0.0)
+
+
+def test_a_watchdog_does_not_work_in_lockstep(bench: Any) -> None:
+    with pytest.raises(ParameterError, match="a watchdog works in real time"):
+        bench.start(WatchdogNode, lockstep=True)

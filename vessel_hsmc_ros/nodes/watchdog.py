@@ -1,0 +1,141 @@
+"""The watchdog node: passes commands on while they are fresh, and reports nodes that have fallen silent."""
+
+import sys
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from std_srvs.srv import Trigger
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.limits import between, clip
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
+from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.scenario.watcher_parameters import WatchdogParameters
+
+
+class WatchdogNode(VesselNode):
+    """Passes `cmd_wrench` on as `watched_wrench` while it is fresh; otherwise the wrench ramps to zero.
+
+    For thruster drivers without a time-out of their own. It runs in a process of its own, so that it outlives the controller.
+    A driver notices its death only by the end of `watched_wrench`, which has the rate of the commands, or else `rate_hz`.
+
+    The output is share·command, within the limits. The share goes from 1 to 0 in `ramp_time` when the commands are not fresh,
+    back to 1 in the same time when they are, and is 0 from `~/stop` until `~/rearm`.
+    """
+
+    NAME = "watchdog"
+    PARAMETERS = WatchdogParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        if p.lockstep:
+            raise ParameterError("watchdog.lockstep = True is not allowed: a watchdog works in real time")
+        self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
+        self._command: Command = (0.0, 0.0)
+        self._share = 1.0
+        self._is_stopped = False
+        self._shared_at = time.monotonic()
+        self._prefix = f"{self.get_namespace().strip('/')}/".lstrip("/")
+        self._heard_at = {name: time.monotonic() for name in p.watched_nodes if name}
+        self._wrench_out = self.advertise(WrenchStamped, "watched_wrench", qos.offered(False, p.rate_hz))
+        self._wrench = self.framed(conversions.new_wrench())
+        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.STREAM)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
+        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self._wall)
+        self.create_service(Trigger, "~/stop", self._stop)
+        self.create_service(Trigger, "~/rearm", self._rearm)
+
+    def describe(self) -> str:
+        """The time-outs and the watched nodes."""
+        p = self.parameters
+        nodes = ", ".join(self._heard_at) or "no node"
+        return f"time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s, watches {nodes} for {p.heartbeat_timeout:g} s"
+
+    # -- commands -----------------------------------------------------------------------------------------------------
+
+    def _on_command(self, message: WrenchStamped) -> None:
+        if self._input.take(message):
+            p, (force, moment) = self.parameters, conversions.read_wrench(message)
+            self._command = clip(force, p.surge_force_limit), clip(moment, p.yaw_moment_limit)
+            self._publish()
+
+    def _on_timer(self) -> None:
+        """Publish on the way to zero and at zero; fresh commands are published as they come."""
+        self._update_share()
+        if not self._is_fresh():
+            self._publish()
+
+    def _is_fresh(self) -> bool:
+        return not self._is_stopped and self._input.present() is not None
+
+    def _update_share(self) -> None:
+        fresh, now = self._is_fresh(), time.monotonic()
+        change = (now - self._shared_at) / self.parameters.ramp_time if self.parameters.ramp_time else 1.0
+        self._share = 0.0 if self._is_stopped else between(self._share + (change if fresh else -change), 0.0, 1.0)
+        self._shared_at = now
+
+    def _publish(self) -> None:
+        self._update_share()
+        force, moment = self._command
+        stamp = conversions.time_message(self.now())
+        conversions.write_wrench(self._wrench, stamp, (self._share * force, self._share * moment))
+        self.send(self._wrench_out, self._wrench)
+
+    # -- services and heartbeats --------------------------------------------------------------------------------------
+
+    def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._is_stopped = True
+        self._publish()
+        response.success, response.message = True, "stopped: the wrench is zero until ~/rearm"
+        self.get_logger().warning(response.message)
+        return response
+
+    def _rearm(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._is_stopped = False
+        response.success, response.message = True, "rearmed: fresh commands are passed on"
+        self.get_logger().info(response.message)
+        return response
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for name in conversions.read_status(message, self._prefix).keys() & self._heard_at.keys():
+            self._heard_at[name] = time.monotonic()
+
+    def retune(self, parameters: WatchdogParameters) -> None:
+        """Take a changed time-out."""
+        self._input.retune(parameters.command_timeout)
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Whether commands are passed on; an error names the nodes that are silent."""
+        values = {"share": self._share, "stopped": self._is_stopped}
+        if self._is_stopped:
+            return WARN, "stopped: the wrench is zero until ~/rearm", values
+        return OK, "passing commands on" if self._is_fresh() else "the wrench is zero or on its way there", values
+
+    def concerns(self) -> list[Concern]:
+        """The status, that of the commands, and that of the heartbeats."""
+        level, text = self._input.problem() or (OK, "fresh")
+        ages = {name: time.monotonic() - at for name, at in self._heard_at.items()}
+        silent = [f"{name} for {age:.1f} s" for name, age in ages.items() if age > self.parameters.heartbeat_timeout]
+        heartbeat = (ERROR, f"no diagnostics of {', '.join(silent)}") if silent else (OK, "all nodes are alive")
+        if silent:
+            self.get_logger().error(heartbeat[1], throttle_duration_sec=5.0)
+        return [
+            *super().concerns(),
+            Concern("command", level, text, self._input.values()),
+            Concern("heartbeat", *heartbeat, {f"{name}_age": age for name, age in ages.items()}),
+        ]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until a signal ends it."""
+    return run_node(WatchdogNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
