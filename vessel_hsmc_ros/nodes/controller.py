@@ -75,8 +75,8 @@ class ControllerNode(ManagedNode):
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
-        profile = qos.data(lockstep)
-        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", profile, partner=("odom", "allocated_wrench"))
+        profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
+        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
         if lockstep:
             self.connections.allow_one_publisher("cmd_wrench")
         self._state_out = self.advertise(ControlState, "~/state", profile)
