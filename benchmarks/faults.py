@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 LAWS = ("hierarchical", "guided", "los_pid")
 MODES = ("lockstep", "real time")
 TOPICS = {"odometry": "odom", "reference": "reference", "command": "cmd_wrench", "processes": ""}
-RATE = 10.0
+RATE = 20.0
 LEAD = {"lockstep": 40.0, "real time": 8.0}
 """Time before the first fault, s: in lockstep the ship has reached its reference by then."""
 
@@ -60,8 +60,8 @@ SCENARIO = {
     "vessel_sim.rate_hz": RATE,
     "reference_ship.rate_hz": RATE,
     "controller.rate_hz": RATE,
-    "controller.hierarchical.yaw_reaching_gain": 10.0,
-    "controller.hierarchical.surge_reaching_gain": 10.0,
+    "controller.hierarchical.yaw_reaching_gain": 20.0,
+    "controller.hierarchical.surge_reaching_gain": 20.0,
     "controller.input_timeout": 0.5,
     "vessel_sim.command_timeout": 2.0,
 }
@@ -139,7 +139,7 @@ def plan(target: str, law: str, mode: str) -> list[Cell]:
 
 
 def scenario_of(cells: Sequence[Cell]) -> Scenario:
-    """The scenario in which cells are carried out: a circle, without disturbance, the same for all laws."""
+    """The scenario in which cells are carried out: the circle of case 2, the same for all laws."""
     mode, law = cells[0].mode, cells[0].law
     duration = max(cell.fault.at for cell in cells) + SPACING[mode]
     chosen = {**SCENARIO, "controller.law": law, "vessel_sim.duration": duration}
