@@ -201,7 +201,7 @@ class Recording:
         self.operation, self.reason = columns.T
         vessel = scenario.controller.vessel
         self.limits = np.array([vessel.surge_force_limit, vessel.yaw_moment_limit])
-        self.bounded = LAWS_OF_PACKAGE[scenario.controller.law].keeps_limits
+        self.bounded = LAWS_OF_PACKAGE[scenario.controller.law].controller.keeps_limits
         self.rates = self.limits / scenario.controller.safety.ramp_time
         self.input_timeout = scenario.controller.input_timeout
         self.command_timeout = scenario.vessel_sim.command_timeout

@@ -76,7 +76,9 @@ def test_a_silent_input_leads_to_the_safe_action_and_back_in_lockstep(carried_ou
 
 def test_the_run_goes_on_while_a_node_is_suspended_and_restarted_on_demand(carried_out: Any) -> None:
     bag, summary = carried_out(
-        "faults: [{at: 1.0, duration: 0.8, kind: stop, node: controller}, {at: 2.5, duration: 0.5, kind: restart, node: controller}]",
+        "faults:\n"
+        "  - {at: 1.0, duration: 0.8, kind: stop, node: controller}\n"
+        "  - {at: 2.5, duration: 0.5, kind: restart, node: controller}\n",
         "--real-time",
     )
     assert summary["failure"] == ""
