@@ -79,9 +79,11 @@ class Recording:
         odometry, commands, states = topics["/odom"], topics["/cmd_wrench"], topics["/controller/state"]
         applied = topics["/applied_wrench"]
         self.end = float(run_from_bag.seconds_of(odometry.stamp.max() - start))
-        self.command_at, self.command = _in_order(commands, run_from_bag.wrenches(commands)[:, [0, 2]], start)
+        # In real time by receipt: the controller's own clock may be off.
+        real_time = not scenario.controller.lockstep
+        self.command_at, self.command = _in_order(commands, run_from_bag.wrenches(commands)[:, [0, 2]], start, real_time)
         self.applied_at, self.applied = _in_order(applied, run_from_bag.wrenches(applied)[:, [0, 2]], start)
-        self.state_at, columns = _in_order(states, np.column_stack([states["operation"], states["reason"]]), start)
+        self.state_at, columns = _in_order(states, np.column_stack([states["operation"], states["reason"]]), start, real_time)
         self.operation, self.reason = columns.T
         vessel = scenario.controller.vessel
         self.limits = np.array([vessel.surge_force_limit, vessel.yaw_moment_limit])
@@ -93,9 +95,10 @@ class Recording:
         self.undisturbed = undisturbed(scenario) if scenario.controller.lockstep else None
 
 
-def _in_order(series: Any, values: Array, start: int) -> tuple[Array, Array]:
-    order = np.argsort(series.stamp, kind="stable")
-    return run_from_bag.seconds_of(series.stamp[order] - start), values[order]
+def _in_order(series: Any, values: Array, start: int, by_receipt: bool = False) -> tuple[Array, Array]:
+    times = series.log_time if by_receipt else series.stamp
+    order = np.argsort(times, kind="stable")
+    return run_from_bag.seconds_of(times[order] - start), values[order]
 
 
 _UNDISTURBED: dict[tuple[str, float], Run] = {}
