@@ -1,6 +1,5 @@
 """The page of the fault matrix: its generated parts, and the picture."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,8 +24,8 @@ def write_page(path: Path, cells: Sequence[Any], minutes: float) -> None:
     """
     text = path.read_text(encoding="utf-8")
     for name, content in {"kinds": kind_table(), "settings": setting_table(), "matrix": matrix(cells, minutes)}.items():
-        mark = rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
-        text = re.sub(mark, lambda found, new=content: found[1] + new + found[2], text, flags=re.DOTALL)
+        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+        text = text.partition(begin)[0] + begin + content + end + text.partition(end)[2]
     path.write_text(text, encoding="utf-8")
     draw(path.parent / "images" / "fault_matrix.svg", cells)
 

@@ -1,6 +1,7 @@
 """The relay node: passes the messages of a loop on, and carries out the faults of a script on their way."""
 
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,14 +17,18 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
+from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.fault_sources import make_sources
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.relayed_topic import RelayedTopic
 from vessel_hsmc_ros.scenario.auxiliary_parameters import FaultRelayParameters
 from vessel_hsmc_ros.scenario.fault_script import parse_script
 
-DUE_PERIOD = 0.002
-"""Real time: time between two searches for delayed messages that are due, and for faults that begin or end, s."""
+POLL_PERIOD = 0.001
+"""Real time: time between two searches for messages, for delayed ones that are due, and for faults that begin or end, s."""
+
+TIMER_PERIOD = 0.02
+"""The same where another executor serves the node, s."""
 
 
 class FaultRelayNode(VesselNode):
@@ -49,7 +54,7 @@ class FaultRelayNode(VesselNode):
         self._relayed = {topic: self._relay(topic) for topic in p.topics}
         self._sources = make_sources(self, self._script, any(topic.startswith(THRUSTERS) for topic in p.topics))
         if not p.lockstep:
-            self.create_timer(DUE_PERIOD, self._on_timer, clock=self._wall)
+            self.create_timer(TIMER_PERIOD, self._act, clock=self._wall)
 
     def _relay(self, topic: str) -> RelayedTopic:
         """Publish a topic below `relayed/` and subscribe to the original."""
@@ -58,12 +63,25 @@ class FaultRelayNode(VesselNode):
         drives_plant = topic == "cmd_wrench" or topic.startswith(THRUSTERS)
         partner = ("odom", "allocated_wrench") if drives_plant else ("cmd_wrench", "allocated_wrench")
         relayed.out = self.advertise(relayed.kind, f"{RELAYED}{topic}", profile, partner=partner)
-        self.listen(relayed.kind, topic, partial(self._on_message, topic), profile, raw=True)
+        receive = partial(self._on_message, topic)
+        if self.parameters.lockstep:
+            self.listen(relayed.kind, topic, receive, profile, raw=True)
+        else:
+            self.direct_subscriptions.append(self.create_subscription(relayed.kind, topic, receive, profile, raw=True))
         return relayed
 
     def describe(self) -> str:
         """The number of faults."""
         return f"relay with {len(self._script.faults)} faults, seed {self._script.seed}"
+
+    def spin(self, running: Callable[[], bool]) -> None:
+        """Serve messages, in real time by polling, which adds less than rclpy's own executor to their age."""
+        if self.parameters.lockstep:
+            super().spin(running)
+            return
+        with DirectExecutor(self.direct_subscriptions, POLL_PERIOD, self.context) as direct:
+            direct.add_node(self)
+            direct.spin_while(lambda: self._act() and running())
 
     def on_connected(self) -> None:
         """Pass on what was received before all receivers were connected."""
@@ -114,8 +132,8 @@ class FaultRelayNode(VesselNode):
             self.send(relayed.out, relayed.altered(delivery))
             relayed.sent += 1
 
-    def _on_timer(self) -> None:
-        """Real time: deliver what is due, and report the faults that begin or end."""
+    def _act(self) -> bool:
+        """Real time: deliver what is due, and report the faults that begin or end; always true."""
         now = self.now()
         elapsed = now - self._start if self._start >= 0 else -1
         self._report(elapsed)
@@ -123,6 +141,7 @@ class FaultRelayNode(VesselNode):
             self._send(relayed, relayed.schedule.due(elapsed))
         for source in self._sources:
             source.act(now, elapsed)
+        return True
 
     # -- events and diagnostics ---------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 
-RESTART_LIMIT = 5.0
+RESTART_LIMIT = 15.0
 """Time for a node that is started again to report, s."""
 
 

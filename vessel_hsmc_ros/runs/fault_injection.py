@@ -91,6 +91,7 @@ class ProcessFaults:
 
     Attributes:
         affected: The nodes that are absent because a fault demands it.
+        restarted: The nodes started again, which may not have come up yet when the run ends.
     """
 
     def __init__(self, script: FaultScript, nodes: NodeGroup) -> None:
@@ -99,6 +100,7 @@ class ProcessFaults:
         self._begin = {f"{fault.describe()} begins": fault for fault in faults}
         self._end = {f"{fault.describe()} ends": fault for fault in faults}
         self.affected: set[str] = set()
+        self.restarted: set[str] = set()
 
     def on_event(self, text: str) -> str:
         """Carry out what an event announces; returns the name of a node that is back, empty if none is."""
@@ -111,5 +113,6 @@ class ProcessFaults:
                 self._nodes.send_signal(fault.node, signal.SIGCONT)
             else:
                 self._nodes.restart(fault.node)
+                self.restarted.add(fault.node)
             return fault.node
         return ""

@@ -101,7 +101,7 @@ def supervise(
         listener.on_fault(faults.on_event)
         status = _monitor(nodes, relay, listener, faults, interrupts, progress)
     # A node may fail while it shuts down, after the plant has ended the run.
-    if not status.failure and (failed := relay.failed() or nodes.failed(but=faults.affected)):
+    if not status.failure and (failed := relay.failed() or nodes.failed(but=faults.affected | faults.restarted)):
         status = ExitStatus(1, failed.describe_exit())
     try:
         if folder.bag.exists() and not repair.is_complete(folder.bag):

@@ -1,0 +1,103 @@
+"""Runs with scripted faults, as a user starts them."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from harness import Command
+
+from vessel_hsmc_ros.bags.reader import Bag, open_bag
+
+RUN = ("run", "figure_eight", "--set", "controller.law=pd", "--set", "vessel_sim.duration=6.0")
+
+
+@pytest.fixture
+def carried_out(start: Callable[..., Command], tmp_path: Path) -> Callable[..., tuple[Bag, dict[str, Any]]]:
+    """Run a scenario with a script; returns the bag and the summary."""
+
+    def carry_out(script: str, *options: str) -> tuple[Bag, dict[str, Any]]:
+        path = tmp_path / "faults.yaml"
+        path.write_text(script, encoding="utf-8")
+        command = start("vessel-hsmc", *RUN, "--faults", path, *options)
+        assert command.wait(120.0) == 0, command.text
+        (folder,) = command.output.parent.glob("runs/*")
+        return open_bag(folder / "bag"), json.loads((folder / "run.json").read_text(encoding="utf-8"))
+
+    return carry_out
+
+
+def operations(bag: Bag) -> dict[float, int]:
+    """The operation of the controller by the time of its state, s."""
+    return {m.header.stamp.sec + m.header.stamp.nanosec * 1e-9: m.operation for _, _, m in bag.messages("/controller/state")}
+
+
+def contents(bag: Bag, *topics: str) -> list[list[bytes]]:
+    return [[message.data for message in bag.raw_messages(topic)] for topic in topics]
+
+
+def test_two_lockstep_runs_of_a_script_are_alike(carried_out: Any, start: Any) -> None:
+    script = """
+seed: 2
+faults:
+  - {at: 1.0, duration: 2.0, kind: drop, topic: odom, probability: 0.5}
+  - {at: 2.0, duration: 1.0, kind: delay, topic: reference, delay: 0.2, jitter: 0.3}
+  - {at: 4.0, duration: 1.0, kind: reverse, topic: cmd_wrench}
+"""
+    first, summary = carried_out(script)
+    second, _ = carried_out(script)
+    topics = ("/odom", "/relayed/odom", "/relayed/reference", "/relayed/cmd_wrench", "/applied_wrench")
+    assert contents(first, *topics) == contents(second, *topics)
+    assert contents(first, "/odom") != contents(first, "/relayed/odom")
+    assert summary["faults"][0] == "drop of odom (probability = 0.5)"
+    assert [(event.time, event.kind, event.text) for event in first.events()][:2] == [
+        (1.0, "fault", "drop of odom (probability = 0.5) begins"),
+        (2.0, "fault", "delay of reference (delay = 0.2, jitter = 0.3) begins"),
+    ]
+    # Page and verification of such a run.
+    page = (Path(first.path).parent / "report.html").read_text(encoding="utf-8")
+    assert "drop of odom (probability = 0.5) begins" in page
+    refused = start("vessel-hsmc", "replay", first.path, "--verify")
+    assert refused.wait(60.0) == 1
+    assert "run with faults on /odom" in refused.text
+
+
+def test_a_silent_input_leads_to_the_safe_action_and_back_in_lockstep(carried_out: Any) -> None:
+    bag, _ = carried_out("faults: [{at: 2.0, duration: 1.0, kind: drop, topic: odom}]")
+    found = operations(bag)
+    left = [at for at, operation in found.items() if operation != 1]
+    assert 2.5 <= left[0] <= 2.6 + 1e-6
+    assert left[-1] < 3.5
+    commands = np.array([(m.wrench.force.x, m.wrench.torque.z) for _, _, m in bag.messages("/cmd_wrench")])
+    assert np.isfinite(commands).all()
+
+
+def test_the_run_goes_on_while_a_node_is_suspended_and_restarted_on_demand(carried_out: Any) -> None:
+    bag, summary = carried_out(
+        "faults:\n"
+        "  - {at: 1.0, duration: 0.8, kind: stop, node: controller}\n"
+        "  - {at: 2.5, duration: 0.5, kind: restart, node: controller}\n",
+        "--real-time",
+    )
+    assert summary["failure"] == ""
+    assert [event.text for event in bag.events()] == [
+        "stop of controller begins",
+        "stop of controller ends",
+        "restart of controller begins",
+        "restart of controller ends",
+    ]
+    at = np.array([*operations(bag)])
+    at -= next(m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for _, _, m in bag.messages("/odom"))
+    assert not ((at > 1.2) & (at < 1.75)).any()
+    assert not ((at > 2.7) & (at < 3.0)).any()
+
+
+def test_a_script_that_cannot_be_carried_out_ends_the_command_before_it_starts(start: Any, tmp_path: Path) -> None:
+    path = tmp_path / "faults.yaml"
+    path.write_text("faults: [{at: 1.0, kind: kill, node: controller}]", encoding="utf-8")
+    command = start("vessel-hsmc", *RUN, "--faults", path)
+    assert command.wait(30.0) == 2
+    assert "faults[0].kind = kill is not possible in lockstep" in command.text
+    assert not [*command.output.parent.glob("runs/*")]
