@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -51,10 +52,9 @@ def run(
     real_time: bool,
     namespace: str,
     vessels: int | None,
-    spacing: float,
     faults: Path | None,
     live: bool,
-    live_port: int,
+    **numbers: Any,
 ) -> None:
     """Simulate a scenario by ROS 2 nodes and record it.
 
@@ -74,18 +74,20 @@ def run(
     if vessels and loaded.faults:
         raise click.UsageError("--vessels takes no scenario with faults")
     if vessels:
-        sys.exit(run_vessels(loaded, output, vessels, namespace, spacing))
+        sys.exit(run_vessels(loaded, output, vessels, namespace, numbers["spacing"]))
     script = load_script(faults) if faults else loaded.faults
     if script is not None:
         check_script(script, loaded)
     check_writable(output)
     if live:
-        scenario_run.check_live_port(live_port)
-        print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")
+        scenario_run.check_live_port(numbers["live_port"])
+        print_status(f"live view: ws://localhost:{numbers['live_port']}, layout config/live/foxglove.json")
     # Before the folder is created: a run that is refused leaves nothing behind.
     with scenario_run.reserve_namespace(namespace, loaded.controller.lockstep):
         folder = make_run_folder(output, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
-            result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port if live else None, faults=script)
+            result = scenario_run.run_nodes(
+                loaded, folder, namespace, update, numbers["live_port"] if live else None, faults=script
+            )
     print_result(result)
     sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)
