@@ -30,7 +30,7 @@ SHORT = 10
 
 
 class Cost(NamedTuple):
-    """What a run has cost: wall time of its loop [s], processor time of all processes [s], steps, lost messages, missed periods."""
+    """Wall time of the loop and processor time of all processes of a run [s], its steps, lost messages and missed periods."""
 
     wall: float
     processor: float
