@@ -88,7 +88,8 @@ def _run(nodes: Sequence[VesselNode], running: Callable[[], bool]) -> int:
     code = 0
     with executor_of(nodes) as executor:
         spin = partial(executor.spin_while, lambda: running() and not all(plant.finished for plant in plants))
-        for work in (spin, *(node.close for node in nodes)):
+        works: list[Callable[[], None]] = [spin, *(node.close for node in nodes)]
+        for work in works:
             try:
                 work()
             except VesselHsmcError as error:
