@@ -1,7 +1,7 @@
 """Endurance: memory, open files and threads of every node over a long run, with missed periods and lost messages.
 
-The guided law on case 2 over the real nodes, everything recorded. After a warm-up of a fifth of the run, the memory of no node may
-grow by more than the limit; open files and threads must stay as they are, no control period may be missed and no message lost.
+The guided law on case 2 over the real nodes, everything recorded. After a warm-up of a fifth of the run, no node may grow
+by more than the limit; open files and threads must stay as they are, no control period may be missed and no message lost.
 
     python benchmarks/soak.py                                    # 2 h of ship time in lockstep
     python benchmarks/soak.py --real-time --duration 600         # 10 minutes in real time
