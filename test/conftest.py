@@ -84,6 +84,7 @@ KINDS = {
     "control": "pure",
     "plant": "pure",
     "reference": "pure",
+    "safety": "pure",
     "nodes": "nodes",
     "processes": "processes",
 }

@@ -8,6 +8,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from driving import ACCELERATION, REFERENCE, STATE, STEP, RealTimePlant
 from std_srvs.srv import SetBool
+from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.core.kinematics import extrapolate
 from vessel_hsmc_ros.laws import make_controller
@@ -52,7 +53,7 @@ def test_the_law_runs_at_its_rate_half_a_period_after_the_odometry(sea: RealTime
 
 @pytest.mark.parametrize("silent", ["odometry", "reference"])
 def test_an_input_that_ends_makes_the_wrench_zero_after_the_timeout(sea: RealTimePlant, status: Any, silent: str) -> None:
-    node = sea.start(ControllerNode, input_timeout=TIMEOUT)
+    node = sea.start(ControllerNode, input_timeout=TIMEOUT, safety__action="zero")
     sea.run(0.1)
     if silent == "odometry":
         sea.state = None
@@ -63,14 +64,14 @@ def test_an_input_that_ends_makes_the_wrench_zero_after_the_timeout(sea: RealTim
     overdue = last + round(TIMEOUT * 1e9)
     assert overdue <= sea.first_zero_after(last) <= overdue + STEP + 2 * TICK
     assert not any(sea.wrenches()[-1])
-    assert (status(node).level, status(node).message) == (DiagnosticStatus.ERROR, f"no {silent} for 0.1 s: the wrench is zero")
+    assert (status(node).level, status(node).message) == (DiagnosticStatus.ERROR, f"no {silent} for 0.1 s: the safe action is commanded")
     sea.state, sea.desired = STATE, REFERENCE
     sea.run(0.1)
     assert any(sea.wrenches()[-1])
 
 
 def test_an_input_whose_publisher_has_left_is_no_error(bench: Any, sea: RealTimePlant, status: Any) -> None:
-    node = sea.start(ControllerNode, input_timeout=TIMEOUT)
+    node = sea.start(ControllerNode, input_timeout=TIMEOUT, safety__action="zero")
     sea.run(0.2)
     sea.state = None
     bench.probe.destroy_publisher(sea.odometry)
@@ -78,13 +79,13 @@ def test_an_input_whose_publisher_has_left_is_no_error(bench: Any, sea: RealTime
     sea.run(0.2)
     assert not any(sea.wrenches()[-1])
     assert status(node).level == DiagnosticStatus.WARN
-    assert status(node).message == "no odometry: /odom no longer has a publisher; the wrench is zero"
+    assert status(node).message == "no odometry: /odom no longer has a publisher; the safe action is commanded"
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf])
 @pytest.mark.parametrize("bad", ["odometry", "reference"])
 def test_an_input_that_is_not_finite_is_reported_and_ignored(sea: RealTimePlant, status: Any, bad: str, number: float) -> None:
-    node = sea.start(ControllerNode, input_timeout=TIMEOUT)
+    node = sea.start(ControllerNode, input_timeout=TIMEOUT, safety__action="zero")
     sea.run(0.1)
     last = sea.last[bad]
     spoilt = np.array([number, *STATE[1:]])
@@ -105,17 +106,18 @@ def test_an_input_that_is_not_finite_is_reported_and_ignored(sea: RealTimePlant,
     assert any(sea.wrenches()[-1])
 
 
-def test_where_the_law_has_no_value_the_wrench_is_zero(sea: RealTimePlant, status: Any) -> None:
+def test_where_the_law_has_no_value_the_safe_action_is_commanded(sea: RealTimePlant, status: Any) -> None:
     """The hierarchical law is singular at z1 = b/a, here 10 m, and refuses to step across."""
     sea.desired, sea.state = ORIGIN, np.array([50.0, *ORIGIN[1:]])
-    node = sea.start(ControllerNode, hierarchical__sway_weight=10.0)
+    node = sea.start(ControllerNode, hierarchical__sway_weight=10.0, safety__action="zero")
     sea.run(0.1)
     assert any(sea.wrenches()[-1])
     sea.state = np.array([9.0, *ORIGIN[1:]])
     sea.run(0.05)
     assert sea.wrenches()[-1] == (0.0, 0.0)
+    assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.SAFE, ControlState.LAW_UNDEFINED)
     assert status(node).level == DiagnosticStatus.ERROR
-    assert status(node).message.endswith("the ship is at z1 = 9 m; the wrench is zero")
+    assert status(node).message.endswith("the ship is at z1 = 9 m; the safe action is commanded")
     sea.state = np.array([50.0, *ORIGIN[1:]])
     sea.run(0.05)
     assert any(sea.wrenches()[-1])
@@ -130,8 +132,9 @@ def test_an_older_reference_is_extrapolated_to_the_time_of_the_odometry(sea: Rea
     conv.write_reference(reference, conv.time_message(0), REFERENCE, ACCELERATION)
     desired, acceleration = conv.read_reference(reference)
     law = make_controller("hierarchical", 0.01)
-    wrench, _ = law.update(0.0, conv.read_odometry(odometry), extrapolate(desired, acceleration, 0.02), acceleration)
-    np.testing.assert_allclose(sea.wrenches()[0], wrench, rtol=1e-9)
+    _, terms = law.update(0.0, conv.read_odometry(odometry), extrapolate(desired, acceleration, 0.02), acceleration)
+    first = next(state for state in sea.states if math.isfinite(state.yaw_surface))
+    np.testing.assert_allclose((first.yaw_surface, first.surge_error), (terms.yaw_surface, terms.surge_error), rtol=1e-9)
 
 
 def test_the_law_learns_the_age_of_late_odometry_but_not_of_the_latest(
@@ -141,14 +144,14 @@ def test_the_law_learns_the_age_of_late_odometry_but_not_of_the_latest(
     step = node.loop.step
 
     def noting(*inputs: Any) -> Any:
-        ages.append(inputs[-1])
+        ages.append(inputs[5])
         return step(*inputs)
 
     monkeypatch.setattr(node.loop, "step", noting)
     sea.run(0.1)
     assert {*ages} == {0.0}
     sea.odometry_age = 3 * STEP
-    sea.run(0.02)
+    sea.run(0.05)
     ages.clear()
     sea.run(0.1)
     assert ages
@@ -165,7 +168,7 @@ def test_missed_periods_are_counted_in_the_control_state(sea: RealTimePlant, sim
 
 
 def test_periods_without_odometry_as_during_a_pause_are_not_missed(sea: RealTimePlant) -> None:
-    sea.start(ControllerNode, input_timeout=TIMEOUT)
+    sea.start(ControllerNode, input_timeout=TIMEOUT, safety__action="zero")
     sea.run(0.1)
     sea.state = None
     sea.run(0.4)

@@ -1,12 +1,15 @@
 """The supervision of inputs, on simulated times."""
 
+import math
 from typing import Any
 
 import pytest
 from nav_msgs.msg import Odometry
 
 from vessel_hsmc_ros.nodes.base import ERROR, WARN
-from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
+from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
+from vessel_hsmc_ros.safety.freshness import Sample
+from vessel_hsmc_ros.safety.reasons import Reason
 
 TIMEOUT = 500_000_000
 INPUTS = ("odometry", "reference")
@@ -14,31 +17,61 @@ INPUTS = ("odometry", "reference")
 
 @pytest.fixture
 def monitor(bench: Any) -> InputMonitor:
-    return InputMonitor(bench.probe, {"odom": "odometry", "reference": "reference"}, 0.5)
+    return InputMonitor(bench.probe, {"odometry": Expected("odom", "odom"), "reference": Expected("reference")}, 0.5)
+
+
+def sample(stamp: int, frame: str = "odom", number: float = 0.0) -> Sample:
+    return Sample(stamp, frame, "", (number,))
 
 
 @pytest.mark.parametrize("name", INPUTS)
 def test_an_input_is_overdue_once_it_is_older_than_the_timeout(monitor: InputMonitor, name: str) -> None:
     for each in INPUTS:
-        monitor.receive(each, 0, 1_000 if each == name else TIMEOUT)
-    assert monitor.overdue(1_000 + TIMEOUT) is None
-    assert monitor.overdue(1_000 + TIMEOUT + 1) == name
+        received = 1_000 if each == name else TIMEOUT
+        assert not monitor.take(each, sample(TIMEOUT), TIMEOUT, received)
+    assert monitor.overdue(TIMEOUT, 1_000 + TIMEOUT) is None
+    assert monitor.overdue(TIMEOUT, 1_000 + TIMEOUT + 1) == (name, Reason.OVERDUE)
+
+
+@pytest.mark.parametrize(
+    ("bad", "expected"),
+    [
+        (sample(0, "map"), "odometry with frame 'map' is not allowed: it must be 'odom'"),
+        (sample(-10 * TIMEOUT), "odometry with a stamp 5 s old is not allowed: it takes at most 0.5 s"),
+        (sample(60 * TIMEOUT), "odometry with a stamp 30 s ahead is not allowed: it takes at most 0.1 s"),
+    ],
+)
+def test_a_refused_sample_is_reported_with_its_value_and_what_is_allowed(
+    monitor: InputMonitor, bad: Sample, expected: str
+) -> None:
+    assert monitor.take("odometry", bad, 0, 0) == expected
+    assert monitor.status() == (ERROR, f"{expected}; ignored")
+    assert monitor.fresh["odometry"] == 0
+
+
+def test_repeated_and_reordered_samples_are_counted_and_are_no_error(monitor: InputMonitor) -> None:
+    for stamp in (1, 3, 2, 3):
+        monitor.take("odometry", sample(stamp), 0, 0)
+    concern = monitor.concern()
+    assert concern.values == {"refused": 2, "odometry: out_of_order": 1, "odometry: duplicate": 1}
+    assert monitor.status() is None
+    assert monitor.fresh["odometry"] == 2
 
 
 def test_an_input_that_never_came_is_named_at_the_second_check(monitor: InputMonitor) -> None:
-    monitor.receive("odometry", 0, 0)
+    monitor.receive("odometry", 0)
     monitor.check()
     assert monitor.status() is None
     monitor.check()
     assert monitor.status() == (WARN, "waiting for reference on /reference")
-    monitor.receive("reference", 0, 0)
+    monitor.receive("reference", 0)
     monitor.check()
     assert monitor.status() is None
 
 
 def test_odometry_that_waits_for_a_reference_of_its_stamp_is_reported_with_both_stamps(monitor: InputMonitor) -> None:
-    monitor.receive("odometry", 7_000_000_000, 0)
-    monitor.receive("reference", 6_990_000_001, 0)
+    monitor.receive("odometry", 7_000_000_000)
+    monitor.receive("reference", 6_990_000_001)
     monitor.check(pending=7_000_000_000)
     monitor.check(pending=7_000_000_000)
     latest = "odometry of 7.000000000 s and reference of 6.990000001 s"
@@ -48,7 +81,7 @@ def test_odometry_that_waits_for_a_reference_of_its_stamp_is_reported_with_both_
 def test_odometry_that_waits_no_longer_than_a_check_is_not_reported(monitor: InputMonitor) -> None:
     for stamp in (0, 10, 20):
         for name in INPUTS:
-            monitor.receive(name, stamp, 0)
+            monitor.receive(name, stamp)
         monitor.check(pending=stamp)
         assert monitor.status() is None
 
@@ -56,6 +89,6 @@ def test_odometry_that_waits_no_longer_than_a_check_is_not_reported(monitor: Inp
 def test_an_input_that_is_overdue_because_it_was_refused_is_reported_with_the_reason(bench: Any, monitor: InputMonitor) -> None:
     bench.publisher(Odometry, "odom")
     bench.until(lambda: bench.probe.count_publishers("/odom"))
-    monitor.refuse("odometry with x = nan is not allowed")
-    monitor.report_overdue("odometry")
+    monitor.take("odometry", sample(0, number=math.nan), 0, 0, "odometry with x = nan is not allowed")
+    monitor.report_overdue("odometry", Reason.OVERDUE, 0)
     assert monitor.status() == (ERROR, "odometry with x = nan is not allowed; ignored")

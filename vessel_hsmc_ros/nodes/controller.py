@@ -181,6 +181,7 @@ class ControllerNode(ManagedNode):
         """Command zero from now on, and until `rearm`."""
         self._begun = True
         self.loop.supervision.stop()
+        self.loop.wrench = NO_WRENCH
         if isinstance(self._steps, RealTime) and self.connected:
             self.publish_command(self.now())
 
@@ -249,7 +250,7 @@ class ControllerNode(ManagedNode):
         }
         if self.clock_problem:
             return WARN, self.clock_problem, values
-        level, message = self.inputs.monitor.status() or self._clock_step.current or self._operation()
+        level, message = self._clock_step.current or self.inputs.monitor.status() or self._operation()
         return level, message, values
 
     def _operation(self) -> tuple[bytes, str]:

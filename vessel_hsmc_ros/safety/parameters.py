@@ -1,8 +1,10 @@
 """The parameters of freshness, plausibility, monitors and safe action."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
 
 ACTIONS = ("zero", "ramp", "hold", "brake", "fallback")
@@ -67,7 +69,7 @@ class MonitorParameters:
     )
     not_moving_warning: float = delay("Time for which the ship is driven and does not move before a warning.", 10.0)
     not_moving_safe: float = delay("The same before the safe action; inf: never.", 30.0)
-    saturation_warning: float = delay("Time at one and the same limit before a warning.", 120.0)
+    saturation_warning: float = delay("Time at one and the same limit before a warning.", 300.0)
     saturation_safe: float = delay("The same before the safe action; inf: never.", math.inf)
     innovation_limit: float = parameter(
         20.0, "Innovation of the observer that contradicts its estimate, in standard deviations.", low=1.0, high=1e6
@@ -112,3 +114,37 @@ class SafetyParameters:
     yaw_moment_limit: float = bound("yaw moment", "N·m")
     surge_force_rate: float = own_rate("surge force", "N/s")
     yaw_moment_rate: float = own_rate("yaw moment", "N·m/s")
+
+
+def check_safety(p: SafetyParameters, law: str, laws: Collection[str], limits: tuple[float, float]) -> None:
+    """Check what single declarations cannot: a fallback to another law, alarms in their order, rates that allow the ramp.
+
+    Args:
+        p: The parameters.
+        law: The law in use.
+        laws: The names of all laws.
+        limits: Largest surge force and yaw moment of the vessel, N and N·m.
+
+    Raises:
+        ParameterError: they contradict each other.
+    """
+    if p.action == "fallback":
+        others = ", ".join(name for name in laws if name != law)
+        if p.fallback_law == law or p.fallback_law not in laws:
+            raise ParameterError(
+                f"controller.safety.fallback_law = {p.fallback_law} is not allowed with law {law}: it takes one of {others}"
+            )
+    for name in ("not_moving", "saturation", "innovation"):
+        warning, safe = getattr(p.monitors, f"{name}_warning"), getattr(p.monitors, f"{name}_safe")
+        if warning > safe:
+            raise ParameterError(
+                f"controller.safety.monitors.{name}_warning = {warning:g} s is not allowed: it takes at most"
+                f" {name}_safe = {safe:g} s"
+            )
+    for name, limit in zip(("surge_force", "yaw_moment"), limits, strict=True):
+        rate, ramp = getattr(p, f"{name}_rate"), limit / p.ramp_time
+        if rate < ramp:
+            raise ParameterError(
+                f"controller.safety.{name}_rate = {rate:g} is not allowed: it takes at least {ramp:g}, at which the"
+                f" command moves in ramp_time = {p.ramp_time:g} s from vessel.{name}_limit to zero"
+            )

@@ -54,6 +54,7 @@ class Supervision:
         self.command = NO_WRENCH
         self.violations: Counter[Reason] = Counter()
         self._handing_over: float | None = None
+        self._follows_own = False  # whether the last command was the law's, so that its rate of change is the law's too
         self._elapsed = 0.0
         self._good = 0
 
@@ -96,7 +97,7 @@ class Supervision:
 
     def handover(self) -> None:
         """Let the next commands move at the bounded rate, as after a change of law or gains or a re-localisation."""
-        self._handing_over = 0.0
+        self._handing_over, self._follows_own = 0.0, False
 
     # -- every control period -----------------------------------------------------------------------------------------
 
@@ -148,8 +149,7 @@ class Supervision:
         if reason:
             return reason
         p = self.parameters
-        own = self.operation is Operation.ACTIVE and self._handing_over is None
-        rates = (p.surge_force_rate, p.yaw_moment_rate) if own else UNBOUNDED
+        rates = (p.surge_force_rate, p.yaw_moment_rate) if self._follows_own else UNBOUNDED
         found = violation(wanted, self.command, (self._limits[0], self._limits[1]), rates, period)
         if found:
             self.violations[found] += 1
@@ -163,17 +163,15 @@ class Supervision:
             self.handover()
 
     def _towards_law(self, wanted: Pair, period: float) -> Pair:
-        if self._handing_over is None:
-            self.reason = Reason.NONE
-            return wanted
-        self._handing_over += period
-        previous, target = self.authority.within(self.command), self.authority.within(wanted)
-        command = towards(previous, target, self.authority.rates(self.parameters.ramp_time), period)
-        if command == target or self._handing_over > 2.0 * self.parameters.ramp_time:
-            self._handing_over = None
-            return wanted
-        self.reason = Reason.HANDOVER
-        return command
+        if self._handing_over is not None:
+            self._handing_over += period
+            previous, target = self.authority.within(self.command), self.authority.within(wanted)
+            command = towards(previous, target, self.authority.rates(self.parameters.ramp_time), period)
+            if command != target and self._handing_over <= 2.0 * self.parameters.ramp_time:
+                self.reason = Reason.HANDOVER
+                return command
+        self._handing_over, self._follows_own, self.reason = None, True, Reason.NONE
+        return wanted
 
     def _safe(self, period: float, motion: Pair | None, fallback: Pair | None) -> Pair:
         previous, elapsed = self.authority.within(self.command), self._elapsed
@@ -186,4 +184,5 @@ class Supervision:
 
     def _enter(self, operation: Operation, reason: Reason) -> None:
         self.operation, self.reason = operation, reason
-        self._handing_over, self._elapsed, self._good = None, 0.0, 0
+        self._handing_over, self._follows_own = None, False
+        self._elapsed, self._good = 0.0, 0

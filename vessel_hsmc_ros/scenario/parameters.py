@@ -27,7 +27,7 @@ from vessel_hsmc_ros.laws import (
     PdParameters,
 )
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
-from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters
+from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
 from vessel_hsmc_ros.scenario.diagnostics import BlackBoxParameters, DiagnosticsParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
@@ -97,6 +97,9 @@ class ControllerParameters(CommonParameters):
     open_loop: OpenLoopParameters = group(OpenLoopParameters)
     diagnostics: DiagnosticsParameters = group(DiagnosticsParameters)
     black_box: BlackBoxParameters = group(BlackBoxParameters)
+
+    def __post_init__(self) -> None:
+        check_safety(self.safety, self.law, tuple(LAWS), (self.vessel.surge_force_limit, self.vessel.yaw_moment_limit))
 
 
 def controller_parameters() -> type[ControllerParameters]:

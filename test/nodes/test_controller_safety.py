@@ -1,0 +1,249 @@
+"""What the controller commands when an input is wrong, and what a person commands; on simulated time, exact to a tick."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from driving import STATE, STEP, RealTimePlant
+from geometry_msgs.msg import WrenchStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from std_srvs.srv import SetBool, Trigger
+from vessel_hsmc_msgs.msg import ControlState, Event
+
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+
+TICK = 2_500_000
+TIMEOUT = 0.1
+RAMP = 0.2
+RATES = np.array([2e5, 3e6]) / RAMP
+
+
+@pytest.fixture
+def sea(bench: Any, simulated_time: Any) -> RealTimePlant:
+    return RealTimePlant(bench, simulated_time)
+
+
+def start(sea: RealTimePlant, **changes: Any) -> Any:
+    settings = {"law": "guided", "input_timeout": TIMEOUT, "safety__ramp_time": RAMP}
+    return sea.start(ControllerNode, **{**settings, **changes})
+
+
+def spoil(sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, **fields: Any) -> None:
+    """Publish odometry with other fields than its own from now on."""
+    send = sea.odometry.publish
+
+    def publish(message: Any) -> None:
+        for name, value in fields.items():
+            if name == "late":
+                message.header.stamp = conv.time_message(max(0, conv.nanoseconds(message.header.stamp) - value))
+            else:
+                message.header.frame_id = value
+        send(message)
+
+    monkeypatch.setattr(sea.odometry, "publish", publish)
+
+
+def assert_bounded(sea: RealTimePlant) -> None:
+    """Every change of the commands is that of the law by itself, or bounded by the ramp."""
+    count = min(len(sea.commands), len(sea.states))  # the last message of one of them may be on its way
+    states = {conv.nanoseconds(state.header.stamp): state for state in sea.states}
+    pairs = [(wrench, states[at]) for at, wrench in zip(sea.stamps(), sea.wrenches(), strict=True) if at in states][:count]
+    wrenches = np.array([wrench for wrench, _ in pairs])
+    own = np.array([state.operation == ControlState.ACTIVE and not state.reason for _, state in pairs])
+    changes = np.abs(np.diff(wrenches, axis=0))[~own[1:]]
+    assert len(changes)
+    assert (changes <= RATES * 0.01 * (1.0 + 1e-9)).all()
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [({"late": 5_000_000_000}, "old"), ({"late": -30_000_000_000}, "ahead"), ({"frame": "map"}, "frame 'map' and 'base_link'")],
+)
+def test_odometry_of_another_time_or_frame_leads_to_the_safe_action_and_back(
+    bench: Any, sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, fault: dict[str, Any], reason: str
+) -> None:
+    sea.time.now = 10_000_000_000
+    node = start(sea)
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.ACTIVE
+    last = sea.last["odometry"]
+    with monkeypatch.context() as spoilt:
+        spoil(sea, spoilt, **fault)
+        sea.run(0.2)
+    assert reason in node.status()[1]
+    safe = next(state for state in sea.states if state.operation == ControlState.SAFE)
+    overdue = last + round(TIMEOUT * 1e9)
+    assert overdue <= conv.nanoseconds(safe.header.stamp) <= overdue + 2 * STEP
+    assert math.isnan(safe.yaw_surface)
+    sea.run(0.2)
+    assert (sea.states[-1].operation, node.inputs.monitor.overdue(node.now(), node.now())) == (ControlState.ACTIVE, None)
+    assert_bounded(sea)
+
+
+def test_the_law_begins_to_command_at_a_bounded_rate_after_fresh_samples(sea: RealTimePlant) -> None:
+    start(sea, safety__fresh_samples=5)
+    sea.run(0.5)
+    operations = [state.operation for state in sea.states]
+    first = operations.index(ControlState.ACTIVE)
+    assert first >= 4
+    assert set(operations[first:]) == {ControlState.ACTIVE}
+    assert sea.stamps()[0] == conv.nanoseconds(sea.states[first].header.stamp), "in standby nothing was commanded"
+    assert any(math.isfinite(state.yaw_surface) for state in sea.states[:first]), "the law was computed"
+    assert_bounded(sea)
+
+
+def test_without_start_enabled_the_node_waits_in_standby_for_enable(bench: Any, sea: RealTimePlant) -> None:
+    start(sea, start_enabled=False)
+    sea.run(0.2)
+    assert not sea.commands
+    assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.STANDBY, ControlState.IN_STANDBY)
+    assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
+    sea.run(0.2)
+    assert any(sea.wrenches()[-1])
+    assert_bounded(sea)
+
+
+def test_enable_is_refused_with_the_reason_while_an_input_is_missing(bench: Any, sea: RealTimePlant) -> None:
+    start(sea, start_enabled=False)
+    sea.state = None
+    sea.run(0.2)
+    answer = bench.call(SetBool, "/controller/enable", SetBool.Request(data=True))
+    assert (answer.success, answer.message) == (False, "not enabled: never received")
+
+
+def test_a_stop_latches_until_it_is_rearmed_and_enabled(bench: Any, sea: RealTimePlant) -> None:
+    events = bench.collect(Event, "events", qos.LOSSLESS)
+    start(sea)
+    sea.run(0.3)
+    sea.state = None  # a stop is answered while inputs are missing, too
+    sea.run(0.2)
+    assert bench.call(Trigger, "/controller/stop", Trigger.Request()).success
+    bench.until(lambda: sea.wrenches()[-1] == (0.0, 0.0))
+    sea.state = STATE
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.STOPPED
+    assert not any(sea.wrenches()[-1])
+    refused = bench.call(SetBool, "/controller/enable", SetBool.Request(data=True))
+    assert (refused.success, refused.message) == (False, "not enabled: stopped until it is rearmed")
+    assert bench.call(Trigger, "/controller/rearm", Trigger.Request()).success
+    sea.run(0.1)
+    count = len(sea.commands)
+    sea.run(0.1)
+    assert len(sea.commands) == count, "in standby another source may command"
+    assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
+    sea.run(0.2)
+    assert any(sea.wrenches()[-1])
+    assert not bench.call(Trigger, "/controller/rearm", Trigger.Request()).success
+    assert [event.kind for event in events if event.node == "controller"] == ["disable", "stop", "rearm", "enable"]
+
+
+def test_the_lifecycle_services_activate_and_deactivate(bench: Any, sea: RealTimePlant) -> None:
+    start(sea, start_enabled=False)
+    sea.run(0.2)
+
+    def change(transition: int) -> bool:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return bool(bench.call(ChangeState, "/controller/change_state", request).success)
+
+    def label() -> str:
+        return str(bench.call(GetState, "/controller/get_state", GetState.Request()).current_state.label)
+
+    assert label() == "inactive"
+    assert change(Transition.TRANSITION_ACTIVATE)
+    sea.run(0.1)
+    assert (label(), sea.states[-1].operation) == ("active", ControlState.ACTIVE)
+    assert change(Transition.TRANSITION_DEACTIVATE)
+    assert change(Transition.TRANSITION_CLEANUP)
+    sea.run(0.05)
+    assert (label(), sea.states[-1].operation) == ("unconfigured", ControlState.STANDBY)
+    assert math.isnan(sea.states[-1].yaw_surface)
+    refused = bench.call(SetBool, "/controller/enable", SetBool.Request(data=True))
+    assert "unconfigured" in refused.message
+    assert change(Transition.TRANSITION_CONFIGURE)
+    assert change(Transition.TRANSITION_INACTIVE_SHUTDOWN)
+    assert label() == "finalized"
+
+
+def test_a_changed_gain_and_a_reset_move_the_command_at_a_bounded_rate(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea)
+    sea.run(0.6)
+    for request in (
+        lambda: bench.set_parameters("controller", guided__position_gain=0.9).successful,
+        lambda: bench.call(Trigger, "/controller/reset", Trigger.Request()).success,
+    ):
+        assert sea.states[-1].reason == ControlState.NONE
+        before = np.array(sea.wrenches()[-1])
+        assert request()
+        sea.run(0.03)
+        bound = np.array([2e5, 3e6]) / RAMP * 0.05
+        assert (np.abs(np.array(sea.wrenches()[-1]) - before) <= bound).all()
+        sea.run(0.45)
+    assert node.loop.enabled
+
+
+def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea)
+    sea.run(0.3)
+    other = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", qos.data(False))
+    bench.until(lambda: node.second_publisher() and (sea.run(0.02) or sea.states[-1].operation == ControlState.SAFE))
+    assert sea.states[-1].reason == ControlState.SECOND_PUBLISHER
+    assert node.status()[:2] == (DiagnosticStatus.ERROR, "safe: another node commands as well")
+    bench.probe.destroy_publisher(other)
+    bench.until(lambda: sea.run(0.02) or sea.states[-1].operation == ControlState.ACTIVE)
+
+
+def test_a_jump_is_held_out_and_then_taken_without_a_bump(sea: RealTimePlant) -> None:
+    node = start(sea)
+    sea.run(0.5)
+    sea.state = STATE + np.array([300.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    sea.run(0.03)
+    assert "jumped" in node.status()[1]
+    assert abs(sea.states[-1].surge_error) < 50.0
+    sea.run(0.2)
+    assert abs(sea.states[-1].surge_error) > 200.0
+    assert_bounded(sea)
+
+
+def test_a_clock_that_is_set_back_resets_law_and_inputs(sea: RealTimePlant, simulated_time: Any) -> None:
+    sea.time.now = 10_000_000_000
+    node = start(sea)
+    sea.run(0.3)
+    simulated_time.jump(-5_000_000_000)
+    sea.run(0.05)
+    assert "the clock was set back by" in node.status()[1]
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.ACTIVE
+    assert sea.states[-1].missed_periods == 0
+    assert_bounded(sea)
+
+
+def test_a_node_without_its_clock_says_that_it_waits_for_it(bench: Any) -> None:
+    node = bench.start(ControllerNode, lockstep=False, use_sim_time=True)
+    bench.until(lambda: node.status()[1].startswith("waiting for /clock"))
+
+
+def test_the_last_command_is_zero(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea)
+    sea.run(0.3)
+    assert any(sea.wrenches()[-1])
+    node.close()
+    bench.until(lambda: sea.wrenches()[-1] == (0.0, 0.0))
+    assert sea.stamps()[-1] == node.now()
+
+
+def test_a_fallback_law_steers_where_the_chosen_one_is_undefined(sea: RealTimePlant) -> None:
+    """The hierarchical law is singular at z1 = b/a, here 10 m."""
+    sea.desired, sea.state = np.zeros(6), np.array([50.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    settings = {"hierarchical__sway_weight": 10.0, "safety__action": "fallback", "safety__fallback_law": "los_pid"}
+    start(sea, law="hierarchical", **settings)
+    sea.run(0.2)
+    sea.state = np.array([9.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    sea.run(0.5)
+    assert sea.states[-1].operation == ControlState.SAFE
+    assert sea.states[-1].reason == ControlState.LAW_UNDEFINED
+    assert any(sea.wrenches()[-1]), "a ramp would have ended"

@@ -1,0 +1,56 @@
+"""How a controller in a process of its own ends: by a signal, with zero as its last command."""
+
+import signal
+from typing import Any
+
+import pytest
+import rclpy
+from driving import RealTimePlant
+from rclpy.executors import SingleThreadedExecutor
+
+
+class Bench:
+    """A probe in the process of the test."""
+
+    def __init__(self) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[])
+        self.probe = rclpy.create_node("probe", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.probe)
+
+    def publisher(self, kind: Any, topic: str, lockstep: bool = False) -> Any:
+        del lockstep
+        return self.probe.create_publisher(kind, topic, 10)
+
+    def collect(self, kind: Any, topic: str, profile: Any) -> list[Any]:
+        messages: list[Any] = []
+        self.probe.create_subscription(kind, topic, messages.append, profile)
+        return messages
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_controller_with_zero_as_its_last_command(start: Any, number: int) -> None:
+    bench = Bench()
+    plant = RealTimePlant(bench, None)
+
+    def send() -> None:
+        now = int(bench.probe.get_clock().now().nanoseconds)
+        plant.send_reference(now)
+        plant.send_odometry(now)
+
+    bench.probe.create_timer(0.02, send)
+    settings = ["-p", "law:=guided", "-p", "rate_hz:=50.0"]
+    command = start("python", "-m", "vessel_hsmc_ros.nodes.controller", "--ros-args", *settings)
+
+    def spin() -> None:
+        bench.executor.spin_once(timeout_sec=0.02)
+
+    command.until(lambda: spin() or (plant.commands and any(plant.wrenches()[-1])), 60.0)
+    command.popen.send_signal(number)
+    command.until(lambda: spin() or command.popen.poll() is not None, 20.0)
+    assert command.popen.returncode == 0
+    for _ in range(20):
+        spin()
+    assert plant.wrenches()[-1] == (0.0, 0.0)
+    rclpy.shutdown(context=bench.context)

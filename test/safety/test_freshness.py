@@ -1,0 +1,87 @@
+"""Which samples of an input count."""
+
+import math
+
+import pytest
+
+from vessel_hsmc_ros.safety.freshness import Freshness, Sample
+from vessel_hsmc_ros.safety.parameters import FreshnessParameters
+from vessel_hsmc_ros.safety.reasons import Reason
+
+MS = 1_000_000
+NOW = 100_000 * MS
+
+
+def odometry(stamp: int = NOW, **changes: object) -> Sample:
+    return Sample(stamp, "odom", "base_link", (0.0,) * 6, 0.5)._replace(**changes)  # type: ignore[arg-type]
+
+
+def fresh(**values: object) -> Freshness:
+    """An input with a time-out of 0.5 s and a tolerance of 0.1 s."""
+    return Freshness(0.5, FreshnessParameters(**values), "odom", "base_link")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("sample", "reason"),
+    [
+        (odometry(), Reason.NONE),
+        (odometry(NOW - 500 * MS), Reason.NONE),
+        (odometry(NOW - 500 * MS - 1), Reason.STAMP_OLD),
+        (odometry(NOW - 5000 * MS), Reason.STAMP_OLD),
+        (odometry(NOW + 100 * MS), Reason.NONE),
+        (odometry(NOW + 100 * MS + 1), Reason.STAMP_FUTURE),
+        (odometry(NOW + 30_000 * MS), Reason.STAMP_FUTURE),
+        (odometry(frame="map"), Reason.WRONG_FRAME),
+        (odometry(frame=""), Reason.WRONG_FRAME),
+        (odometry(child_frame="other/base_link"), Reason.WRONG_FRAME),
+        (odometry(values=(0.0, math.nan)), Reason.NOT_FINITE),
+        (odometry(values=(0.0, -math.inf)), Reason.NOT_FINITE),
+        (odometry(covariance=2.1), Reason.UNCERTAIN),
+        (odometry(covariance=math.nan), Reason.UNCERTAIN),
+    ],
+)
+def test_a_sample_is_taken_or_refused_with_its_reason(sample: Sample, reason: Reason) -> None:
+    odom = fresh(covariance_limit=2.0)
+    assert odom.accept(sample, NOW, 0) is reason
+    assert odom.refused == ({reason: 1} if reason else {})
+    assert odom.last == (None if reason else sample.stamp)
+
+
+def test_duplicates_and_reorderings_are_dropped_and_counted() -> None:
+    odom = fresh()
+    stamps = [0, 10, 10, 5, 20, 15, 20]
+    reasons = [odom.accept(odometry(NOW + stamp * MS), NOW, 0) for stamp in stamps]
+    taken = [stamp for stamp, reason in zip(stamps, reasons, strict=True) if reason is Reason.NONE]
+    assert taken == [0, 10, 20]
+    assert odom.refused == {Reason.DUPLICATE: 2, Reason.OUT_OF_ORDER: 2}
+
+
+def test_an_input_is_overdue_by_its_receipt_and_by_its_stamp() -> None:
+    odom = fresh()
+    assert odom.overdue(NOW, 0) is Reason.NOT_RECEIVED
+    odom.accept(odometry(NOW), NOW, 7000 * MS)
+    assert odom.overdue(NOW, 7500 * MS) is Reason.NONE
+    assert odom.overdue(NOW, 7500 * MS + 1) is Reason.OVERDUE
+    assert odom.overdue(NOW + 500 * MS, 7000 * MS) is Reason.NONE
+    assert odom.overdue(NOW + 500 * MS + 1, 7000 * MS) is Reason.STAMP_OLD, "the clock jumped ahead"
+    assert odom.overdue(NOW - 101 * MS, 7000 * MS) is Reason.STAMP_FUTURE, "the clock was set back"
+
+
+def test_a_refused_sample_does_not_prolong_the_last_one() -> None:
+    odom = fresh()
+    odom.accept(odometry(NOW), NOW, 0)
+    odom.accept(odometry(NOW + MS, frame="map"), NOW, 400 * MS)
+    assert odom.overdue(NOW, 501 * MS) is Reason.OVERDUE
+
+
+def test_earlier_stamps_are_taken_again_after_a_reset() -> None:
+    odom = fresh()
+    odom.accept(odometry(NOW), NOW, 0)
+    odom.reset()
+    assert odom.overdue(NOW, 0) is Reason.NOT_RECEIVED
+    assert odom.accept(odometry(NOW - 100 * MS), NOW, 0) is Reason.NONE
+
+
+def test_any_frame_is_taken_where_frames_are_not_checked_or_not_declared() -> None:
+    assert fresh(frames_checked=False).accept(odometry(frame="map"), NOW, 0) is Reason.NONE
+    assert Freshness(0.5, FreshnessParameters()).accept(odometry(frame="map"), NOW, 0) is Reason.NONE
