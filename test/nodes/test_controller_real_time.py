@@ -64,7 +64,10 @@ def test_an_input_that_ends_makes_the_wrench_zero_after_the_timeout(sea: RealTim
     overdue = last + round(TIMEOUT * 1e9)
     assert overdue <= sea.first_zero_after(last) <= overdue + STEP + 2 * TICK
     assert not any(sea.wrenches()[-1])
-    assert (status(node).level, status(node).message) == (DiagnosticStatus.ERROR, f"no {silent} for 0.1 s: the safe action is commanded")
+    assert (status(node).level, status(node).message) == (
+        DiagnosticStatus.ERROR,
+        f"no {silent} for 0.1 s: the safe action is commanded",
+    )
     sea.state, sea.desired = STATE, REFERENCE
     sea.run(0.1)
     assert any(sea.wrenches()[-1])

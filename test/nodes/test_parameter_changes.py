@@ -12,7 +12,7 @@ from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 from vessel_sim_node.node import VesselSimNode
 
-SCREW = {"vessel__thrusters__names": ["screw"]}
+SCREW = {"vessel__thrusters__names": ["screw"], "vessel__thrusters__thrust_ahead": [100.0]}
 CHANGES: list[tuple[Any, dict[str, Any], str]] = [
     (VesselSimNode, {}, "disturbance.periodic.surge_force"),
     (ControllerNode, {"law": "guided"}, "guided.position_gain"),
