@@ -12,12 +12,15 @@ from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 from vessel_sim_node.node import VesselSimNode
 
-SCREW = {"vessel__thrusters__names": ["screw"], "vessel__thrusters__thrust_ahead": [100.0]}
+TWIN = {
+    f"vessel__thrusters__{name}": value
+    for name, value in {"names": ["left", "right"], "kinds": ["fixed"], "y": [1.0, -1.0], "thrust_ahead": [100.0]}.items()
+}
 CHANGES: list[tuple[Any, dict[str, Any], str]] = [
     (VesselSimNode, {}, "disturbance.periodic.surge_force"),
     (ControllerNode, {"law": "guided"}, "guided.position_gain"),
     (ReferenceShipNode, {}, "surge_force"),
-    (ThrusterAllocationNode, SCREW, "command_timeout"),
+    (ThrusterAllocationNode, TWIN, "command_timeout"),
 ]
 TOPICS = {"/events", "/parameter_events"}
 

@@ -24,7 +24,7 @@ def soak() -> Any:
 def test_over_a_minute_of_ship_time_no_node_grows_misses_a_period_or_loses_a_message(tmp_path: Path) -> None:
     """The bound is generous, as the run is shorter than its warm-up; a queue that is never emptied exceeds it nevertheless."""
     picture = tmp_path / "soak.png"
-    command = [sys.executable, SOAK, "--duration", "60", "--growth", "10", "--picture", picture]
+    command = [sys.executable, str(SOAK), "--duration", "60", "--growth", "10", "--picture", str(picture)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300.0, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
