@@ -1,20 +1,33 @@
-"""How well the nodes keep the pace of the clock: intervals of the control law and missed periods in real-time runs.
+"""How well the nodes keep the pace of the clock: scatter of the control period, and time from odometry to command.
 
-Four processes, everything recorded, the guided law at 100 Hz. On an idle machine the intervals scatter by some tenths of a
-millisecond and no period is missed; whatever else the machine does shows here.
+Four processes, everything recorded, the guided law at 100 Hz; each run is followed by bare rclpy round trips of the same length
+and rate, between two processes that publish nav_msgs/Odometry and answer with geometry_msgs/WrenchStamped. Both on the machine as
+it is, and with one core loaded.
 
-    python benchmarks/real_time.py [--rounds 3] [--duration 20]
+The control periods begin half a period after the odometry, by design; the latency is counted from there to the publication of the
+command. On an idle machine the periods scatter by some tenths of a millisecond and none is missed.
+
+    python benchmarks/real_time.py [--rounds 1] [--duration 20]
 """
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import rclpy
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.executors import SingleThreadedExecutor
 from rich.console import Console
 from rich.table import Table
 
@@ -24,39 +37,129 @@ PERIOD = 0.01
 START_AND_END = 60.0
 """Time that a run may take besides its duration, s."""
 
+Array = NDArray[np.float64]
+
 
 def main() -> None:
     """Run, print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=3, help="number of runs")
+    parser.add_argument("--rounds", type=int, default=1, help="number of runs of each kind")
     parser.add_argument("--duration", type=float, default=20.0, help="length of a run, s")
+    parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    table = Table("run", "real-time factor", "median interval", "99 % within", "longest", "missed periods", "dropped messages")
-    for number in range(arguments.rounds):
-        summary, intervals = real_time_run(arguments.duration)
-        deviations = np.abs(intervals - PERIOD)
-        table.add_row(
-            str(number + 1),
-            f"{summary['real_time_factor']:.3f}",
-            f"{1e3 * np.median(intervals):.3f} ms",
-            f"{1e3 * np.percentile(deviations, 99):.3f} ms",
-            f"{1e3 * np.max(intervals):.3f} ms",
-            str(summary["missed_periods"]),
-            str(summary["messages_dropped"]),
-        )
+    if arguments.echo:
+        echo()
+        return
+    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
+    table = Table("machine", "", "p50", "p99", "largest", "missed periods", "lost messages")
+    for _ in range(arguments.rounds):
+        for machine, busy in (("as it is", 0), ("one core loaded", 1)):
+            with load(busy):
+                summary, deviations, latencies = real_time_run(arguments.duration)
+                bare = round_trips(arguments.duration)
+            counts = str(summary["missed_periods"]), str(summary["messages_dropped"])
+            table.add_row(machine, "deviation of the control period", *shown(deviations), *counts)
+            table.add_row(machine, "from odometry to command", *shown(latencies), "", "")
+            table.add_row(machine, "bare round trip", *shown(bare), "", "")
+            more = np.percentile(latencies, 99) - np.percentile(bare, 99)
+            table.add_row(machine, "more than bare at p99", "", f"{1e3 * more:+.3f} ms", "", "", "")
     Console().print(table)
 
 
-def real_time_run(duration: float) -> tuple[dict[str, Any], Any]:
-    """The summary of a run of case 2, and the intervals between two updates of the law, s."""
+@contextmanager
+def load(processes: int) -> Iterator[None]:
+    """Load some cores, one process each."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(processes)]
+    try:
+        yield
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
+def shown(values: Array) -> tuple[str, ...]:
+    """Median, 99th percentile and largest value in milliseconds."""
+    return tuple(f"{1e3 * value:.3f} ms" for value in (*np.percentile(values, (50, 99)), np.max(values)))
+
+
+def real_time_run(duration: float) -> tuple[dict[str, Any], Any, Any]:
+    """The summary of a run of case 2, deviations of its control periods from the nominal one, and its latencies, s."""
     with tempfile.TemporaryDirectory() as output:
         command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--real-time", "--output", output]
         command += ["--set", "controller.law=guided", "--set", f"vessel_sim.duration={duration}"]
         subprocess.run(command, check=True, timeout=duration + START_AND_END, capture_output=True)
         (folder,) = Path(output).iterdir()
         summary = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        stamps = open_bag(folder / "bag")["controller/state"].stamp
-        return summary, 1e-9 * np.diff(np.sort(stamps))
+        bag = open_bag(folder / "bag")
+        intervals = 1e-9 * np.diff(np.sort(bag["controller/state"].stamp))
+        sent = {topic: published(bag, topic) for topic in ("/odom", "/cmd_wrench")}
+        measured = sent["/odom"][np.searchsorted(sent["/odom"], sent["/cmd_wrench"]) - 1]
+        return summary, np.abs(intervals - PERIOD), 1e-9 * (sent["/cmd_wrench"] - measured) - 0.5 * PERIOD
+
+
+def published(bag: Any, topic: str) -> NDArray[np.int64]:
+    """Times at which the messages of a topic were published, without those of the first and the last second, ns."""
+    times = np.array([message.publish_time for message in bag.raw_messages(topic)])
+    return np.asarray(times[round(1.0 / PERIOD) : -round(1.0 / PERIOD)])
+
+
+def round_trips(duration: float) -> Array:
+    """Times of plain round trips at the rate of the control law, s."""
+    other = subprocess.Popen([sys.executable, __file__, "--echo"])
+    try:
+        return measure(round(duration / PERIOD))
+    finally:
+        other.kill()
+        other.wait()
+
+
+def measure(count: int) -> Array:
+    """Publish odometry once a period, and take the time until the wrench comes, s; (count,)."""
+    rclpy.init()
+    node = rclpy.create_node("bare_plant")
+    publisher = node.create_publisher(Odometry, "bare_odom", 10)
+    times: list[float] = []
+    began = 0.0
+
+    def send() -> None:
+        nonlocal began
+        began = time.perf_counter()
+        publisher.publish(Odometry())
+
+    def answer(_message: WrenchStamped) -> None:
+        times.append(time.perf_counter() - began)
+
+    subscription = node.create_subscription(WrenchStamped, "bare_wrench", answer, 10)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    end = time.monotonic() + START_AND_END + count * PERIOD
+    while not (publisher.get_subscription_count() and subscription.get_publisher_count()):
+        executor.spin_once(timeout_sec=0.1)
+    node.create_timer(PERIOD, send)
+    while len(times) < count and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.5)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.shutdown()
+    return np.array(times[round(1.0 / PERIOD) :])
+
+
+def echo() -> None:
+    """Run the other process: answer every odometry message."""
+    rclpy.init()
+    node = rclpy.create_node("bare_controller")
+    publisher = node.create_publisher(WrenchStamped, "bare_wrench", 10)
+
+    def answer(message: Odometry) -> None:
+        wrench = WrenchStamped()
+        wrench.header.stamp = message.header.stamp
+        publisher.publish(wrench)
+
+    node.create_subscription(Odometry, "bare_odom", answer, 10)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    executor.spin()
 
 
 if __name__ == "__main__":

@@ -243,7 +243,9 @@ class VesselSimNode(VesselNode):
     def concerns(self) -> list[Concern]:
         """The status, and that of the commands."""
         level, text = (None if self.finished or self._paused else self._drive.problem()) or (OK, "fresh")
-        return [*super().concerns(), Concern("command", level, text, self._drive.values())]
+        hull = Concern("hull data", WARN if self._outside else OK, self._outside or "within their range", {})
+        pace = Concern("pace", OK, f"{self._pace.moves} times behind or set", {"moves": self._pace.moves})
+        return [*super().concerns(), Concern("command", level, text, self._drive.values()), hull, pace]
 
 
 def main(arguments: list[str] | None = None) -> int:

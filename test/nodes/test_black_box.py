@@ -29,7 +29,12 @@ def _short(monkeypatch: pytest.MonkeyPatch) -> None:
 def steering(bench: Any, tmp_path: Path) -> Any:
     """A controller in real time with a black box, which has published some commands; and its plant."""
     plant = Plant(bench, lockstep=False)
-    settings = {"law": "los_pid", "black_box__duration": 30.0, "black_box__directory": str(tmp_path / "boxes")}
+    settings = {
+        "law": "los_pid",
+        "input_timeout": 60.0,
+        "black_box__duration": 30.0,
+        "black_box__directory": str(tmp_path / "boxes"),
+    }
     node = plant.connect(bench.start(ControllerNode, lockstep=False, **settings))
 
     def drive() -> int:
@@ -81,7 +86,7 @@ def test_the_error_that_ends_a_node_is_in_its_black_box(bench: Any, steering: An
     node.fail("the law failed")
     node.close()
     lines = [message.msg for _, _, message in the_bag(bench, tmp_path / "boxes").messages("/rosout")]
-    assert lines[-1] == "the law failed"
+    assert "the law failed" in lines
 
 
 def test_the_memory_of_a_black_box_is_bounded_in_time_and_size(

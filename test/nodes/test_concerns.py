@@ -39,7 +39,7 @@ def test_events_of_more_than_a_minute_ago_are_not_counted(monkeypatch: pytest.Mo
     now = 0.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
     recent, found = concerns.Recent(), []
-    for now, count in ((0.0, 10), (30.0, 14), (61.0, 15), (91.0, 15)):
+    for now, count in ((0.0, 10), (30.0, 14), (61.0, 15), (91.0, 15)):  # noqa: B007
         found.append(recent.increase(count))
     assert found == [0, 4, 1, 0]
 

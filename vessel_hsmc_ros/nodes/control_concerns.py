@@ -28,7 +28,7 @@ class ControlConcerns:
 
     Args:
         loop: The loop of the law.
-        lockstep: Whether the plant sets the pace, so that the control period is nobody's concern.
+        lockstep: Whether the plant sets the pace, so that there is no control period to keep.
     """
 
     def __init__(self, loop: ControlLoop, lockstep: bool) -> None:
