@@ -31,6 +31,7 @@ class Law(ABC, Generic[Parameters]):
         takes_age: Whether `step` takes the age of the motion as well, because the law predicts the motion over it; a class that
             defines `step` declares it anew.
         tracks: Whether the law tracks the position of the reference; comparisons leave out those that do not.
+        keeps_limits: Whether the law commands no more than the limits of the vessel, so that more is an error.
         parameters: The present parameters, unless the law redefines `retune`.
         vessel, period: As constructed.
 
@@ -41,6 +42,7 @@ class Law(ABC, Generic[Parameters]):
     name: ClassVar[str] = ""
     takes_age: ClassVar[bool] = False
     tracks: ClassVar[bool] = True
+    keeps_limits: ClassVar[bool] = True
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
