@@ -77,7 +77,7 @@ VALUES = (
 """What is put in: numbers at the edge, tags, aliases, lengths, line ends."""
 
 
-class Finding(AssertionError):
+class Finding(AssertionError):  # noqa: N818 - a finding of the fuzzing
     """A reader accepted or refused in a way that it must not."""
 
 
@@ -211,7 +211,8 @@ def bag(data: bytes) -> bool:
         others = (lambda: opened.scenario(), opened.events, opened.diagnostics, lambda: opened.recording)
         for use in others:
             _decided(use)
-        return all([_decided(lambda use=use: (use(), True)) is not None for use in uses])  # type: ignore[misc]
+        found = [_decided(lambda use=use: (use(), True)) for use in uses]  # type: ignore[misc]
+        return None not in found
 
     return bool(_decided(read))
 
