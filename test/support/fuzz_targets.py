@@ -1,6 +1,6 @@
 """What is fuzzed: readers of messages, parameters, YAML, bags and CSV, each with a valid input that is mutated.
 
-A target takes mutated bytes. It returns whether they were accepted, and raises where a reader did anything but accept what is valid
+A target takes mutated bytes. It returns whether they are accepted and raises where a reader did other than accept what is valid
 or refuse the rest by an error of this package in one line: `Finding`, or whatever exception escaped.
 """
 
