@@ -3,7 +3,7 @@
 import pytest
 from fuzz_targets import TARGETS, mutated, seeds
 
-EXAMPLES = {"bag": 10, "unchecked_bag": 10, "metadata": 30}
+EXAMPLES = {"bag": 8, "unchecked_bag": 8, "metadata": 20, "message": 20, "campaign": 20}
 OTHERS = 60
 
 

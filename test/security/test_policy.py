@@ -1,4 +1,4 @@
-"""The SROS2 policy has a profile for every node, in the form of SROS2's schema, with topics and services that exist."""
+"""The SROS2 policy: a profile for every node, in the form of its schema, and only topics that exist."""
 
 from xml.etree import ElementTree
 

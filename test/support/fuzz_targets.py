@@ -1,7 +1,7 @@
 """What is fuzzed: readers of messages, parameters, YAML, bags and CSV, each with a valid input that is mutated.
 
-A target takes mutated bytes. It returns whether they were accepted, and raises where a reader did anything but accept what is
-valid or refuse the rest by an error of this package in one line: `Finding`, or whatever exception escaped.
+A target takes mutated bytes. It returns whether they are accepted and raises where a reader did other than accept what is valid
+or refuse the rest by an error of this package in one line: `Finding`, or whatever exception escaped.
 """
 
 import copy
@@ -77,7 +77,7 @@ VALUES = (
 """What is put in: numbers at the edge, tags, aliases, lengths, line ends."""
 
 
-class Finding(AssertionError):
+class Finding(AssertionError):  # noqa: N818 - a finding of the fuzzing
     """A reader accepted or refused in a way that it must not."""
 
 
@@ -211,7 +211,8 @@ def bag(data: bytes) -> bool:
         others = (lambda: opened.scenario(), opened.events, opened.diagnostics, lambda: opened.recording)
         for use in others:
             _decided(use)
-        return all([_decided(lambda use=use: (use(), True)) is not None for use in uses])  # type: ignore[misc]
+        found = [_decided(lambda use=use: (use(), True)) for use in uses]  # type: ignore[misc]
+        return None not in found
 
     return bool(_decided(read))
 

@@ -67,11 +67,11 @@ def decompress_file(path: Path, folder: Path) -> Path:
             source.seek(0)
             # A frame that was cut off ends without an error: its MCAP file is then read as one that was cut off.
             with zstandard.ZstdDecompressor().stream_reader(source, closefd=False, read_across_frames=True) as stream:
-                limit = LARGEST_FACTOR * path.stat().st_size + _BLOCK
+                limit, written = LARGEST_FACTOR * path.stat().st_size + _BLOCK, 0
                 while block := stream.read(_BLOCK):
-                    if sink.tell() > limit:
+                    if written > limit:
                         raise BagError(f"{path} is refused: it decompresses to more than {LARGEST_FACTOR} times its size")
-                    sink.write(block)
+                    written += sink.write(block)
     except zstandard.ZstdError:
         raise BagError(f"{path} is damaged: it cannot be decompressed as zstd") from None
     except OSError as error:
