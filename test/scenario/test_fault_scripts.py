@@ -55,7 +55,7 @@ def test_what_is_no_script_is_refused(text: str, reason: str) -> None:
     ("entry", "reason"),
     [
         ("at: -1, kind: drop, topic: odom", r"faults\[0\].at = -1.0 is not allowed: it takes a finite number from 0 to 1e\+06 s"),
-        ("at: 1, kind: dorp, topic: odom", r"faults\[0\].kind = dorp is not allowed: it takes one of drop, delay"),
+        ("at: 1, kind: drp, topic: odom", r"faults\[0\].kind = drp is not allowed: it takes one of drop, delay"),
         ("at: 1, kind: drop, tpoic: odom", r"faults\[0\].tpoic is not a parameter: did you mean topic\?"),
         ("at: 1, kind: drop", r"faults\[0\] has no topic: a fault of kind drop needs it"),
         ("kind: drop, topic: odom", r"faults\[0\] has no at: "),

@@ -29,7 +29,7 @@ def test_the_first_vessel_owns_the_clock_and_the_others_follow() -> None:
     assert [clock.others for clock in clocks] == [("tug_2", "tug_3"), (), ()]
 
 
-def test_a_fleet_of_one_waits_for_nobody() -> None:
+def test_a_fleet_of_one_waits_for_no_other_vessel() -> None:
     (alone,) = make_fleet(CASE, 1).vessels.values()
     assert alone.vessel_sim.clock == CASE.vessel_sim.clock
 

@@ -100,7 +100,7 @@ def _run(nodes: Sequence[VesselNode], running: Callable[[], bool]) -> int:
 
 
 def _at_work(error: Exception, nodes: Sequence[VesselNode]) -> VesselNode:
-    """The node in whose callback an error occurred: an executor raises it without saying so."""
+    """The node in whose callback an error occurred: an executor raises it and does not name the node."""
     owners = [frame.f_locals.get("self") for frame, _ in walk_tb(error.__traceback__)]
     return next((node for node in nodes for owner in owners if owner is node), nodes[0])
 
