@@ -190,11 +190,16 @@ def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any,
     node = start(sea)
     sea.run(0.3)
     other = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", qos.data(False))
-    bench.until(lambda: node.second_publisher() and (sea.run(0.02) or sea.states[-1].operation == ControlState.SAFE))
+
+    def operates(operation: int) -> bool:
+        sea.run(0.02)
+        return bool(sea.states[-1].operation == operation)
+
+    bench.until(lambda: node.second_publisher() and operates(ControlState.SAFE))
     assert sea.states[-1].reason == ControlState.SECOND_PUBLISHER
     assert node.status()[:2] == (DiagnosticStatus.ERROR, "safe: another node commands as well")
     bench.probe.destroy_publisher(other)
-    bench.until(lambda: sea.run(0.02) or sea.states[-1].operation == ControlState.ACTIVE)
+    bench.until(lambda: operates(ControlState.ACTIVE))
 
 
 def test_a_jump_is_held_out_and_then_taken_without_a_bump(sea: RealTimePlant) -> None:

@@ -43,12 +43,13 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(start: Any, 
     settings = ["-p", "law:=guided", "-p", "rate_hz:=50.0"]
     command = start("python", "-m", "vessel_hsmc_ros.nodes.controller", "--ros-args", *settings)
 
-    def spin() -> None:
+    def spin() -> bool:
         bench.executor.spin_once(timeout_sec=0.02)
+        return True
 
-    command.until(lambda: spin() or (plant.commands and any(plant.wrenches()[-1])), 60.0)
+    command.until(lambda: spin() and plant.commands and any(plant.wrenches()[-1]), 60.0)
     command.popen.send_signal(number)
-    command.until(lambda: spin() or command.popen.poll() is not None, 20.0)
+    command.until(lambda: spin() and command.popen.poll() is not None, 20.0)
     assert command.popen.returncode == 0
     for _ in range(20):
         spin()

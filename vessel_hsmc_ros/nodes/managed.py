@@ -25,7 +25,7 @@ STANDBY = "disabled: in standby, nothing is commanded"
 DONE, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class ManagedNode(LifecycleNodeMixin, VesselNode):
+class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
     """Base of a node that commands actuators.
 
     It configures itself when its subclass calls `manage`, so that a node that is started by hand works without a lifecycle
