@@ -37,7 +37,7 @@ def test_the_run_of_an_offline_bag_is_bit_identical_to_the_run(tmp_path: Path, n
     read, run = bag.run(), loop.result()
     for field in ("time", "state", "measured", "reference", "wrench", "disturbance", "unforced_acceleration"):
         np.testing.assert_array_equal(getattr(read, field), getattr(run, field), err_msg=field)
-    assert read.control.keys() - run.control.keys() == {"compute_time", "missed_periods"}
+    assert read.control.keys() - run.control.keys() == {"compute_time", "missed_periods", "operation", "reason"}
     for field, values in run.control.items():
         np.testing.assert_array_equal(read.control[field], values, err_msg=field)
     assert bag.complete
