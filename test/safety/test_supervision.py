@@ -213,3 +213,11 @@ def test_the_safe_action_fallback_takes_the_wrench_of_another_law_and_ramps_with
 def test_a_brake_stays_within_the_limits() -> None:
     s = controller(action="brake", ramp_time=0.1)
     assert s.step(None, Reason.OVERDUE, T, (1e3, -1e3)) == (-100.0, 40.0)
+
+
+def test_commands_of_a_law_without_limits_are_cut_to_those_of_the_ship_where_actuators_take_them() -> None:
+    s = running(Authority(LIMITS, (10.0, 20.0), bounded=False, clips=True))
+    assert s.step((1e7, -1e9), OK, T) == (100.0, -40.0)
+    assert s.operation is Operation.ACTIVE
+    assert s.step((math.nan, 0.0), OK, T) == (98.0, -39.2)
+    assert (s.operation, s.reason) == (Operation.SAFE, Reason.COMMAND_NOT_FINITE)

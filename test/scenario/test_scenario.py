@@ -55,6 +55,13 @@ def test_in_real_time_the_rates_need_not_be_multiples() -> None:
     assert (scenario.vessel_sim.rate_hz, scenario.controller.rate_hz) == (150.0, 100.0)
 
 
+def test_a_lockstep_run_with_late_odometry_cannot_ride_through_missing_inputs() -> None:
+    late = {"vessel_sim.sensors.delay": 0.2, "controller.ride_through": True}
+    with pytest.raises(ScenarioError, match=r"vessel_sim\.sensors\.delay = 0\.2 s is not allowed in lockstep with"):
+        load_scenario("case2_tracking", late)
+    load_scenario("case2_tracking", late | {"controller.lockstep": False})
+
+
 def test_an_unknown_scenario_is_rejected_with_the_known_names() -> None:
     with pytest.raises(ScenarioError, match=r"case9 is unknown: it takes one of .*case2_tracking"):
         load_scenario("case9")

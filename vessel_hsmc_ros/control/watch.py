@@ -1,7 +1,5 @@
 """What shows that the ship does not do what is commanded: the monitors, fed from the control loop."""
 
-import math
-
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation
@@ -44,5 +42,5 @@ class Watch:
         self._saturation.step(command, period)
         if observer:
             # The observer itself tests each new sample, and no other: sensors may be slower than the control period.
-            self._innovation.step(0.0 if observer.accepts else math.inf, period)
+            self._innovation.step(not observer.accepts, period)
         return next((monitor.reason for monitor in self.monitors if monitor.alarm is Alarm.SAFE), Reason.NONE)

@@ -98,19 +98,18 @@ class Saturation(Monitor):
 
 
 class Innovation(Monitor):
-    """Measurements that contradict the estimate of the observer.
+    """Measurements that contradict the estimate of the observer, by its own gate.
 
     Args:
-        parameters: Bound and times.
+        parameters: Times.
     """
 
     def __init__(self, parameters: MonitorParameters) -> None:
         super().__init__(Reason.INNOVATION, parameters.innovation_warning, parameters.innovation_safe)
-        self._limit = parameters.innovation_limit
 
-    def step(self, innovation: float, period: float) -> Alarm:
-        """Watch the largest innovation of a control period, in standard deviations; s."""
-        return self.watch(not innovation <= self._limit, period)
+    def step(self, rejected: bool, period: float) -> Alarm:
+        """Watch whether the observer has rejected the measurement of a control period; s."""
+        return self.watch(rejected, period)
 
 
 class _Axis:

@@ -71,10 +71,9 @@ class MonitorParameters:
     not_moving_safe: float = delay("The same before the safe action; inf: never.", 30.0)
     saturation_warning: float = delay("Time at one and the same limit before a warning.", 300.0)
     saturation_safe: float = delay("The same before the safe action; inf: never.", math.inf)
-    innovation_limit: float = parameter(
-        20.0, "Innovation of the observer that contradicts its estimate, in standard deviations.", low=1.0, high=1e6
+    innovation_warning: float = delay(
+        "Time for which the observer rejects measurements that contradict its estimate before a warning.", 2.0
     )
-    innovation_warning: float = delay("Time for which measurements contradict the estimate before a warning.", 2.0)
     innovation_safe: float = delay("The same before the safe action; inf: never.", 10.0)
 
 

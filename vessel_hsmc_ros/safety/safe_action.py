@@ -19,11 +19,13 @@ class Authority(NamedTuple):
         limits: Largest surge force and yaw moment, N and N·m.
         inertia: What they accelerate, kg and kg·m².
         bounded: Whether the law keeps to the limits; the guard then does too.
+        clips: Whether a command beyond the limits is cut to them instead.
     """
 
     limits: Pair
     inertia: Pair
     bounded: bool = True
+    clips: bool = False
 
     def within(self, command: Pair) -> Pair:
         """A finite command within the limits."""

@@ -137,7 +137,7 @@ class Supervision:
         if self.operation is Operation.SAFE:
             self._recover(fault)
         if wanted is not None and self.operation is Operation.ACTIVE:
-            self.command = self._towards_law(wanted, period)
+            self.command = self._towards_law(self.authority.within(wanted) if self.authority.clips else wanted, period)
         else:
             self.command = self._safe(period, motion, fallback)
         return self.command

@@ -41,3 +41,17 @@ def check_thrusters(scenario: "Scenario") -> None:
             f"thruster_allocation.vessel.thrusters.names = {list(allocation.vessel.thrusters.names)} are not those of vessel_sim,"
             f" {list(names)}: give vessel.thrusters once, in the section /** of all nodes"
         )
+
+
+def check_late_odometry(scenario: "Scenario") -> None:
+    """Check that a lockstep run that rides through missing inputs has odometry of the present step.
+
+    Raises:
+        ScenarioError: its odometry is late, so that a missing one could not be told from one that is on its way.
+    """
+    sim, controller = scenario.vessel_sim, scenario.controller
+    if controller.lockstep and sim.sensors.delay > 0.0 and (controller.ride_through or scenario.faults):
+        raise ScenarioError(
+            f"vessel_sim.sensors.delay = {sim.sensors.delay:g} s is not allowed in lockstep with scripted faults or"
+            " controller.ride_through: it takes 0 s, or a run in real time"
+        )

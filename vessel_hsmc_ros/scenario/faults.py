@@ -1,5 +1,6 @@
 """Fault scripts that are checked against the scenario in which they are carried out."""
 
+import dataclasses
 from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
@@ -7,6 +8,7 @@ from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.faults.fault import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.messages.edits import check_field
 from vessel_hsmc_ros.messages.topics import message_type
+from vessel_hsmc_ros.scenario.consistency import check_late_odometry
 from vessel_hsmc_ros.scenario.fault_script import parse_script
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -37,7 +39,9 @@ def check_script(script: FaultScript, scenario: Scenario) -> None:
 
     Raises:
         ParameterError: a topic, a node or a field does not exist, or a kind does not fit the mode.
+        ScenarioError: as `check_late_odometry`.
     """
+    check_late_odometry(dataclasses.replace(scenario, faults=script))
     topics, nodes = relayed_topics(scenario), taking_part(scenario.vessel_sim.by_thrusters)
     duration = scenario.vessel_sim.duration
     for index, fault in enumerate(script.faults):

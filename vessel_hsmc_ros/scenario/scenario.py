@@ -15,7 +15,7 @@ from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.changes import by_node, full_names
-from vessel_hsmc_ros.scenario.consistency import check_rates, check_thrusters
+from vessel_hsmc_ros.scenario.consistency import check_late_odometry, check_rates, check_thrusters
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
@@ -186,6 +186,7 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     """
     check_rates(scenario)
     check_thrusters(scenario)
+    check_late_odometry(scenario)
     # Law and reference are constructed only for their validation.
     if "controller" in changed:
         try:
