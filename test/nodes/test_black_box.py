@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from driving import ACCELERATION, REFERENCE, STATE, Plant
 
-from vessel_hsmc_ros.bags import black_box as content
+from vessel_hsmc_ros.bags import black_box as writer
+from vessel_hsmc_ros.bags import black_box_content as content
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions as conv
@@ -108,10 +109,10 @@ def test_a_folder_that_takes_no_bag_is_named_and_another_takes_it(tmp_path: Path
     folders = [str(tmp_path / "file" / "bag"), str(tmp_path / "bag")]
     wrench = os.urandom(4)
     data = content.header(folders, {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
-    folder, refused = content.write(io.BytesIO(data + content.record(5, 0, wrench)))
+    folder, refused = writer.write(io.BytesIO(data + content.record(5, 0, wrench)))
     assert folder == tmp_path / "bag"
     assert "cannot be made: Not a directory" in refused
     (message,) = open_bag(folder).raw_messages("/cmd_wrench")
     assert (message.log_time, message.data) == (5, wrench)
     with pytest.raises(BagError, match="Not a directory"):
-        content.write(io.BytesIO(content.header(folders[:1], {}, {}, "")))
+        writer.write(io.BytesIO(content.header(folders[:1], {}, {}, "")))

@@ -10,7 +10,7 @@ import pytest
 import rclpy
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 from vessel_hsmc_ros.nodes import help_text as help_module
 from vessel_hsmc_ros.scenario import parameters
 
@@ -23,6 +23,7 @@ CLASSES = {
     "markers": "vessel_hsmc_ros.nodes.markers:MarkerNode",
     "watchdog": "vessel_hsmc_ros.nodes.watchdog:WatchdogNode",
     "live": "vessel_hsmc_ros.nodes.live:LiveNode",
+    "fault_relay": "vessel_hsmc_ros.nodes.fault_relay:FaultRelayNode",
 }
 
 
@@ -44,7 +45,7 @@ def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 
 def test_every_node_has_a_help_text() -> None:
-    assert CLASSES.keys() == LOOP.keys() | WATCHERS.keys() == help_module.INTERFACES.keys()
+    assert CLASSES.keys() == LOOP.keys() | AUXILIARY.keys() | WATCHERS.keys() == help_module.INTERFACES.keys()
 
 
 @pytest.mark.parametrize("name", CLASSES)
@@ -56,11 +57,14 @@ def test_help_describes_task_topics_and_parameters_without_starting_the_node(
     monkeypatch.setattr(rclpy, "init", lambda **_: pytest.fail("ROS was initialised"))
     assert module.main([option, "--ros-args", "-p", "lockstep:=true"]) == 0
     shown = capsys.readouterr().out
-    assert (LOOP | WATCHERS)[name].executable in shown
+    assert (LOOP | AUXILIARY | WATCHERS)[name].executable in shown
     assert (node_class.__doc__ or "").splitlines()[0] in shown
     assert "--ros-args" in shown
     assert "docs/parameters.md" in shown
-    assert all(f" {parameter} = " in shown for parameter in schema.entries((parameters.NODES | parameters.WATCHERS)[name]))
+    assert all(
+        f" {parameter} = " in shown
+        for parameter in schema.entries((parameters.NODES | parameters.AUXILIARY | parameters.WATCHERS)[name])
+    )
 
 
 @pytest.mark.parametrize("name", ["vessel_sim", "reference_ship", "controller", "watchdog"])

@@ -88,7 +88,12 @@ def test_nodes_are_paused_reset_and_stopped(bench: Any, vessel_hsmc: Any) -> Non
         bench.start(node_class, **RATE, **({"law": "guided"} if node_class is ControllerNode else {}))
     assert vessel_hsmc("call", "pause") == (0, "vessel_sim: paused\nreference_ship: paused\n", "")
     assert vessel_hsmc("call", "resume") == (0, "vessel_sim: running\nreference_ship: running\n", "")
-    assert vessel_hsmc("call", "stop") == (0, "controller: disabled: the wrench is zero\n", "")
+    assert vessel_hsmc("call", "stop") == (0, "controller: stopped: the wrench is zero until ~/rearm\n", "")
+    code, _, error = vessel_hsmc("call", "enable")
+    assert code == 1
+    assert error.startswith("error: controller: not enabled: ")
+    assert vessel_hsmc("call", "rearm") == (0, "controller: rearmed: in standby until ~/enable\n", "")
+    assert vessel_hsmc("call", "disable") == (0, "controller: disabled: in standby, nothing is commanded\n", "")
     code, output, _ = vessel_hsmc("call", "reset")
     assert code == 0
     assert [line.split(":")[0] for line in output.splitlines()] == ["vessel_sim", "reference_ship", "controller"]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from driving import STEP, Helm
+from driving import STEP, Helm, command
 from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import SetBool
 
@@ -136,7 +136,7 @@ def test_in_real_time_a_command_that_is_not_fresh_is_refused_named_and_counted(
     assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
     assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
     (node,) = bench.nodes
-    concern = next(each for each in node.concerns() if each.name == "command")
+    concern = command(node)
     assert reason in capfd.readouterr().err
     assert concern.values[f"refused_{name}"] == 1
     helm.command(simulated_time.now, force=2e5)
@@ -155,7 +155,7 @@ def test_commands_of_a_controller_that_was_stopped_and_continues_are_refused(
     for k in range(20):  # what waited in its queue
         helm.command(stopped + k * STEP, force=7e5)
     (node,) = bench.nodes
-    bench.until(lambda: node.concerns()[-1].values.get("refused_stamp_old") == 20)
+    bench.until(lambda: command(node).values.get("refused_stamp_old") == 20)
     helm.run(0.1)
     assert 7e5 not in {conv.read_wrench(m)[0] for m in helm.applied}
     assert "s ago is not allowed: at most 0.2 s are; ignored" in capfd.readouterr().err
@@ -216,7 +216,7 @@ def test_in_real_time_commands_of_two_publishers_are_not_mixed(bench: Any, real_
     level, message, _ = node.status()
     assert level == DiagnosticStatus.ERROR
     assert "/cmd_wrench has 2 publishers and takes one" in message
-    assert node.concerns()[-1].values["refused_second_publisher"] == 5
+    assert command(node).values["refused_second_publisher"] == 5
     bench.probe.destroy_publisher(other)
     bench.until(lambda: node.count_publishers("cmd_wrench") == 1)
     helm.command(simulated_time.now, force=2e5)

@@ -34,8 +34,9 @@ def operations(bag: Bag) -> dict[float, int]:
     return {m.header.stamp.sec + m.header.stamp.nanosec * 1e-9: m.operation for _, _, m in bag.messages("/controller/state")}
 
 
-def contents(bag: Bag, *topics: str) -> list[list[bytes]]:
-    return [[message.data for message in bag.raw_messages(topic)] for topic in topics]
+def contents(bag: Bag, *topics: str) -> list[list[str]]:
+    """The messages as text: where a string ends, serialized messages are filled up with bytes of no meaning."""
+    return [[str(message) for _, _, message in bag.messages(topic)] for topic in topics]
 
 
 def test_two_lockstep_runs_of_a_script_are_alike(carried_out: Any, start: Any) -> None:

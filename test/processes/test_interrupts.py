@@ -14,7 +14,7 @@ from harness import BIN, Command, children, command_line, executable, run_folder
 Start = Callable[..., Command]
 Moment = Callable[[Command], object]
 
-SIMULATE = ["simulate", "case2_tracking", "--set", "vessel_sim.duration=100"]
+SIMULATE = ["simulate", "case2_tracking", "--set", "vessel_sim.duration=10000"]
 RUN = ["run", "case2_tracking"]
 
 

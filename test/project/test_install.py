@@ -18,6 +18,8 @@ EXECUTABLES = (
     "marker_node",
     "live_node",
     "thruster_allocation_node",
+    "fault_relay_node",
+    "watchdog_node",
     "vessel-hsmc",
 )
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")

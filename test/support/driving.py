@@ -116,3 +116,8 @@ class Helm:
 
     def stamps(self) -> Any:
         return [conv.nanoseconds(m.header.stamp) for m in self.odometry]
+
+
+def command(node: Any) -> Any:
+    """What a node's diagnostics state about its commands."""
+    return next(concern for concern in node.concerns() if concern.name == "command")

@@ -2,62 +2,25 @@
 
     python -m vessel_hsmc_ros.bags.black_box < content
 
-The content is a line of JSON, as `header` makes it, followed by records, as `record` makes them. The process prints the folder of
-the bag.
+`black_box_content` makes the content. The process prints the folder of the bag.
 """
 
 import json
 import os
-import struct
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, BinaryIO
 
+from vessel_hsmc_ros.bags.black_box_content import records
 from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages.definitions import definition
 
 NICENESS = 10
 """Niceness of the process: the control loop has priority."""
-
-_RECORD = struct.Struct("<qHI")
-
-
-def header(folders: Sequence[str], notes: Mapping[str, str], topics: Mapping[str, str], parameters: str) -> bytes:
-    """The first line of the content.
-
-    Args:
-        folders: Where the bag may be written, in the order of preference; the others are for a disk that is full.
-        notes: Facts about the recording by name.
-        topics: Message types by topic, in the order of the topics' numbers.
-        parameters: Parameters of the node, as a ROS parameters file.
-    """
-    content = {"folders": list(folders), "notes": dict(notes), "topics": list(topics.items()), "parameters": parameters}
-    return json.dumps(content).encode() + b"\n"
-
-
-def record(time: int, topic: int, data: bytes) -> bytes:
-    """A message in the content.
-
-    Args:
-        time: Its time, ns.
-        topic: Number of its topic.
-        data: The serialised message, CDR with its encapsulation header.
-    """
-    return _RECORD.pack(time, topic, len(data)) + data
-
-
-def records(content: bytes) -> Iterator[tuple[int, int, bytes]]:
-    """The messages in a content without its first line: time, number of the topic, data."""
-    position = 0
-    while position < len(content):
-        time, topic, length = _RECORD.unpack_from(content, position)
-        position += _RECORD.size
-        yield time, topic, content[position : position + length]
-        position += length
 
 
 def write(content: BinaryIO) -> tuple[Path, str]:

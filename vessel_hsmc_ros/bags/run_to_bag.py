@@ -18,6 +18,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.conversions import BODY, WORLD
 from vessel_hsmc_ros.messages.definitions import definition
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS
+from vessel_hsmc_ros.safety.reasons import Operation
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
@@ -96,7 +97,7 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
         "dynamics/truth": (p.stamp, _vectors("accel", p.unforced_acceleration)),
         "reference": (p.reference_stamp, {**reference, **_vectors("acceleration", p.reference_acceleration)}),
         "reference/pose": (p.reference_stamp, pose),
-        "controller/state": (p.control_stamp, {**p.control, "compute_time": np.full(len(p.control_stamp), math.nan)}),
+        "controller/state": (p.control_stamp, {**p.control, **_supervised(len(p.control_stamp))}),
         "/clock": (p.stamp, {}),
     }
     if p.truth is not None:
@@ -104,6 +105,11 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
     if p.estimate is not None:
         found["controller/estimate"] = p.control_stamp, _odometry(p.estimate)
     return {name: found[name] for name in RECORDED_TOPICS if name in found}
+
+
+def _supervised(count: int) -> dict[str, Array]:
+    """What the node adds to the terms of a law that commands in every period; offline no time is taken."""
+    return {"compute_time": np.full(count, math.nan), "operation": np.full(count, float(Operation.ACTIVE))}
 
 
 def _stream(name: str, stamps: NDArray[np.int64], columns: dict[str, Array], scenario: Scenario) -> Stream:

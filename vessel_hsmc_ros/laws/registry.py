@@ -28,6 +28,8 @@ RESERVED = (
     "input_timeout",
     "start_enabled",
     "safety",
+    "diagnostics",
+    "black_box",
     "vessel",
     "observer",
 )

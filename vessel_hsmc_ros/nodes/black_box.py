@@ -23,7 +23,7 @@ from rclpy.logging import get_logging_directory
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
-from vessel_hsmc_ros.bags import black_box as content
+from vessel_hsmc_ros.bags.black_box_content import WRITER, header, record
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
@@ -83,7 +83,7 @@ class BlackBox:
             number = self._numbers[topic] = len(self._numbers)
             self._topics[topic] = _kind(type(message))
         now = self._stamp()
-        entry = content.record(now, number, data or serialize_message(message))
+        entry = record(now, number, data or serialize_message(message))
         self._kept.append((now, entry))
         self._size += len(entry)
         while self._size > MEMORY or now - self._kept[0][0] > self._span:
@@ -137,7 +137,7 @@ class BlackBox:
         folders = [f"{folder}/{self._name()}" for folder in (self._directory(), Path(tempfile.gettempdir()) / "black_box")]
         parameters = {self._node.get_fully_qualified_name(): {"ros__parameters": self._document()}}
         notes = {"mode": "black box", "reason": reason, "messages_dropped": "0"}
-        head = content.header(folders, notes, self._topics, yaml.safe_dump(parameters, sort_keys=False))
+        head = header(folders, notes, self._topics, yaml.safe_dump(parameters, sort_keys=False))
         try:
             done = _run(head, (b"".join(kept[i : i + PIECE]) for i in range(0, len(kept), PIECE)))
         except (OSError, subprocess.SubprocessError) as error:
@@ -182,7 +182,7 @@ def _kind(message_type: type) -> str:
 
 def _run(head: bytes, pieces: Iterable[bytes]) -> "subprocess.CompletedProcess[bytes]":
     """Pass a content to the writing process, and wait for it."""
-    command = [sys.executable, "-m", content.__name__]
+    command = [sys.executable, "-m", WRITER]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True) as process:  # noqa: S603
         try:

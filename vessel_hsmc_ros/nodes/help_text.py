@@ -23,7 +23,8 @@ services       ~/pause, ~/reset""",
     "controller": """\
 subscribes to  odom, reference
 publishes      cmd_wrench, ~/state; ~/estimate with an observer; events
-services       ~/enable, ~/reset""",
+services       ~/enable, ~/reset, ~/stop, ~/rearm; of its lifecycle ~/change_state, ~/get_state, ~/get_available_states,
+               ~/get_available_transitions, ~/get_transition_graph""",
     "thruster_allocation": """\
 subscribes to  cmd_wrench; odom, with rudders
 publishes      thrusters/<name>/thrust; thrusters/<name>/angle of azimuths and rudders; allocated_wrench, events;

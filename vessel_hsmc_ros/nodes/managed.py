@@ -45,6 +45,11 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
         self.reporter.offer("stop", self._stop)
         self.reporter.offer("rearm", self._rearm)
 
+    def destroy_node(self) -> None:
+        """Leave the ROS graph, in which the lifecycle would keep the node."""
+        super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()
+
     # -- for subclasses -----------------------------------------------------------------------------------------------
 
     @abstractmethod

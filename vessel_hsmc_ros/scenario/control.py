@@ -9,9 +9,8 @@ from vessel_hsmc_ros.control.fallback import Fallback
 from vessel_hsmc_ros.control.pivot import Pivot, pivot_of
 from vessel_hsmc_ros.control.watch import Watch
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import LAWS, Law
+from vessel_hsmc_ros.laws import Law
 from vessel_hsmc_ros.laws.guided_parameters import by_hand_or_derived
 from vessel_hsmc_ros.safety.safe_action import Authority
 from vessel_hsmc_ros.safety.supervision import Supervision
@@ -73,15 +72,13 @@ def _make_fallback(parameters: ControllerParameters) -> Fallback | None:
     """The law of the safe action, with its own parameters.
 
     Raises:
-        ParameterError: it is unknown or the law itself, or a gain is unstable at the controller's rate.
+        ParameterError: a gain is unstable at the controller's rate.
     """
     name = parameters.safety.fallback_law
     if parameters.safety.action != "fallback":
         return None
-    if name not in LAWS or name == parameters.law:
-        others = ", ".join(law for law in LAWS if law != parameters.law)
-        raise ParameterError(f"controller.safety.fallback_law = {name} is not allowed: it takes another law, one of {others}")
-    return Fallback(make_law(dataclasses.replace(parameters, law=name)))
+    safety = dataclasses.replace(parameters.safety, action="ramp")  # the fallback has none of its own
+    return Fallback(make_law(dataclasses.replace(parameters, law=name, safety=safety)))
 
 
 def values_in_use(scenario: Scenario, node: str) -> dict[str, schema.Value]:

@@ -1,7 +1,8 @@
 """The parameters of diagnostics and black box."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from vessel_hsmc_ros.core.schema import parameter
 
@@ -43,3 +44,7 @@ class BlackBoxParameters:
         "Folder for the bags of the black box; empty means the folder black_box in the run's folder or, for a node that is"
         " started by hand, in ROS_LOG_DIR, ROS_HOME/log or ~/.ros/log.",
     )
+
+    def within(self, folder: Path) -> "BlackBoxParameters":
+        """The same with a directory in a folder, unless it has one."""
+        return self if self.directory else replace(self, directory=str(folder / "black_box"))

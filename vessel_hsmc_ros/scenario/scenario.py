@@ -78,10 +78,10 @@ class Scenario:
             scenario=self.name,
             law_source=source,
         )
-        box = replace(
-            self.controller.black_box, directory=self.controller.black_box.directory or str(directory.parent / "black_box")
-        )
-        return replace(self, recorder=recorder, controller=replace(self.controller, black_box=box))
+        controller = self.controller
+        if not controller.lockstep:  # where there is no black box
+            controller = replace(controller, black_box=controller.black_box.within(directory.parent))
+        return replace(self, recorder=recorder, controller=controller)
 
 
 def scenario_names() -> list[str]:

@@ -1,0 +1,47 @@
+"""The content of a black box on its way to the process that writes it: a line of JSON, followed by records.
+
+Apart from the writer, whose libraries a node need not load.
+"""
+
+import json
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+
+WRITER = "vessel_hsmc_ros.bags.black_box"
+"""The module that writes it."""
+
+_RECORD = struct.Struct("<qHI")
+
+
+def header(folders: Sequence[str], notes: Mapping[str, str], topics: Mapping[str, str], parameters: str) -> bytes:
+    """The first line of the content.
+
+    Args:
+        folders: Where the bag may be written, in the order of preference; the others are for a disk that is full.
+        notes: Facts about the recording by name.
+        topics: Message types by topic, in the order of the topics' numbers.
+        parameters: Parameters of the node, as a ROS parameters file.
+    """
+    content = {"folders": list(folders), "notes": dict(notes), "topics": list(topics.items()), "parameters": parameters}
+    return json.dumps(content).encode() + b"\n"
+
+
+def record(time: int, topic: int, data: bytes) -> bytes:
+    """A message in the content.
+
+    Args:
+        time: Its time, ns.
+        topic: Number of its topic.
+        data: The serialised message, CDR with its encapsulation header.
+    """
+    return _RECORD.pack(time, topic, len(data)) + data
+
+
+def records(content: bytes) -> Iterator[tuple[int, int, bytes]]:
+    """The messages in a content without its first line: time, number of the topic, data."""
+    position = 0
+    while position < len(content):
+        time, topic, length = _RECORD.unpack_from(content, position)
+        position += _RECORD.size
+        yield time, topic, content[position : position + length]
+        position += length
