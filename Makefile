@@ -7,7 +7,7 @@ MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg m
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
-	benchmark benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site lock clean
+	benchmark benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site lock clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-20s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -83,11 +83,19 @@ benchmark-guided: setup  ## run the suite of the guided law at 10, 50 and 100 Hz
 benchmark-realistic: setup  ## measure the effect of each part of the realistic ship
 	@$(BIN)/python benchmarks/realistic.py
 
+benchmark-safety: setup  ## measure the safety checks, endurance, kills of nodes and the fault matrix: about an hour
+	@$(BIN)/python benchmarks/safety.py
+	@$(BIN)/python benchmarks/false_alarms.py
+	@$(BIN)/python benchmarks/node_kills.py --repeats 20
+	@$(BIN)/python benchmarks/faults.py --page docs/faults.md
+	@$(BIN)/python benchmarks/soak.py
+
 benchmark-report: setup  ## measure the report of one hour at 100 Hz against its limits
 	@$(BIN)/python benchmarks/report.py
 
-docs: setup  ## write docs/parameters.md from the declarations
+docs: setup  ## write docs/parameters.md and the tables of docs/safety.md from the declarations
 	@$(BIN)/vessel-hsmc parameters > docs/parameters.md
+	@$(BIN)/vessel-hsmc parameters --into docs/safety.md
 
 # The variable suppresses an advertisement for another tool; warnings of the build are errors.
 site: $(VENV)/.dev  ## build the documentation with the API reference into build/site

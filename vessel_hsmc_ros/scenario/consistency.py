@@ -47,7 +47,7 @@ def check_late_odometry(scenario: "Scenario") -> None:
     """Check that a lockstep run that rides through missing inputs has odometry of the present step.
 
     Raises:
-        ScenarioError: its odometry is late, so that a missing one could not be told from one that is on its way.
+        ScenarioError: its odometry is late, so that a missing one looks like one that is on its way.
     """
     sim, controller = scenario.vessel_sim, scenario.controller
     if controller.lockstep and sim.sensors.delay > 0.0 and (controller.ride_through or scenario.faults):
