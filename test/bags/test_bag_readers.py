@@ -61,8 +61,8 @@ def cut_off(directory: Path) -> Made:
     """A bag of a machine that lost power: the file ends within a record."""
     sent = write_run(directory, STEPS)
     path = directory / f"{directory.name}_0.mcap"
-    path.write_bytes(path.read_bytes()[: path.stat().st_size * 4 // 5])
-    return sent, STEPS // 2
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 3 // 4])
+    return sent, STEPS * 2 // 5  # all but the chunk in which it ends
 
 
 def recovered(directory: Path) -> Made:
