@@ -2,25 +2,23 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
-from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
+from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
-from vessel_hsmc_ros.nodes.ros_parameters import declare
+from vessel_hsmc_ros.nodes.ros_parameters import declare, take_changes
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
@@ -61,7 +59,7 @@ class VesselNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__(self.NAME, **options)
         self.parameters: Any = declare(self, self.PARAMETERS)
-        self.add_on_set_parameters_callback(self._on_set_parameters)
+        self.add_on_set_parameters_callback(partial(take_changes, self))
         self.finished = False
         self.failure = ""
         self.stamp = 0
@@ -252,18 +250,3 @@ class VesselNode(Node):
         self.destroy_timer(self._connecting)
         self.publish_diagnostics()
         self.on_connected()
-
-    def _on_set_parameters(self, changes: list[Parameter]) -> SetParametersResult:
-        known = schema.entries(self.PARAMETERS)
-        # rclpy also passes parameters of its own through this callback, such as use_sim_time.
-        values = {p.name: p.value for p in changes if p.name in known}
-        if not values:
-            return SetParametersResult(successful=True)
-        try:  # all changes of a request together: a limit may depend on another parameter
-            parameters: Any = schema.build(self.PARAMETERS, schema.flatten(self.parameters) | values, self.get_name())
-            self.retune(parameters)
-        except ParameterError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        self.reporter.changes(self.parameters, parameters)
-        self.parameters = parameters
-        return SetParametersResult(successful=True)

@@ -1,12 +1,14 @@
-"""Declaration of a parameter dataclass on a ROS node, with descriptors and validation."""
+"""Declaration of a parameter dataclass on a ROS node, with descriptors and validation, and its changes while the node runs."""
 
 import math
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 from vessel_hsmc_ros.scenario.vessels import with_vessel
@@ -51,3 +53,24 @@ def descriptor(entry: schema.Entry) -> ParameterDescriptor:
     if entry.type is int and entry.low is not None and entry.high is not None:
         described.integer_range = [IntegerRange(from_value=math.ceil(entry.low), to_value=math.floor(entry.high), step=1)]
     return described
+
+
+def take_changes(node: Any, changes: list[Parameter]) -> SetParametersResult:
+    """Apply the changed parameters of a request to a node, all of them or none.
+
+    Args:
+        node: A `VesselNode`.
+        changes: Of parameters of any kind; rclpy also passes those of its own, such as use_sim_time.
+    """
+    known = schema.entries(node.PARAMETERS)
+    values = {p.name: p.value for p in changes if p.name in known}
+    if not values:
+        return SetParametersResult(successful=True)
+    try:  # all changes of a request together: a limit may depend on another parameter
+        parameters: Any = schema.build(node.PARAMETERS, schema.flatten(node.parameters) | values, node.get_name())
+        node.retune(parameters)
+    except ParameterError as error:
+        return SetParametersResult(successful=False, reason=str(error))
+    node.reporter.changes(node.parameters, parameters)
+    node.parameters = parameters
+    return SetParametersResult(successful=True)
