@@ -7,7 +7,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario, scenario_names
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario, scenario_names, scenario_text
 
 
 def test_every_scenario_of_the_package_loads() -> None:
@@ -134,3 +134,11 @@ def test_the_error_for_an_unknown_parameter_lists_few_names() -> None:
         load_scenario("case2_tracking", {"controller.zzz": 1})
     assert "allowed are lockstep, recorded, frame_prefix, ride_through, law, rate_hz, input_timeout" in str(raised.value)
     assert len(str(raised.value)) < 350
+
+
+def test_a_parameter_given_twice_is_refused(tmp_path: Path) -> None:
+    text = scenario_text("case2_tracking")
+    twice = tmp_path / "twice.yaml"
+    twice.write_text(text.replace("    rate_hz: 100.0", "    rate_hz: 50.0\n    rate_hz: 100.0", 1))
+    with pytest.raises(ScenarioError, match="rate_hz is given twice"):
+        load_scenario(twice)

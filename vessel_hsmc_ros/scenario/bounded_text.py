@@ -25,6 +25,13 @@ _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast,
 class _Loader(_Safe):  # type: ignore[misc] # chosen while running
     """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
 
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Refuse a second value of a key, which would take the place of the first without a word."""
+        keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        if twice := next((key for index, key in enumerate(keys) if key in keys[:index]), ""):
+            raise yaml.constructor.ConstructorError(None, None, f"{twice} is given twice: once is enough", node.start_mark)
+        return super().construct_mapping(node, deep)
+
 
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
@@ -49,7 +56,8 @@ def read_yaml(text: str) -> Any:
     """Parse a YAML text with the number format of ROS parameters files.
 
     Raises:
-        yaml.YAMLError: the text is not YAML, too large, nested too deeply, or has a value that its tag does not allow.
+        yaml.YAMLError: the text is not YAML, too large, nested too deeply, or has a key twice or a value that its
+            tag does not allow.
     """
     return _loaded(text, _Loader)
 
