@@ -32,7 +32,7 @@ def fresh(**values: object) -> Freshness:
         (odometry(NOW + 100 * MS + 1), Reason.STAMP_FUTURE),
         (odometry(NOW + 30_000 * MS), Reason.STAMP_FUTURE),
         (odometry(frame="map"), Reason.WRONG_FRAME),
-        (odometry(frame=""), Reason.WRONG_FRAME),
+        (odometry(frame="", child_frame=""), Reason.NONE),
         (odometry(child_frame="other/base_link"), Reason.WRONG_FRAME),
         (odometry(values=(0.0, math.nan)), Reason.NOT_FINITE),
         (odometry(values=(0.0, -math.inf)), Reason.NOT_FINITE),

@@ -60,6 +60,9 @@ class CommandInput:
         sample = Sample(stamp, message.header.frame_id, "", wrench)
         reason = Reason.SECOND_PUBLISHER if conflict else self._freshness.accept(sample, now, received)
         if reason is Reason.NONE:
+            if not sample.frame:
+                text = f"commanded wrench names no frame: it is taken to be in {self._frame}"
+                self._node.get_logger().warning(text, once=True)
             self._wrench = wrench
             self._taken += 1
             return True

@@ -86,6 +86,8 @@ class InputMonitor:
         """
         reason = self._freshness[name].accept(sample, now, received)
         if not reason:
+            if not self.fresh[name]:
+                self._assume_frame(name, sample)
             self._stamps[name] = sample.stamp
             self.fresh[name] += 1
             return ""
@@ -178,6 +180,12 @@ class InputMonitor:
             Reason.STAMP_FUTURE: f"a stamp {off:.3g} s ahead is not allowed: it takes at most {p.future_tolerance:g} s",
         }
         return f"{name} with {texts.get(reason, f'a stamp of {seconds(sample.stamp):.9f} s is dropped: {repeated}')}"
+
+    def _assume_frame(self, name: str, sample: Sample) -> None:
+        """Warn of samples that name no frame, at the first one and after each interruption."""
+        if (frame := self._expected[name].frame) and not sample.frame:
+            text = f"{name} names no frame: it is taken to be in {frame!r}"
+            self._node.get_logger().warning(text, throttle_duration_sec=WARNING_PERIOD)
 
     def _mismatch(self) -> str:
         latest = " and ".join(f"{name} of {seconds(self._stamps[name]):.9f} s" for name in self._topics)

@@ -1,7 +1,8 @@
 """Which samples of an input count, and when the last one has become too old.
 
 A sample counts if it was received within T and is stamped within [now - T, now + T_future], later than the last one taken, in its
-frame, finite, and with a covariance below its bound. Times are integers in nanoseconds, so that the limits are exact.
+frame, finite, and with a covariance below its bound. A message that names no frame is taken to be in the right one. Times are
+integers in nanoseconds, so that the limits are exact.
 """
 
 import math
@@ -18,7 +19,7 @@ class Sample(NamedTuple):
 
     Attributes:
         stamp: ns.
-        frame, child_frame: Of the message; empty where it has none.
+        frame, child_frame: Of the message; empty where it names none.
         values: All of its numbers.
         covariance: The largest variance of the position, m².
     """
@@ -108,4 +109,4 @@ class Freshness:
 
     def _has_frames(self, sample: Sample) -> bool:
         pairs = zip((sample.frame, sample.child_frame), self._frames, strict=True)
-        return all(required in ("", frame) for frame, required in pairs)
+        return all("" in (frame, required) or frame == required for frame, required in pairs)

@@ -132,7 +132,7 @@ PROMISES: tuple[Promise, ...] = (
         SAFE,
         "once the condition has been absent for the time of the warning",
         (Reason.INNOVATION,),
-        (f"{PLAUSIBLE}::test_measurements_that_contradict_the_estimate_give_an_alarm",),
+        (f"{PLAUSIBLE}::test_measurements_that_the_observer_rejects_give_an_alarm",),
     ),
     Promise(
         "enabling, recovery, change of gains, re-localisation",

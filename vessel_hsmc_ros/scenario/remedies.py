@@ -10,7 +10,10 @@ REMEDIES: dict[Reason, str] = {
     Reason.STAMP_FUTURE: "Synchronise the clocks of the machines; the publisher must stamp with ROS time.",
     Reason.DUPLICATE: "Look for a second publisher or a repeater of the topic.",
     Reason.OUT_OF_ORDER: "As for a duplicate, or a network that reorders.",
-    Reason.WRONG_FRAME: "Set the publisher's frames, or `frame_prefix`; `safety.freshness.frames_checked: false` takes any.",
+    Reason.WRONG_FRAME: (
+        "Set the publisher's frames, or `frame_prefix`; a message that names no frame is taken, with a warning;"
+        " `safety.freshness.frames_checked: false` takes any."
+    ),
     Reason.NOT_FINITE: "The publisher fails: read its log.",
     Reason.UNCERTAIN: "Wait for a better fix, or raise `safety.freshness.covariance_limit`.",
     Reason.JUMP: "Check the positioning; a new place that persists is accepted by itself.",
