@@ -1,6 +1,7 @@
 """How a controller in a process of its own ends: by a signal, with zero as its last command."""
 
 import signal
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -28,10 +29,22 @@ class Bench:
         self.probe.create_subscription(kind, topic, messages.append, profile)
         return messages
 
+    def close(self) -> None:
+        """Leave the ROS graph: later tests of this process use the same domain."""
+        self.executor.shutdown()
+        self.probe.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    made = Bench()
+    yield made
+    made.close()
+
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_controller_with_zero_as_its_last_command(start: Any, number: int) -> None:
-    bench = Bench()
+def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench, start: Any, number: int) -> None:
     plant = RealTimePlant(bench, None)
 
     def send() -> None:
@@ -54,4 +67,3 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(start: Any, 
     for _ in range(20):
         spin()
     assert plant.wrenches()[-1] == (0.0, 0.0)
-    rclpy.shutdown(context=bench.context)
