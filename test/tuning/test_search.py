@@ -92,10 +92,15 @@ def test_a_killed_tuning_continues_with_the_same_trials(tmp_path: Path, uninterr
     assert list(run(tmp_path).trials) == list(uninterrupted.trials)
 
 
-def test_a_trial_that_was_killed_while_it_was_proposed_is_proposed_again(tmp_path: Path, uninterrupted: Result) -> None:
+@pytest.mark.parametrize("begun", [False, True])
+def test_a_trial_that_was_killed_while_it_was_proposed_is_proposed_again(
+    tmp_path: Path, uninterrupted: Result, begun: bool
+) -> None:
     planned = tuning()
     with open_study(tmp_path, 1, planned.definition()) as study:
-        study.ask()
+        study.enqueue_trial(uninterrupted.trials[0].gains)
+        if begun:
+            study.ask()
     assert list(run(tmp_path).trials) == list(uninterrupted.trials)
 
 

@@ -104,8 +104,9 @@ class Search:
         """Propose a trial: the present gains, then an even spread over the ranges, then what the finished trials suggest."""
         state = np.random.SeedSequence((self.tuning.seed, number)).generate_state(1)
         self.study.sampler = TPESampler(seed=int(state[0]), n_startup_trials=FIRST)
-        if number < FIRST:
-            self.study.enqueue_trial(_first(self.tuning, number), skip_if_exists=True)
+        # One waits already if the process was killed between these two steps; one that had begun has failed.
+        if number < FIRST and not self.study.get_trials(deepcopy=False, states=(TrialState.WAITING,)):
+            self.study.enqueue_trial(_first(self.tuning, number))
         proposed = self.study.ask({gain.parameter: _distribution(gain) for gain in self.tuning.gains})
         return self.study.get_trials(deepcopy=False)[proposed.number]
 
