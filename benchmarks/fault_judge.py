@@ -46,6 +46,7 @@ SCENARIO = {
     "controller.vessel.surge_lag": 0.0,
     "controller.vessel.yaw_lag": 0.0,
     "controller.input_timeout": 0.5,
+    "controller.ride_through": True,  # of the undisturbed run too, whose commands are then within the same limits
     "vessel_sim.command_timeout": 2.0,
 }
 

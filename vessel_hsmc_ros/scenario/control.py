@@ -55,8 +55,8 @@ def make_control_loop(
     law, vessel, safety = law or make_law(parameters), parameters.vessel, parameters.safety
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
     inertia = vessel.surge_inertia, vessel.yaw_inertia
-    clips = not (law.keeps_limits or parameters.lockstep)
-    supervision = Supervision(safety, Authority(limits, inertia, supervised and law.keeps_limits, clips))
+    bounded = law.keeps_limits
+    supervision = Supervision(safety, Authority(limits, inertia, supervised and bounded, supervised and not bounded))
     return ControlLoop(
         law,
         RateGrid(parameters.rate_hz),
