@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from geometry_msgs.msg import WrenchStamped
+from loop import echo  # type: ignore[import-not-found]
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
@@ -143,23 +144,6 @@ def measure(count: int) -> Array:
     node.destroy_node()
     rclpy.shutdown()
     return np.array(times[round(1.0 / PERIOD) :])
-
-
-def echo() -> None:
-    """Run the other process: answer every odometry message."""
-    rclpy.init()
-    node = rclpy.create_node("bare_controller")
-    publisher = node.create_publisher(WrenchStamped, "bare_wrench", 10)
-
-    def answer(message: Odometry) -> None:
-        wrench = WrenchStamped()
-        wrench.header.stamp = message.header.stamp
-        publisher.publish(wrench)
-
-    node.create_subscription(Odometry, "bare_odom", answer, 10)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    executor.spin()
 
 
 if __name__ == "__main__":

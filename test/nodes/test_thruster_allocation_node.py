@@ -12,14 +12,13 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
-from thruster_layouts import LAYOUTS
+from thruster_layouts import LAYOUTS, layout
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.command_input import nothing
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
@@ -47,10 +46,6 @@ STRONG_RUDDER = {
     "vessel.thrusters.angle_rate": [0.1],
     "vessel.thrusters.lag": [0.3],
 }
-
-
-def layout(name: str) -> dict[str, Any]:
-    return {f"vessel__thrusters__{key}": value for key, value in LAYOUTS[name].items()}
 
 
 def run_nodes(bench: Any, scenario: Any) -> dict[str, list[Any]]:
@@ -202,64 +197,6 @@ def test_commands_of_two_publishers_are_not_mixed_and_the_thrust_is_zero(bench: 
     allocator.command(30.0)
     bench.until(lambda: len(allocator.thrust) == 3)
     assert allocator.thrust[-1].data == pytest.approx(15.0)
-
-
-class Steps:
-    """The node in lockstep, which rides through missing commands, and the demands that it publishes."""
-
-    def __init__(self, bench: Any) -> None:
-        self.bench = bench
-        self.thrust = bench.collect(Float64, "thrusters/left/thrust")
-        bench.collect(Float64, "thrusters/right/thrust")
-        self.commands = bench.publisher(WrenchStamped, "cmd_wrench")
-        bench.publisher(Odometry, "odom")  # the node waits for a plant
-        node = bench.start(ThrusterAllocationNode, ride_through=True, command_timeout=0.3, **layout("twin"))
-        bench.until(lambda: node.connected and self.commands.get_subscription_count())
-
-    def answer(self, step: int, force: float | None) -> float:
-        """The demand that answers a step of 0.1 s: to a command, or to the message that there is none."""
-        stamp, count = step * 10**8, len(self.thrust)
-        self.publish(stamp, force)
-        self.bench.until(lambda: len(self.thrust) == count + 1)
-        return float(self.thrust[-1].data)
-
-    def publish(self, stamp: int, force: float | None) -> None:
-        message = nothing(stamp) if force is None else conv.new_wrench()
-        if force is not None:
-            conv.write_wrench(message, conv.time_message(stamp), (force, 0.0))
-        self.commands.publish(message)
-
-
-def test_in_lockstep_a_missing_command_is_passed_on_until_the_timeout_then_the_thrust_is_zero(bench: Any) -> None:
-    steps = Steps(bench)
-    assert steps.answer(0, 50.0) == pytest.approx(25.0)
-    answers = [steps.answer(step, None) for step in range(1, 6)]
-    assert [math.isnan(answer) for answer in answers] == [True, True, True, False, False]
-    assert answers[3:] == [0.0, 0.0]
-    assert steps.answer(6, 40.0) == pytest.approx(20.0)
-
-
-def test_in_lockstep_a_delayed_command_is_allocated_in_the_step_in_which_it_comes(bench: Any) -> None:
-    steps = Steps(bench)
-    steps.answer(0, 50.0)
-    assert math.isnan(steps.answer(1, None))
-    steps.publish(10**8, 30.0)
-    steps.publish(40 * 10**8, 70.0)  # far ahead by its stamp: refused
-    assert steps.answer(2, None) == pytest.approx(15.0)
-
-
-def test_in_lockstep_the_plant_holds_demands_that_are_missing_until_the_timeout(bench: Any) -> None:
-    odometry = bench.collect(Odometry, "odom")
-    applied = bench.collect(WrenchStamped, "applied_wrench")
-    publishers = [bench.publisher(Float64, f"thrusters/{name}/thrust") for name in ("left", "right")]
-    values = {"rate_hz": 10.0, "command_timeout": 0.3, "ride_through": True, **layout("twin")}
-    bench.start(VesselSimNode, actuators__kind="thrusters", **values)
-    for step in range(6):
-        bench.until(lambda step=step: len(odometry) == step + 1)
-        publishers[0].publish(Float64(data=math.nan if step else 10.0))
-        publishers[1].publish(Float64(data=20.0))
-    bench.until(lambda: len(applied) == 6)
-    assert [message.wrench.force.x for message in applied] == [30.0, 30.0, 30.0, 30.0, 20.0, 20.0]
 
 
 def test_a_wrench_out_of_reach_is_answered_by_the_nearest_and_reported(bench: Any) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from driving import Helm, command
+from driving import Helm
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from message_reading import read_acceleration, read_disturbance
 from nav_msgs.msg import Odometry
@@ -113,57 +113,6 @@ def test_the_message_that_there_is_no_command_ends_a_lockstep_run_and_names_the_
     helm.commands.publish(nothing(0))
     with pytest.raises(SimulationError, match=r"no command came for t = 0 s: vessel_sim.ride_through=true goes on without it"):
         bench.spin(2.0)
-
-
-class Gaps:
-    """A plant at 10 Hz that rides through missing commands, with a time-out of 0.3 s; the wrench that answers each step."""
-
-    PERIOD = 100_000_000
-
-    def __init__(self, bench: Any, helm: Any) -> None:
-        self.bench, self.helm = bench, helm
-        self.node = bench.start(VesselSimNode, rate_hz=10.0, command_timeout=0.3, ride_through=True)
-        self.step = 0
-
-    def answer(self, force: float | None, **others: Any) -> float:
-        """The applied force of the next step, answered by a command, or by the message that there is none."""
-        self.bench.until(lambda: len(self.helm.odometry) == self.step + 1)
-        stamp = self.step * self.PERIOD
-        if force is None:
-            self.helm.commands.publish(nothing(stamp))
-        else:
-            self.helm.command(stamp, force, **others)
-        self.step += 1
-        self.bench.until(lambda: len(self.helm.applied) == self.step)
-        return float(self.helm.applied[-1].wrench.force.x)
-
-
-def test_a_plant_that_rides_through_holds_a_command_for_the_timeout_in_simulated_time(bench: Any, helm: Any) -> None:
-    gaps = Gaps(bench, helm)
-    assert [gaps.answer(force) for force in (1e5, None, None, None, None, None, 2e5)] == [1e5, 1e5, 1e5, 1e5, 0.0, 0.0, 2e5]
-
-
-def test_a_plant_that_rides_through_takes_a_delayed_command_when_it_comes(bench: Any, helm: Any) -> None:
-    gaps = Gaps(bench, helm)
-    assert [gaps.answer(1e5), gaps.answer(None)] == [1e5, 1e5]
-    helm.command(gaps.PERIOD, 3e5)
-    assert gaps.answer(None) == 3e5
-    helm.command(0, 7e5)  # older than the last one
-    assert gaps.answer(None) == 3e5
-
-
-@pytest.mark.parametrize("change", [{"force": math.nan}, {"force": 7e5, "frame": "map"}])
-def test_a_plant_that_rides_through_refuses_what_a_plant_in_real_time_refuses(bench: Any, helm: Any, change: Any) -> None:
-    gaps = Gaps(bench, helm)
-    assert [gaps.answer(1e5), gaps.answer(**change), gaps.answer(2e5)] == [1e5, 1e5, 2e5]
-    assert command(gaps.node).values["refused"] == 1
-
-
-def test_a_lockstep_run_without_faults_has_no_concern(bench: Any, helm: Any) -> None:
-    gaps = Gaps(bench, helm)
-    for _ in range(3):
-        gaps.answer(1e5)
-        assert {concern.level for concern in gaps.node.concerns()} == {DiagnosticStatus.OK}
 
 
 def test_an_overdue_command_ends_a_lockstep_run_and_names_the_time(bench: Any, helm: Any) -> None:

@@ -50,3 +50,8 @@ LAYOUTS: dict[str, dict[str, Any]] = {
 
 def layout_of(name: str, **changes: Any) -> ThrusterLayout:
     return schema.build(ThrusterLayout, {**LAYOUTS[name], **changes}, "vessel.thrusters")
+
+
+def layout(name: str) -> dict[str, Any]:
+    """The parameters of a node for a layout, as keyword arguments."""
+    return {f"vessel__thrusters__{key}": value for key, value in LAYOUTS[name].items()}
