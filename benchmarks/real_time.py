@@ -95,8 +95,11 @@ def real_time_run(duration: float) -> tuple[dict[str, Any], Any, Any]:
         bag = open_bag(folder / "bag")
         intervals = 1e-9 * np.diff(np.sort(bag["controller/state"].stamp))
         sent = {topic: published(bag, topic) for topic in ("/odom", "/cmd_wrench")}
-        measured = sent["/odom"][np.searchsorted(sent["/odom"], sent["/cmd_wrench"]) - 1]
-        return summary, np.abs(intervals - PERIOD), 1e-9 * (sent["/cmd_wrench"] - measured) - 0.5 * PERIOD
+        odometry, commands = sent["/odom"], sent["/cmd_wrench"]
+        # The controller begins later than the plant and ends after it: only commands that answer odometry are counted.
+        commands = commands[(commands > odometry[0]) & (commands < odometry[-1])]
+        measured = odometry[np.searchsorted(odometry, commands) - 1]
+        return summary, np.abs(intervals - PERIOD), 1e-9 * (commands - measured) - 0.5 * PERIOD
 
 
 def published(bag: Any, topic: str) -> NDArray[np.int64]:
