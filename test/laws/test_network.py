@@ -29,7 +29,7 @@ def test_gradient_descent_fits_a_damping_curve_with_125_neurons() -> None:
         return -0.18 * Z[0] - 0.036 * abs(Z[0]) * Z[0] + 1.5 * Z[1] * Z[2]
 
     def error(Z):
-        activate(*Z.tolist(), neurons, H)
+        activate(Z[0], Z[1], Z[2], neurons, H)
         return damping(Z) - output(W, H, scratch)
 
     def error_rms():
