@@ -11,6 +11,7 @@ of one run in each form is drawn.
 """
 
 import argparse
+import itertools
 import resource
 import statistics
 import sys
@@ -36,8 +37,11 @@ OFFSET = 1e-4
 """Run i starts i times this further east, m, here and in the C++ program."""
 
 AGREEMENT = 1e-9
+SHORT = 2
+"""Runs in a turn on one core."""
+
 LARGE = 5
-"""On two cores there are so many times more runs in a turn."""
+"""On two cores there are so many times more runs in a turn than `--runs`."""
 
 LIMITS = {
     "one core: time of a run, relative to C++": (1.2, True),
@@ -55,8 +59,8 @@ console = Console(width=110)
 def main() -> int:
     """Measure everything and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=20, help="runs in a turn")
-    parser.add_argument("--rounds", type=int, default=5, help="turns of each")
+    parser.add_argument("--runs", type=int, default=20, help="runs of each in a round")
+    parser.add_argument("--rounds", type=int, default=5, help="rounds")
     parser.add_argument("--growth", type=int, nargs=2, default=[100, 1000], help="numbers of runs to compare")
     parser.add_argument("--full", action="store_true", help="also 10,000 runs of the guided law")
     parser.add_argument("--chart", type=Path, help="picture to draw, such as docs/images/speed.png")
@@ -105,26 +109,41 @@ def agree(scalar: Scalar) -> None:
 
 def ratios(scalar: Scalar, runs: int, rounds: int) -> dict[str, float]:
     """Measure C++ and the package in turns; the medians of the ratios of each turn."""
-    hierarchical, guided = list(scenarios("hierarchical", runs)), list(scenarios("guided", runs))
-    large = LARGE * runs
-    for warm in (hierarchical[:1], guided[:1]):
+    found = one_core(scalar, runs * rounds // SHORT), two_cores(scalar, LARGE * runs, rounds)
+    first, second, third = itertools.islice(LIMITS, 3)
+    (cpp, laws), cores = found
+    return {first: cpp, second: cores, third: laws}
+
+
+def one_core(scalar: Scalar, turns: int) -> tuple[float, float]:
+    """The processor time of a run relative to C++, and that of the guided law relative to the hierarchical one.
+
+    The turns are short, so that both share the minute's speed of the machine.
+    """
+    hierarchical, guided = list(scenarios("hierarchical", SHORT)), list(scenarios("guided", SHORT))
+    for warm in (hierarchical, guided):
         simulate_many(warm)
-    one, two, laws = [], [], []
-    steps = runs * samples(hierarchical[0])
+    steps = SHORT * samples(hierarchical[0])
+    taken = []
     with Progress(console=console, transient=True) as progress:
-        for _ in progress.track(range(rounds)):
-            theirs = scalar.results(runs)[0] * 1e-9 * steps
-            ours, of_guided = processor_time(lambda: simulate_many(hierarchical)), processor_time(lambda: simulate_many(guided))
-            one.append(ours / theirs)
-            laws.append(of_guided / ours)
-            # Twice the runs on two cores: a speed-up of 2 takes as long as one core with half of them.
-            single, double = elapsed(lambda: scalar.results(large)), elapsed(lambda: two_at_once(scalar, large))
-            alone, both = (elapsed(lambda n=n: simulate_many(scenarios("hierarchical", n * large), workers=n)) for n in (1, 2))  # type: ignore[misc]
-            two.append((alone / both) / (single / double))
-            pace = [f"{1e9 * taken / steps:.0f}" for taken in (theirs, ours, of_guided)]
-            console.print("ns a step: C++ {}, hierarchical law {}, guided law {}".format(*pace))
-    names = iter(LIMITS)
-    return {name: statistics.median(found) for name, found in zip(names, (one, two, laws), strict=False)}
+        for _ in progress.track(range(turns), description="one core"):
+            theirs = scalar.results(SHORT)[0] * 1e-9 * steps
+            taken.append((theirs, *(processor_time(lambda law=law: simulate_many(law)) for law in (hierarchical, guided))))  # type: ignore[misc]
+    pace = [f"{1e9 * statistics.median(times) / steps:.0f}" for times in zip(*taken, strict=True)]
+    console.print("ns a step: C++ {}, hierarchical law {}, guided law {}".format(*pace))
+    return statistics.median(h / c for c, h, _ in taken), statistics.median(g / h for _, h, g in taken)
+
+
+def two_cores(scalar: Scalar, runs: int, rounds: int) -> float:
+    """The speed-up of twice the runs on two cores, relative to that of two C++ programs at once."""
+    found = []
+    with Progress(console=console, transient=True) as progress:
+        for _ in progress.track(range(rounds), description="two cores"):
+            single, double = elapsed(lambda: scalar.results(runs)), elapsed(lambda: two_at_once(scalar, runs))
+            alone, both = (elapsed(lambda n=n: simulate_many(scenarios("hierarchical", n * runs), workers=n)) for n in (1, 2))  # type: ignore[misc]
+            # A speed-up of 2 takes as long as one core with half of the runs.
+            found.append((alone / both) / (single / double))
+    return statistics.median(found)
 
 
 def two_at_once(scalar: Scalar, runs: int) -> None:

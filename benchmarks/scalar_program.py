@@ -51,7 +51,7 @@ def write_input(scenario: Scenario, path: Path) -> None:
     count = samples(scenario)
     reference = trajectory(scenario.reference_ship, scenario.reference_ship.rate_hz, count)
     reference[:, 2] = [as_published(row[:6]).psi for row in reference]
-    actuators = [float(value) for actuator in (plant.surge, plant.yaw) for value in actuator]
+    actuators = [float(value) for actuator in (plant.surge, plant.yaw) for value in actuator[:4]]
     gains, neurons = law.gains[:15], law.neurons
     constants = [*plant.vessel[:12], *plant.periodic, *actuators, *gains, *neurons.axis, neurons.delta, plant.step]
     numbers = [*constants, *sim.initial_pose, *sim.initial_velocity, float(count)]

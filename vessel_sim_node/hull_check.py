@@ -110,6 +110,8 @@ def negative_damping(ship: ShipParameters, axis: str, largest: float) -> float |
         largest: Largest speed of interest, in m/s or rad/s; infinite for none.
     """
     linear, quadratic, cubic = (float(getattr(ship, f"{axis}_damping{power}")) for power in ("", "_quadratic", "_cubic"))
+    if linear >= 0.0 and quadratic >= 0.0 and cubic >= 0.0:
+        return None
     # The damping linear + quadratic·a + cubic·a² changes its sign at its real positive roots only.
     roots = np.roots([cubic, quadratic, linear])  # which leaves out leading zeros
     positive = sorted(float(root.real) for root in roots if root.imag == 0.0 and root.real > 0.0)

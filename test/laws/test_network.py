@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.laws.network import NetworkParameters, activations, output
+from vessel_hsmc_ros.laws.network import NetworkParameters, activate, activations, output
 
 
 def test_a_neuron_is_a_gaussian_about_its_centre() -> None:
@@ -21,21 +21,23 @@ def test_grid_of_centres() -> None:
 
 
 def test_gradient_descent_fits_a_damping_curve_with_125_neurons() -> None:
-    mu = NetworkParameters(center=0.0, spacing=0.6, centers_per_axis=5).centers()
+    neurons = NetworkParameters(center=0.0, spacing=0.6, centers_per_axis=5, width=0.4).neurons()
     random = np.random.default_rng(1)
-    W, scratch = np.zeros(len(mu)), np.empty((1, len(mu)))
+    W, H, scratch = (np.zeros(shape) for shape in (125, 125, (1, 125)))
 
     def damping(Z):
         return -0.18 * Z[0] - 0.036 * abs(Z[0]) * Z[0] + 1.5 * Z[1] * Z[2]
 
+    def error(Z):
+        activate(Z[0], Z[1], Z[2], neurons, H)
+        return damping(Z) - output(W, H, scratch)
+
     def error_rms():
-        points = random.uniform(-1.0, 1.0, (500, 3))
-        return np.sqrt(np.mean([(damping(Z) - output(W, activations(Z, mu, 0.4), scratch)) ** 2 for Z in points]))
+        return np.sqrt(np.mean([error(Z) ** 2 for Z in random.uniform(-1.0, 1.0, (500, 3))]))
 
     untaught = error_rms()
     for Z in random.uniform(-1.0, 1.0, (20_000, 3)):
-        H = activations(Z, mu, 0.4)
-        W += (damping(Z) - output(W, H, scratch)) * H / (H @ H)
+        W += error(Z) * H / (H @ H)
     assert error_rms() < 0.05 * untaught
 
 

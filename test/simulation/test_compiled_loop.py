@@ -121,7 +121,7 @@ def test_a_run_that_ends_early_ends_at_the_same_step_with_the_same_error(kind: t
 
 
 def test_an_interrupt_leaves_the_steps_so_far() -> None:
-    loop = ClosedLoop(load_scenario("case2_tracking", {"vessel_sim.duration": 100.0}))
+    loop = ClosedLoop(load_scenario("case2_tracking", {"vessel_sim.duration": 600.0}))
 
     def interrupt(done: int, _total: int) -> None:
         raise KeyboardInterrupt

@@ -54,8 +54,9 @@ def position_error(state: Array, reference: Array) -> Array:
 def distance(offset: Array) -> Array:
     """Lengths of horizontal vectors (n, 2), as `kinematics.magnitude`, (n,)."""
     x, y = offset[:, 0], offset[:, 1]
-    length: Array = np.sqrt(x * x + y * y)  # np.hypot, which scales, takes several times as long
-    return length
+    length: Array = x * x
+    length += y * y
+    return np.sqrt(length, out=length)  # np.hypot, which scales, takes several times as long
 
 
 def heading_error(state: Array, reference: Array) -> Array:
@@ -65,7 +66,11 @@ def heading_error(state: Array, reference: Array) -> Array:
 
 def wrapped(angle: Array) -> Array:
     """Angles mapped to (-pi, pi], as `kinematics.wrap` does it, (n,)."""
-    return angle - 2.0 * np.pi * np.ceil((angle - np.pi) / (2.0 * np.pi))
+    turns: Array = angle - np.pi
+    turns /= 2.0 * np.pi
+    np.ceil(turns, out=turns)
+    turns *= 2.0 * np.pi
+    return np.subtract(angle, turns, out=turns)
 
 
 def body_error(state: Array, reference: Array) -> Array:

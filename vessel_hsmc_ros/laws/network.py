@@ -137,8 +137,12 @@ def activations(Z: Array, mu: Array, delta: float, as_printed: bool = False) -> 
 def activate(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
     """Write H(Z) of (2), (3) for Z = (u, v, r) into an array of shape (l,)."""
     scale = -0.5 / (n.delta * n.delta)
-    if len(n.axis):
-        _activate_grid(u, v, r, n.axis, scale, H)
+    k = len(n.axis)
+    if k == 3:  # usual: compiled, loops of a constant length need no counter
+        _activate_grid(u, v, r, n.axis, 3, scale, H)
+        return
+    if k:
+        _activate_grid(u, v, r, n.axis, k, scale, H)
         return
     for i in range(len(H)):
         du, dv, dr = u - n.mu[i, 0], v - n.mu[i, 1], r - n.mu[i, 2]
@@ -147,10 +151,9 @@ def activate(u: float, v: float, r: float, n: Neurons, H: Array) -> None:
 
 
 @kernel
-def _activate_grid(u: float, v: float, r: float, axis: Array, scale: float, H: Array) -> None:
+def _activate_grid(u: float, v: float, r: float, axis: Array, k: int, scale: float, H: Array) -> None:
     """`activate` on a grid: exp(-(a + b + c)) = exp(-a)·exp(-b)·exp(-c), so k³ neurons need 3·k exponentials."""
     places = axis.tolist()
-    k = len(places)
     for i in range(k):
         dr = r - places[i]
         H[i] = math.exp(dr * dr * scale)

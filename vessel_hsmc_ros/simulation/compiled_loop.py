@@ -73,7 +73,7 @@ class CompiledLoop(Loop):
         SimulationError: the motion of the reference is no longer finite.
     """
 
-    block = 10_000
+    block = 50_000  # a call converts all arguments and results, which takes 0.1 ms
 
     def __init__(self, scenario: Scenario, samples: int, law: KernelLaw[Any], brief: Array | None = None) -> None:
         law.reset()
