@@ -38,7 +38,6 @@ def virtual_memory() -> int:
 
 def fuzz(name: str, first: int, count: int) -> None:
     """Run some examples of a target in this process, print what is found, and exit with 1 if that is anything."""
-    os.nice(10)
     target, seed = TARGETS[name], seeds()[name]
     if not target(seed):  # which also imports what it needs before the memory is limited
         sys.exit(f"{name}: its valid input is refused, so its mutations show nothing")

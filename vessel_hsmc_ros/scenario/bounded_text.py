@@ -20,6 +20,9 @@ DEEPEST = 32
 MOST_NODES = 200_000
 """Values in a YAML text, those that an alias repeats counted each time: an alias of aliases can stand for billions."""
 
+LARGEST_INTEGER = 1024
+"""Bits of an integer in a YAML text."""
+
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
 
 
@@ -29,9 +32,19 @@ class _Loader(_Safe):  # type: ignore[misc] # chosen while running
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         """Refuse a second value of a key, which would take the place of the first without a word."""
         counts = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
-        if twice := next((key for key, count in counts.items() if count > 1), None):
-            raise yaml.constructor.ConstructorError(None, None, f"{twice} is given twice: once is enough", node.start_mark)
+        if twice := [key for key, count in counts.items() if count > 1]:
+            raise yaml.constructor.ConstructorError(None, None, f"{twice[0]} is given twice: once is enough", node.start_mark)
         return super().construct_mapping(node, deep)
+
+    def construct_yaml_int(self, node: Any) -> int:
+        """Refuse an integer beyond the range of floats; Python does not even print one of some thousand digits."""
+        number: int = super().construct_yaml_int(node)
+        if number.bit_length() > LARGEST_INTEGER:
+            raise yaml.constructor.ConstructorError(None, None, f"an integer of {number.bit_length()} bits", node.start_mark)
+        return number
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
 
 
 _Loader.add_implicit_resolver(
