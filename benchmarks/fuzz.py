@@ -54,9 +54,7 @@ def fuzz(name: str, first: int, count: int) -> None:
         faulthandler.cancel_dump_traceback_later()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
     pace = count / max(time.monotonic() - begin, 1e-9)
-    print(
-        f"{name}: {count} examples, {accepted} accepted, {found} findings, {peak} MiB at most, {pace:.0f} a second", flush=True
-    )
+    print(f"{name}: {count} examples, {accepted} accepted, {found} findings, {peak} MiB at most, {pace:.0f} a second", flush=True)
     sys.exit(found > 0)
 
 

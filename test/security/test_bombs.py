@@ -16,7 +16,17 @@ LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] *
 
 @pytest.mark.parametrize(
     "text",
-    [LAUGHS, "[" * 100 + "]" * 100, "a: &a [*a]", "2001-99-99", "!!int ''", "!!python/object/apply:os.system [id]", "9" * 5000, "0x" + "f" * 5000, "{'': 1, '': 2}"],
+    [
+        LAUGHS,
+        "[" * 100 + "]" * 100,
+        "a: &a [*a]",
+        "2001-99-99",
+        "!!int ''",
+        "!!python/object/apply:os.system [id]",
+        "9" * 5000,
+        "0x" + "f" * 5000,
+        "{'': 1, '': 2}",
+    ],
 )
 def test_yaml_that_expands_without_end_or_has_no_value_is_refused(text: str) -> None:
     with pytest.raises(yaml.YAMLError):

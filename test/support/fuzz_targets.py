@@ -164,7 +164,9 @@ def _excluded(entry: Entry) -> list[str]:
         return [*(["none_of_these"] if entry.choices else []), "[a]", "{a: 1}", "3.5"]
     if entry.type not in (int, float):
         return ["3", "{a: 1}", "text", "[[1.0]]"]
-    beyond = [format(limit + sign * max(1.0, abs(limit)), "g") for limit, sign in ((entry.low, -1), (entry.high, 1)) if _bounds(limit)]
+    beyond = [
+        format(limit + sign * max(1.0, abs(limit)), "g") for limit, sign in ((entry.low, -1), (entry.high, 1)) if _bounds(limit)
+    ]
     return [".nan", "-.inf", "text", "[1.0]", "'1'", "true", *beyond, *([".inf"] if entry.high != math.inf else [])]
 
 
@@ -204,7 +206,9 @@ def vessel(data: bytes) -> bool:
 def csv(data: bytes) -> bool:
     """Measurements as CSV."""
     found = _decided(lambda: from_csv(_file(data, "run.csv")))
-    if found is not None and not (np.isfinite(found.time).all() and (np.diff(found.time) > 0.0).all() and np.isfinite(found.wrench).all()):
+    if found is not None and not (
+        np.isfinite(found.time).all() and (np.diff(found.time) > 0.0).all() and np.isfinite(found.wrench).all()
+    ):
         raise Finding("measurements with times that do not increase, or a wrench that is not finite, were accepted")
     return found is not None
 
