@@ -1,7 +1,8 @@
 """Fuzz the readers of strangers' data: `python benchmarks/fuzz.py --examples 100000 [--only bag,csv] [--start 0]`.
 
-Each target of test/support/fuzz_targets.py runs in a process of its own, one for each core at a time, which may take 1 GiB of memory
-beyond what its libraries take, and has a deadline for each example. Its valid input must be accepted before it is mutated. An example is known by its seed: `--only TARGET --start SEED --examples 1` repeats it.
+Each target of test/support/fuzz_targets.py runs in a process of its own, one for each core at a time, which may take 1 GiB of
+memory beyond what its libraries take, and has a deadline for each example. Its valid input must be accepted before it is mutated.
+An example is known by its seed: `--only TARGET --start SEED --examples 1` repeats it.
 Exits with 1 if there is a finding: a crash, a hang, memory beyond the limit, or a value accepted that must not be.
 """
 

@@ -1,4 +1,4 @@
-"""Mutated serialised messages at the inputs of the nodes: `python benchmarks/raw_messages.py --messages 2000 [--only controller,goal]`.
+"""Mutated serialised messages at the inputs of the nodes: `python benchmarks/raw_messages.py [--only controller,goal]`.
 
 Each node runs as a process of its own, in a namespace of its own, and receives mutated messages among valid ones. It must go on
 running, answer valid messages, publish only finite values within its limits, keep its memory below 1 GiB, and end by SIGINT with
@@ -38,7 +38,8 @@ def main() -> int:
     parser.add_argument("--only", default=",".join(TARGETS), help="nodes, separated by commas")
     parser.add_argument("--start", type=int, default=0, help="seed of the first message")
     arguments = parser.parse_args()
-    return 0 if all([survived(name, arguments.messages, arguments.start) for name in arguments.only.split(",")]) else 1
+    results = [survived(name, arguments.messages, arguments.start) for name in arguments.only.split(",")]
+    return 0 if all(results) else 1
 
 
 if __name__ == "__main__":

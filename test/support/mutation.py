@@ -2,17 +2,11 @@
 
 import random
 
-VALUES = tuple(b"nan -.inf .nan 1e400 -1e-320 2001-99-99 true ~ '' [] [[[[]]]] {} *a \" ,, 1_0 0 -1".split()) + (
-    *(
-        b"0x" + b"f" * 5000,
-        b"9" * 5000,
-        b"&a [*a]",
-        b"!!int x",
-        b"!!python/object/apply:os.system [id]",
-        b"!!binary x",
-        b"<<: *a",
-    ),
-    *(b"\t", b"\x00", b"\xff\xff\xff\xff", b"\x00\x00\x00\x80", b"\xff" * 8, b"\x7f" * 8, b"\r", b"\n", b"\xe2\x80\xa8"),
+VALUES = (
+    *b"nan -.inf .nan 1e400 -1e-320 2001-99-99 true ~ '' [] [[[[]]]] {} *a \" ,, 1_0 0 -1".split(),
+    *b"0x\n!!int x\n&a [*a]\n!!python/object/apply:os.system [id]\n!!binary x\n<<: *a".split(b"\n"),
+    *(b"0x" + b"f" * 5000, b"9" * 5000, b"\xff" * 4, b"\xff" * 8, b"\x7f" * 8, b"\x00\x00\x00\x80"),
+    *(b"\x00", b"\t", b"\r", b"\n", b"\xe2\x80\xa8"),
 )
 """What is put in: numbers at the edge, tags, aliases, lengths, line ends."""
 

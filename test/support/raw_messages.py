@@ -4,7 +4,7 @@ import math
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +14,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from harness import Command, executable
 from mutation import mutated
-from nav_msgs.msg import Odometry, Path as PathMessage
+from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as PathMessage
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
@@ -82,7 +83,7 @@ class Target(NamedTuple):
 
     executable: str
     settings: tuple[str, ...]
-    inputs: dict[str, tuple[Any, Callable[[int], Any]]]
+    inputs: Mapping[str, tuple[Any, Callable[[int], Any]]]
     output: str
     kind: Any
     values: Callable[[Any], tuple[float, ...]]
@@ -101,12 +102,17 @@ TARGETS = {
             *(f"vessel.{bound}" for bound in BOUNDS),
         ),
         {"odom": (Odometry, _odometry), "reference": (ReferenceState, _reference)},
-        *("cmd_wrench", WrenchStamped, _wrench_values),
+        "cmd_wrench",
+        WrenchStamped,
+        _wrench_values,
     ),
     "vessel_sim": Target(
         "vessel_sim_node",
         ("rate_hz:=50.0", *(f"actuators.{bound}" for bound in BOUNDS)),
-        *(WRENCH, "applied_wrench", WrenchStamped, _wrench_values),
+        WRENCH,
+        "applied_wrench",
+        WrenchStamped,
+        _wrench_values,
     ),
     "watchdog": Target(
         "watchdog_node", (*BOUNDS, "watched_nodes:=['']"), WRENCH, "watched_wrench", WrenchStamped, _wrench_values
@@ -114,23 +120,34 @@ TARGETS = {
     "allocation": Target(
         "thruster_allocation_node",
         (*(f"vessel.{setting}" for setting in THRUSTERS), f"vessel.thrusters.thrust_ahead:=[{THRUST}]"),
-        *(WRENCH, "thrusters/left/thrust", Float64, lambda message: (message.data / THRUST,)),
+        WRENCH,
+        "thrusters/left/thrust",
+        Float64,
+        lambda message: (message.data / THRUST,),
     ),
     "goal": Target(
         "reference_ship_node",
         ("mode:=goal", "rate_hz:=50.0"),
-        *({"goal_pose": (PoseStamped, _pose)}, "reference", ReferenceState, _reference_values),
+        {"goal_pose": (PoseStamped, _pose)},
+        "reference",
+        ReferenceState,
+        _reference_values,
     ),
     "path": Target(
         "reference_ship_node",
         ("mode:=path", "rate_hz:=50.0"),
-        *({"path": (PathMessage, _path)}, "reference", ReferenceState, _reference_values),
+        {"path": (PathMessage, _path)},
+        "reference",
+        ReferenceState,
+        _reference_values,
     ),
     "recorder": Target(
         "recorder_node",
         ("topics:=['odom','cmd_wrench']",),
         {"odom": (Odometry, _odometry), **WRENCH},
-        *("/diagnostics", DiagnosticArray, lambda _: (0.0,)),  # it publishes nothing else
+        "/diagnostics",  # it publishes nothing else
+        DiagnosticArray,
+        lambda _: (0.0,),
     ),
 }
 
@@ -170,6 +187,11 @@ class Attack:
                 publisher.publish(self.valid(topic))
             self.executor.spin_once(timeout_sec=0.02)
 
+    def answered(self, count: int) -> None:
+        """Wait for some outputs more."""
+        wanted = len(self.outputs) + count
+        self.until(lambda: len(self.outputs) >= wanted)
+
     def send(self, count: int, first: int = 0) -> None:
         """Publish mutated messages, each input in turn, and let the node work from time to time."""
         topics = list(self.publishers)
@@ -178,14 +200,12 @@ class Attack:
             data = self.valid(topic)
             self.publishers[topic].publish(data[:4] + mutated(data[4:], number) if number % 4 else mutated(data, number))
             if number % 20 == 19:
-                seen = len(self.outputs)
-                self.until(lambda: len(self.outputs) > seen)
+                self.answered(1)
 
     def check(self) -> None:
         """What must hold at the end: answers to valid messages that are finite and bounded, and bounded memory."""
-        self.outputs, outputs = [], self.outputs
-        self.until(lambda: len(self.outputs) > 5)
-        for values in outputs + self.outputs:
+        self.answered(3)
+        for values in self.outputs:
             assert all(math.isfinite(value) and abs(value) <= 1.0 + 1e-9 for value in values), values
         pages = int(Path(f"/proc/{self.command.popen.pid}/statm").read_text().split()[1])
         assert pages * os.sysconf("SC_PAGE_SIZE") < MEMORY
@@ -209,7 +229,7 @@ def attack(name: str, folder: Path) -> Iterator[Attack]:
     """A node that answers valid messages, to be attacked; killed at the end."""
     made = Attack(name, folder)
     try:
-        made.until(lambda: len(made.outputs) > 2)
+        made.answered(1)
         yield made
     finally:
         made.close()

@@ -96,7 +96,8 @@ class _Walk:
         return value
 
     def numbers(self, kind: str, count: int) -> NDArray[Any]:
-        dtype = np.dtype(NUMBERS[kind]).newbyteorder(self.order)
+        code = NUMBERS[kind]
+        dtype = np.dtype(code if code in ("?", "u1", "i1") else self.order + code)
         if count:  # an empty sequence is not followed by padding
             self.align(dtype.itemsize)
         if not 0 <= count * dtype.itemsize <= len(self.data) - self.position:

@@ -32,7 +32,7 @@ def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, fl
     position, q = message.pose.position, message.pose.orientation
     _require_near(position, "goal")
     _require_finite({f"orientation.{name}": getattr(q, name) for name in "xyzw"}, "goal")
-    # A quaternion need not be normalised, as its heading does not depend on its length; only 0 and what overflows have no heading.
+    # A quaternion need not be normalised, as its heading does not depend on its length; only 0 and infinity have no heading.
     squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not SHORTEST_QUATERNION <= squared < math.inf:
         raise GoalError(
