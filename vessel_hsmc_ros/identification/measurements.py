@@ -5,7 +5,7 @@ import io
 import math
 from array import array
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,8 @@ WRENCH = ("surge_force", "sway_force", "yaw_moment")
 WRENCH_TOPICS = ("applied_wrench", "cmd_wrench")
 MOST_NUMBERS = 1 << 24
 """Numbers in a table: two million rows of eight columns."""
+LONGEST_LINE = 1 << 20
+"""Characters of a row."""
 HELD = 0.2
 """Share of unchanged positions from which on a sensor is taken to repeat its samples."""
 
@@ -108,13 +110,20 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
     return _measurements(chosen["time"], state, wrench, str(path))
 
 
+def _lines(stream: Iterable[str]) -> Iterator[str]:
+    for line in stream:
+        if len(line) > LONGEST_LINE:
+            raise ValueError(f"a line has {len(line)} characters")
+        yield line
+
+
 def _table(path: Path) -> dict[str, Array]:
     """The columns of a CSV file by name; an empty field is NaN."""
     numbers = array("d")  # eight bytes for each number, where a list of lists would take sixty
     try:
         # Decoded line by line: as a text of four bytes for each character the largest file would take all memory.
         content = io.BytesIO(read_bytes(path, LARGEST_TABLE))
-        rows = (row for row in csv.reader(io.TextIOWrapper(content, "utf-8-sig", newline="")) if row)
+        rows = (row for row in csv.reader(_lines(io.TextIOWrapper(content, "utf-8-sig", newline=""))) if row)
         header = [name.strip() for name in next(rows, [])]
         for number, row in enumerate(rows, 1):
             if len(row) != len(header):
