@@ -56,6 +56,7 @@ def test_numpy_numbers_are_accepted() -> None:
         ("pose", "abc", r"node\.pose = 'abc' .* list of 3"),
         ("pose", 3.0, r"node\.pose = 3\.0 .* list of 3"),
         ("topics", [1], r"node\.topics = \[1\] .* list of strings"),
+        ("topics", {"a": 1}, r"node\.topics = \{'a': 1\} .* list of strings"),
         ("ratehz", 1.0, r"node\.ratehz is not a parameter: did you mean rate_hz\?"),
         ("zzzzzz", 1.0, r"node\.zzzzzz is not a parameter: allowed are rate_hz, name"),
     ],

@@ -94,6 +94,10 @@ def test_a_run_that_is_not_finite_is_a_miss() -> None:
         ("rows: [{name: a, variants: 3}]", "variants = 3 of row a is not allowed: it takes a list of names"),
         ("variants: [b]\nrows: []", "variants of suite file .* takes changes by name"),
         ("rows: [{name: a, largest: true}]", "largest = True of row a"),
+        ("rows: [{name: a, at_most: .inf}]", "at_most = inf of row a"),
+        ("rows: [{name: a, set: text}]", "set = text of row a"),
+        ("set: [1]\nrows: [{name: a}]", "set = \\[1\\] of suite file"),
+        ("rows: [{name: a, over: [1]}]", "over = \\[1\\] of row a"),
     ],
 )
 def test_a_malformed_suite_is_rejected_with_the_reason(tmp_path: Path, text: str, message: str) -> None:

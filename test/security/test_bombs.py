@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from vessel_hsmc_ros.bags.mcap_layout import message_offsets
+from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
 from vessel_hsmc_ros.bags.message_definition import read_definition
 from vessel_hsmc_ros.core.exceptions import BagError, VesselHsmcError
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
@@ -15,7 +16,17 @@ LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] *
 
 @pytest.mark.parametrize(
     "text",
-    [LAUGHS, "[" * 100 + "]" * 100, "a: &a [*a]", "2001-99-99", "!!int ''", "!!python/object/apply:os.system [id]", "9" * 5000],
+    [
+        LAUGHS,
+        "[" * 100 + "]" * 100,
+        "a: &a [*a]",
+        "2001-99-99",
+        "!!int ''",
+        "!!python/object/apply:os.system [id]",
+        "9" * 5000,
+        "0x" + "f" * 5000,
+        "{'': 1, '': 2}",
+    ],
 )
 def test_yaml_that_expands_without_end_or_has_no_value_is_refused(text: str) -> None:
     with pytest.raises(yaml.YAMLError):
@@ -38,12 +49,23 @@ def test_a_text_beyond_the_limit_is_refused_after_the_limit(tmp_path: Path) -> N
         ("x/msg/A a", "contain each other|missing"),
         ("A a\n", "missing|contain each other"),
         ("float64 x\n" * 200_000, "more than 1024 KiB"),
+        ("int8 x\n" * 5001, "more than 5000 lines"),
+        ("float64[-3] x\n", "-3 elements"),
         ("string x\nimport os; os.system('id')\n", "cannot be read"),
     ],
 )
 def test_an_endless_or_foreign_definition_of_a_message_is_refused(text: str, why: str) -> None:
     with pytest.raises(BagError, match=why):
         read_definition("x/msg/A", text)
+
+
+@pytest.mark.parametrize("length", [300_000, 10**15])
+@pytest.mark.parametrize("element", ["float64", "string", "Text", "Nothing"])
+def test_an_array_of_any_declared_length_is_refused_by_the_bytes_that_a_message_has(element: str, length: int) -> None:
+    line = "=" * 80
+    text = f"{element}[{length}] x\n{line}\nMSG: x/msg/Text\nstring x\n{line}\nMSG: x/msg/Nothing\n"
+    with pytest.raises(BagError, match="is not a x/msg/A"):
+        MessageDecoder("/x", "x/msg/A", text).deserialize(bytes([0, 1, 0, 0]) + bytes(100))
 
 
 def test_types_that_multiply_each_other_are_counted_and_refused() -> None:

@@ -27,10 +27,11 @@ WIDEST = 1 << 20
 LARGEST_TEXTS = 1 << 24
 """Characters of the largest column of texts in NumPy's form, in which each takes as much as the longest."""
 
-_NUMBERS = {
+NUMBERS = {
     "bool": "?", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
     "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
 }  # fmt: skip
+"""NumPy types of the numbers of message definitions."""
 
 
 class NoLayout(Exception):  # noqa: N818 - no error for the user: messages are then decoded one by one
@@ -161,7 +162,7 @@ class _Walk:
                 self.value(detail[0], prefix + name)
             else:
                 (element, inner), count = detail
-                if element != Nodetype.BASE or inner[0] not in _NUMBERS:
+                if element != Nodetype.BASE or inner[0] not in NUMBERS:
                     raise NoLayout
                 count = count if node == Nodetype.ARRAY else self.length()
                 self.numbers(inner[0], prefix + name, (count,))
@@ -177,9 +178,9 @@ class _Walk:
         self.position += length
 
     def numbers(self, kind: str, name: str, shape: tuple[int, ...]) -> None:
-        if kind not in _NUMBERS:
+        if kind not in NUMBERS:
             raise NoLayout
-        code = _NUMBERS[kind]
+        code = NUMBERS[kind]
         if shape != (0,):  # an empty sequence is not followed by padding
             self.align(np.dtype(code).itemsize)
         location = Location(self.position, code if code in ("?", "u1", "i1") else self.order + code, shape)

@@ -8,28 +8,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.serde import SerdeError
-from rosbags.typesys import Stores, get_typestore
 
 from vessel_hsmc_ros.bags.cdr_columns import Layout, MessageType, NoLayout, joined, strings, texts
+from vessel_hsmc_ros.bags.cdr_message import MessageObjects
 from vessel_hsmc_ros.bags.message_definition import read_definition
 from vessel_hsmc_ros.core.exceptions import BagError
 
 Array = NDArray[Any]
-
-DAMAGE = (
-    SerdeError,
-    AssertionError,
-    ValueError,
-    IndexError,
-    TypeError,
-    KeyError,
-    MemoryError,
-    OverflowError,
-    RecursionError,
-    struct.error,
-)
-"""Exceptions of `rosbags` for bytes that are not a message of their type."""
 
 WIDE = 8
 """Largest number of elements of an array that counts as narrow."""
@@ -66,8 +51,8 @@ class MessageDecoder:
             BagError: the bytes are not a message of the type.
         """
         try:
-            return self._store.deserialize_cdr(data, self._kind)
-        except DAMAGE as error:
+            return self._objects.read(data)
+        except (ValueError, struct.error) as error:
             raise BagError(f"a message of {self._topic} is not a {self._kind}: {' '.join(str(error).split())}") from None
 
     def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
@@ -130,15 +115,8 @@ class MessageDecoder:
         return MessageType(self._kind, self._definition)
 
     @cached_property
-    def _store(self) -> Any:
-        store = get_typestore(Stores.EMPTY)
-        try:
-            store.register(dict(read_definition(self._kind, self._definition)))
-        except BagError:
-            raise
-        except Exception as error:  # names or constants that its generator of code does not take
-            raise BagError(f"the definition of {self._kind} cannot be read: {error}") from None
-        return store
+    def _objects(self) -> MessageObjects:
+        return MessageObjects(self._kind, read_definition(self._kind, self._definition))
 
 
 def _column(values: list[Any]) -> Array:

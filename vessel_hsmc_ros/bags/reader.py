@@ -16,7 +16,6 @@ Columns are read when they are first used. A topic's first column brings its oth
 networks' weights or covariances are read only when they are used themselves.
 """
 
-import heapq
 import math
 from collections.abc import Iterator
 from functools import cached_property
@@ -29,6 +28,7 @@ from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.events import Event, changed_parameters, last_diagnostics, read_events
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
 from vessel_hsmc_ros.bags.mcap_scan import Contents
+from vessel_hsmc_ros.bags.message_order import by_log_time
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
@@ -39,9 +39,6 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.plant import Vessel
 
 __all__ = ["Bag", "Event", "RawMessage", "Series", "open_bag"]
-
-NEIGHBOURS = 4096
-"""Size of the window, in messages, within which messages are sorted by log time."""
 
 
 def open_bag(path: Path | str) -> "Bag":
@@ -242,14 +239,7 @@ class Bag:
 
         A message that was recorded more than NEIGHBOURS messages late stays out of order.
         """
-        waiting: list[tuple[int, int, RawMessage]] = []
-        # The number keeps messages of equal time in the recorded order, and messages themselves from being compared.
-        for number, message in enumerate(self.raw_messages(*names)):
-            heapq.heappush(waiting, (message.log_time, number, message))
-            if len(waiting) > NEIGHBOURS:
-                yield heapq.heappop(waiting)[2]
-        while waiting:
-            yield heapq.heappop(waiting)[2]
+        return by_log_time(self.raw_messages(*names))
 
     def _add(self, contents: Contents, channel: Channel) -> None:
         schema = contents.schemas.get(channel.schema_id)

@@ -31,7 +31,8 @@ def states(series: Series) -> Array:
     """x, y, psi, u, v, r of odometry or reference messages, (n, 6)."""
     pose, twist = ("pose.pose", "twist.twist") if "pose.pose.position.x" in series else ("pose", "twist")
     x, y, z, w = (series[f"{pose}.orientation.{axis}"] for axis in "xyzw")
-    sines, cosines = 2.0 * (w * z + x * y), w * w + x * x - y * y - z * z
+    with np.errstate(over="ignore", invalid="ignore"):  # a quaternion from a stranger: its heading is then NaN
+        sines, cosines = 2.0 * (w * z + x * y), w * w + x * x - y * y - z * z
     # As in `heading_from_quaternion`; NumPy's arc tangent may differ from Python's in the last bit.
     heading = np.array([*map(math.atan2, sines.tolist(), cosines.tolist())])
     columns = [series[f"{pose}.position.x"], series[f"{pose}.position.y"], heading]

@@ -1,6 +1,7 @@
 """One declared parameter, and the check of a value against its declaration."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, cast
@@ -97,7 +98,7 @@ def _convert(kind: Any, value: object) -> Value:
     """
     if kind in (tuple[float, ...], tuple[str, ...]):
         element = float if kind == tuple[float, ...] else str
-        if isinstance(value, str) or not hasattr(value, "__iter__"):
+        if isinstance(value, str | Mapping) or not hasattr(value, "__iter__"):
             raise TypeError
         return cast("Value", tuple(_convert(element, item) for item in cast("Any", value)))
     # A float may be written without a decimal point, as in `rate_hz: 50`.

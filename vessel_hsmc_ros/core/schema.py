@@ -31,6 +31,9 @@ __all__ = [
 
 T = TypeVar("T")
 
+LONGEST_NAME = 100
+"""Characters of an unknown name that are compared with known ones: the time of a comparison grows with their square."""
+
 
 def parameter(
     default: T,
@@ -160,7 +163,7 @@ def _replaced(instance: T, values: Mapping[str, Value]) -> T:
 
 def suggestion(name: str, known: Collection[str]) -> str:
     """The known name that is closest to an unknown one, or else all of them, as the end of an error message."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(name[:LONGEST_NAME], known, n=1, cutoff=0.5)
     return f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
 
 

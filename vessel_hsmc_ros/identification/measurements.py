@@ -4,7 +4,8 @@ import csv
 import io
 import math
 from array import array
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,17 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.identification.checks import checked
 from vessel_hsmc_ros.identification.types import Array, Measurements
-from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_text
+from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_bytes
 
 NEEDED = ("time", "x", "y")
 HEADINGS = ("heading", "heading_deg")
 VELOCITIES = ("u", "v", "r")
 WRENCH = ("surge_force", "sway_force", "yaw_moment")
 WRENCH_TOPICS = ("applied_wrench", "cmd_wrench")
+MOST_NUMBERS = 1 << 24
+"""Numbers in a table: two million rows of eight columns."""
+LONGEST_LINE = 1 << 20
+"""Characters of a row."""
 HELD = 0.2
 """Share of unchanged positions from which on a sensor is taken to repeat its samples."""
 
@@ -105,21 +110,32 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
     return _measurements(chosen["time"], state, wrench, str(path))
 
 
+def _lines(stream: Iterable[str]) -> Iterator[str]:
+    for line in stream:
+        if len(line) > LONGEST_LINE:
+            raise ValueError(f"a line has {len(line)} characters")
+        yield line
+
+
 def _table(path: Path) -> dict[str, Array]:
     """The columns of a CSV file by name; an empty field is NaN."""
     numbers = array("d")  # eight bytes for each number, where a list of lists would take sixty
     try:
-        rows = (row for row in csv.reader(io.StringIO(read_text(path, LARGEST_TABLE), newline="")) if row)
+        # Decoded line by line: as a text of four bytes for each character the largest file would take all memory.
+        content = io.BytesIO(read_bytes(path, LARGEST_TABLE))
+        rows = (row for row in csv.reader(_lines(io.TextIOWrapper(content, "utf-8-sig", newline=""))) if row)
         header = [name.strip() for name in next(rows, [])]
         for number, row in enumerate(rows, 1):
             if len(row) != len(header):
                 raise IdentificationError(f"cannot read {path}: {len(header)} names, but {len(row)} numbers in row {number}")
             numbers.extend(float(field) if field.strip() else math.nan for field in row)
+            if len(numbers) > MOST_NUMBERS:
+                raise IdentificationError(f"cannot read {path}: it has more than {MOST_NUMBERS} numbers")
     except (OSError, ValueError, csv.Error) as error:
         raise IdentificationError(f"cannot read {path} as a table of numbers with a row of names: {error}") from error
     if not numbers:
         raise IdentificationError(f"cannot read {path} as a table of numbers with a row of names: it has no numbers")
-    if twice := [name for name in header if header.count(name) > 1]:
+    if twice := [name for name, count in Counter(header).items() if count > 1]:
         raise IdentificationError(f"{path} has more than one column {twice[0]}")
     return dict(zip(header, np.array(numbers).reshape(-1, len(header)).T, strict=True))
 

@@ -11,6 +11,9 @@ from vessel_hsmc_ros.messages.conversions import WORLD, nanoseconds
 SHORTEST_QUATERNION = 1e-6
 """Squared length below which a quaternion does not define an orientation."""
 
+FARTHEST = 1e7
+"""Largest coordinate of a goal or waypoint, m: that of a place on Earth in a local frame."""
+
 
 def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, float | None]:
     """Validate and convert a goal pose.
@@ -23,15 +26,18 @@ def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, fl
         x, y, heading and stamp, s; the stamp is None where the message has none (0).
 
     Raises:
-        GoalError: a number is not finite, the quaternion has length 0, or the message is in another frame.
+        GoalError: a number is not finite or too far away, the quaternion has no length, or the message is in another frame.
     """
     _require_frame(message.header.frame_id, frame, "goal")
     position, q = message.pose.position, message.pose.orientation
-    numbers = {"x": position.x, "y": position.y, **{f"orientation.{name}": getattr(q, name) for name in "xyzw"}}
-    _require_finite(numbers, "goal")
-    # A quaternion need not be normalised, as its heading does not depend on its length; only 0 has no heading.
-    if q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < SHORTEST_QUATERNION:
-        raise GoalError("goal with an orientation of length 0 is not allowed: it takes a quaternion of length 1")
+    _require_near(position, "goal")
+    _require_finite({f"orientation.{name}": getattr(q, name) for name in "xyzw"}, "goal")
+    # A quaternion need not be normalised, as its heading does not depend on its length; only 0 and infinity have no heading.
+    squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+    if not SHORTEST_QUATERNION <= squared < math.inf:
+        raise GoalError(
+            f"goal with an orientation of length {math.sqrt(squared):.3g} is not allowed: it takes a quaternion of length 1"
+        )
     stamp = nanoseconds(message.header.stamp)
     return position.x, position.y, heading_from_quaternion(q.x, q.y, q.z, q.w), seconds(stamp) if stamp else None
 
@@ -44,7 +50,7 @@ def read_path(message: Any, frame: str = WORLD) -> list[tuple[float, float]]:
         frame: The frame in which paths are accepted.
 
     Raises:
-        GoalError: there is no pose, a number is not finite, or a pose is in another frame.
+        GoalError: there is no pose, a number is not finite or too far away, or a pose is in another frame.
     """
     _require_frame(message.header.frame_id, frame, "path")
     if not message.poses:
@@ -54,7 +60,7 @@ def read_path(message: Any, frame: str = WORLD) -> list[tuple[float, float]]:
         if stamped.header.frame_id:  # often left empty: then the path's own frame counts
             _require_frame(stamped.header.frame_id, frame, f"pose {number} of the path")
         position = stamped.pose.position
-        _require_finite({"x": position.x, "y": position.y}, f"pose {number} of the path")
+        _require_near(position, f"pose {number} of the path")
         points.append((position.x, position.y))
     return points
 
@@ -62,6 +68,14 @@ def read_path(message: Any, frame: str = WORLD) -> list[tuple[float, float]]:
 def _require_frame(found: str, frame: str, what: str) -> None:
     if found != frame:
         raise GoalError(f"{what} in frame '{found}' is not allowed: it takes frame {frame}")
+
+
+def _require_near(position: Any, what: str) -> None:
+    numbers = {"x": position.x, "y": position.y}
+    _require_finite(numbers, what)
+    for name, value in numbers.items():
+        if abs(value) > FARTHEST:
+            raise GoalError(f"{what} with {name} = {value:g} is not allowed: it takes at most {FARTHEST:g} m")
 
 
 def _require_finite(numbers: dict[str, float], what: str) -> None:

@@ -2,6 +2,7 @@
 
 import errno
 import re
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import yaml
 LARGEST_TEXT = 8 << 20
 """Bytes of the largest text file that is read."""
 
-LARGEST_TABLE = 256 << 20
+LARGEST_TABLE = 128 << 20
 """Bytes of the largest CSV file of measurements."""
 
 DEEPEST = 32
@@ -18,6 +19,9 @@ DEEPEST = 32
 
 MOST_NODES = 200_000
 """Values in a YAML text, those that an alias repeats counted each time: an alias of aliases can stand for billions."""
+
+LARGEST_INTEGER = 1024
+"""Bits of an integer in a YAML text."""
 
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
 
@@ -27,10 +31,20 @@ class _Loader(_Safe):  # type: ignore[misc] # chosen while running
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         """Refuse a second value of a key, which would take the place of the first without a word."""
-        keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-        if twice := next((key for index, key in enumerate(keys) if key in keys[:index]), ""):
-            raise yaml.constructor.ConstructorError(None, None, f"{twice} is given twice: once is enough", node.start_mark)
+        counts = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
+        if twice := [key for key, count in counts.items() if count > 1]:
+            raise yaml.constructor.ConstructorError(None, None, f"{twice[0]} is given twice: once is enough", node.start_mark)
         return super().construct_mapping(node, deep)
+
+    def construct_yaml_int(self, node: Any) -> int:
+        """Refuse an integer beyond the range of floats; Python does not even print one of some thousand digits."""
+        number: int = super().construct_yaml_int(node)
+        if number.bit_length() > LARGEST_INTEGER:
+            raise yaml.constructor.ConstructorError(None, None, f"an integer of {number.bit_length()} bits", node.start_mark)
+        return number
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
 
 
 _Loader.add_implicit_resolver(
@@ -45,11 +59,20 @@ def read_text(path: Path, limit: int = LARGEST_TEXT) -> str:
         OSError: the file cannot be read, or is larger than the limit in bytes.
         UnicodeDecodeError: it is not UTF-8.
     """
+    return read_bytes(path, limit).decode("utf-8-sig")
+
+
+def read_bytes(path: Path, limit: int) -> bytes:
+    """The content of a file.
+
+    Raises:
+        OSError: the file cannot be read, or is larger than the limit in bytes.
+    """
     with path.open("rb") as stream:
         content = stream.read(limit + 1)
     if len(content) > limit:
         raise OSError(errno.EFBIG, f"it has more than {limit >> 20} MiB")
-    return content.decode("utf-8-sig")
+    return content
 
 
 def read_yaml(text: str) -> Any:

@@ -16,6 +16,7 @@ run as a multiple of the initial one. A row with `variants` stands for a row for
       - {name: circle, variants: [slow rudder], at_most: 0.01}
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -104,7 +105,7 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
         raise ScenarioError(f"suite file {path} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict) or not document.keys() <= set(PARTS) or not isinstance(document.get("rows"), list):
         raise ScenarioError(f"suite file {path} is not a suite: it takes {', '.join(PARTS)}")
-    shared, variants = document.get("set") or {}, document.get("variants") or {}
+    shared, variants = _changes(document, f"suite file {path}"), document.get("variants") or {}
     if not isinstance(variants, dict) or not all(isinstance(changes, dict) for changes in variants.values()):
         raise ScenarioError(f"variants of suite file {path} are malformed: each takes changes by name")
     return tuple(_row(each, shared, path) for entry in document["rows"] for each in _expanded(entry, variants, path))
@@ -129,15 +130,24 @@ def _expanded(entry: Any, variants: Mapping[str, Mapping[str, object]], path: Pa
     if not isinstance(entry, dict) or "variants" not in entry:
         return [entry]
     rest = {key: value for key, value in entry.items() if key != "variants"}
-    name, changes, rows = rest.get("name"), rest.get("set") or {}, []
+    name, rows = rest.get("name"), []
+    changes = _changes(rest, f"row {name} of {path}")
     if not isinstance(entry["variants"], list):
         raise ScenarioError(f"{path}: variants = {entry['variants']} of row {name} is not allowed: it takes a list of names")
     for variant in entry["variants"]:
-        if variant not in variants:
-            known = ", ".join(variants) or "none"
+        if not isinstance(variant, str) or variant not in variants:
+            known = ", ".join(map(str, variants)) or "none"
             raise ScenarioError(f"{path}: variant {variant} of row {name} is unknown: the suite has {known}")
         rows.append({**rest, "name": f"{name}, {variant}", "set": {**changes, **variants[variant]}})
     return rows
+
+
+def _changes(holder: Mapping[str, Any], where: str) -> dict[str, object]:
+    """The changes `set` of a suite, or of one of its rows."""
+    changes = holder.get("set") or {}
+    if not isinstance(changes, dict) or not all(isinstance(name, str) for name in changes):
+        raise ScenarioError(f"set = {changes} of {where} is not allowed: it takes values by node.param")
+    return changes
 
 
 PARTS = ("set", "variants", "rows")
@@ -151,15 +161,15 @@ def _row(entry: Any, shared: Mapping[str, object], path: Path) -> Row:
         raise ScenarioError(f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}, variants")
     name = str(entry["name"])
     over = entry.get("over", "last_quarter")
-    if over not in WINDOWS:
+    if not isinstance(over, str) or over not in WINDOWS:
         raise ScenarioError(f"{path}: over = {over} of row {name} is not allowed: it takes one of {', '.join(WINDOWS)}")
     limits: dict[str, float] = {}
     for key in _LIMITS:
         if entry.get(key) is not None:
             # YAML reads `on` and `yes` as flags, and bool is a subclass of int: `at_most: yes` would pass as 1.
-            if isinstance(entry[key], bool) or not isinstance(entry[key], int | float) or not entry[key] > 0.0:
+            if isinstance(entry[key], bool) or not isinstance(entry[key], int | float) or not 0.0 < entry[key] < math.inf:
                 raise ScenarioError(f"{path}: {key} = {entry[key]} of row {name} is not allowed: it takes a number above 0")
             limits[key] = float(entry[key])
     # Later entries of a dict display win: the changes of the row override the shared ones.
-    changes = {**shared, **(entry.get("set") or {})}
+    changes = {**shared, **_changes(entry, f"row {name} of {path}")}
     return Row(name, str(entry.get("scenario", SCENARIO)), changes, over, **limits)
