@@ -19,7 +19,7 @@ from vessel_hsmc_ros.nodes.base import WARN, Concern
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
-from vessel_hsmc_ros.nodes.controller_status import guard_concern, operation_status
+from vessel_hsmc_ros.nodes.controller_status import LEVELS, guard_concern, operation_status
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.managed import ManagedNode
@@ -224,9 +224,9 @@ class ControllerNode(ManagedNode):
         self.loop.forget()
         return "weights and estimate are reset; time goes on"
 
-    def report_clock(self, problem: str) -> None:
+    def report_clock(self, reason: Reason, problem: str) -> None:
         """Report a step of the clock."""
-        self._clock_step.report(WARN, problem)
+        self._clock_step.report(LEVELS[reason.level], problem)
         self.get_logger().warning(problem)
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:

@@ -6,6 +6,7 @@ A name in braces, such as {controller.input_timeout}, stands for the default of 
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.scenario.promise import (
     AGAIN,
+    CLOCK,
     CONTROLLER,
     FAULT,
     FRESH,
@@ -196,21 +197,25 @@ PROMISES: tuple[Promise, ...] = (
         ROS_TIME,
         f"law and inputs are reset; {SAFE}, until there are new inputs",
         ITSELF,
-        (Reason.NOT_RECEIVED,),
+        (Reason.CLOCK_BACKWARD, Reason.NOT_RECEIVED),
         (
             f"{CONTROLLER}::test_a_clock_that_is_set_back_resets_law_and_inputs",
+            f"{CLOCK}::test_a_step_of_the_system_clock_is_the_reason_of_the_safe_action",
             f"{CONTROLLER}::test_a_node_without_its_clock_reports_that_it_waits_for_it",
             f"{PLANT}::test_after_a_step_of_the_clock_the_plant_goes_on_and_takes_new_commands_only",
         ),
     ),
     Promise(
         "the clock jumps ahead",
-        "{controller.input_timeout}",
-        ROS_TIME,
-        f"{SAFE}: the inputs are old",
+        "next control period; 0.5 s is a jump",
+        "ROS time beside the steady clock",
+        f"the inputs are reset; {SAFE}, until there are new inputs",
         ITSELF,
-        (Reason.STAMP_OLD,),
-        (f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp",),
+        (Reason.CLOCK_AHEAD,),
+        (
+            f"{CLOCK}::test_a_step_of_the_simulated_clock_is_the_reason_of_the_safe_action",
+            f"{CLOCK}::test_a_step_of_the_system_clock_is_the_reason_of_the_safe_action",
+        ),
     ),
     Promise(
         "the controller is ended by SIGINT or SIGTERM",
