@@ -3,8 +3,8 @@
 python benchmarks/node_kills.py [--repeats 20] [--nodes controller,reference_ship,vessel_sim]
 
 Every trial starts the nodes of case 2 in real time, in a namespace of its own, and sends SIGKILL or SIGSTOP, and SIGCONT after
-STOPPED, to one of them at a random moment. The age of an applied wrench is its stamp minus that of the last command before it that
-it equals.
+STOPPED, to one of them at a random moment. The age of an applied wrench is its stamp minus that of the last command before it
+with the same values.
 """
 
 import argparse
