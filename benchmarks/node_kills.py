@@ -3,8 +3,8 @@
 python benchmarks/node_kills.py [--repeats 20] [--nodes controller,reference_ship,vessel_sim]
 
 Every trial starts the nodes of case 2 in real time, in a namespace of its own, and sends SIGKILL or SIGSTOP, and SIGCONT after
-STOPPED, to one of them at a random moment. The age of an applied wrench is its stamp minus that of the last command before it
-with the same values.
+STOPPED, to one of them at a random moment. The age of an applied wrench is its stamp minus that of the last command with the same
+values; a step of the plant that was late may have a stamp before that of the command it takes.
 """
 
 import argparse
@@ -38,13 +38,13 @@ SIGNALS = {"SIGKILL": signal.SIGKILL, "SIGSTOP": signal.SIGSTOP}
 TIMEOUT = 0.5
 """The plant's command_timeout, s."""
 
-STOPPED = 1.5
+STOPPED = 2.0
 """Time for which a node is stopped, s; longer than every time-out."""
 
 LIMIT = 90.0
 """Longest wait for the nodes to start or to recover, s."""
 
-SETTINGS = {"controller.law": "guided", "vessel_sim.command_timeout": TIMEOUT}
+SETTINGS = {"controller.law": "guided", "vessel_sim.command_timeout": TIMEOUT, "controller.safety.ramp_time": 0.5}
 
 
 class Outcome(NamedTuple):
@@ -94,7 +94,7 @@ class Listener:
         return max((self._age(at, wrench) for at, wrench in self.applied if any(wrench) and at > known), default=0.0)
 
     def _age(self, at: int, wrench: tuple[float, float]) -> float:
-        given = [stamp for stamp in self.commands[wrench] if stamp <= at]
+        given = [stamp for stamp in self.commands[wrench] if stamp <= at + round(TIMEOUT * NANOSECONDS)]
         return seconds(at - given[-1]) if given else math.inf
 
     def close(self) -> None:
