@@ -44,6 +44,9 @@ STOPPED = 2.0
 LIMIT = 90.0
 """Longest wait for the nodes to start or to recover, s."""
 
+SLOW = 5.0
+"""A recovery that takes longer, s, is shown with the logs of the nodes."""
+
 SETTINGS = {"controller.law": "guided", "vessel_sim.command_timeout": TIMEOUT, "controller.safety.ramp_time": 0.5}
 
 
@@ -123,6 +126,10 @@ def trial(folder: Path, node: str, name: str, seed: int) -> Outcome:
         pid = next(each.popen.pid for each in group.processes if each.name == node)
         os.kill(pid, SIGNALS[name])
         outcome = _after(listener, node, name, pid)
+        if outcome.zero == math.inf or outcome.recovery > SLOW:
+            sys.stderr.write(_logs(run.logs))
+    listener.listen(0.5)  # no applied wrench is compared without its command, which may be on its way
+    outcome = outcome._replace(age=listener.greatest_age())
     listener.close()
     sys.stderr.write(f"{namespace}: {outcome}\n")
     return outcome
@@ -143,7 +150,7 @@ def _after(listener: Listener, node: str, name: str, pid: int) -> Outcome:
         os.kill(pid, signal.SIGCONT)
         recovery = listener.until(lambda: len(listener.applied) > count and listener.drives())
     listener.listen(0.5)
-    return Outcome(listener.greatest_age(), zero, recovery)
+    return Outcome(math.nan, zero, recovery)
 
 
 def main() -> int:

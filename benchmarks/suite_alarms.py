@@ -1,10 +1,11 @@
 """Alarms of the safety layer in healthy runs, with every guard on: each row of every suite, offline.
 
-    python benchmarks/suite_alarms.py [--suites guided,realistic,sea,tuning] [--laws guided,los_pid] [--duration 400] [--scenarios]
+    python benchmarks/suite_alarms.py [--suites guided,realistic,sea,tuning] [--laws guided,los_pid] [--scenarios]
 
-The messages of each run pass freshness, plausibility, monitors, output guard and supervision (vessel_hsmc_ros/runs/alarms.py), whose
-commands must be bit-identical to those of the run. `--scenarios` adds those of the package. A row whose run ends early, as
-its suite allows, counts as neither. benchmarks/false_alarms.py is the same over the nodes. The exit code is 1 where there was an alarm.
+The messages of each run pass freshness, plausibility, monitors, output guard and supervision (vessel_hsmc_ros/runs/alarms.py),
+whose commands must be bit-identical to those of the run. `--scenarios` adds those of the package. A run that ends early, as the
+law is undefined or the motion not finite, is listed and not counted. benchmarks/false_alarms.py does the same over the nodes.
+The exit code is 1 where there was an alarm.
 """
 
 import argparse

@@ -24,6 +24,7 @@ from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.managed import ManagedNode
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.publishers import Publishers
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
@@ -76,6 +77,7 @@ class ControllerNode(ManagedNode):
 
     def _create_topics(self, lockstep: bool) -> None:
         profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
+        self._commanding = Publishers(self, WrenchStamped, "cmd_wrench")
         self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
         if lockstep:
             self.connections.allow_one_publisher("cmd_wrench")
@@ -191,11 +193,11 @@ class ControllerNode(ManagedNode):
 
     def has_consumer(self) -> bool:
         """Whether a node takes the command."""
-        return self._command_out.get_subscription_count() > 0
+        return self._command_out.get_subscription_count() > self._commanding.watching
 
     def second_publisher(self) -> bool:
         """Whether another node commands as well."""
-        return self.count_publishers(self._command_out.topic_name) > 1
+        return self._commanding.count() > 1
 
     def close(self) -> None:
         """In real time, leave the ship without a command: zero, acknowledged or several times."""
