@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import WARN, Concern
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
@@ -76,7 +76,7 @@ class ControllerNode(ManagedNode):
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
-        profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
+        profile, newest, offered = qos.data(lockstep), qos.newest(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
         self._commanding = Publishers(self, WrenchStamped, "cmd_wrench")
         self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
         if lockstep:
@@ -87,8 +87,8 @@ class ControllerNode(ManagedNode):
             self._estimate = self.framed(conversions.new_odometry())
         self._command = self.framed(conversions.new_wrench())
         self._state = self.framed(conversions.new_control_state())
-        self.listen(Odometry, "odom", lambda message: self._steps.take_odometry(read_odometry(message)), profile)
-        self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), profile)
+        self.listen(Odometry, "odom", lambda message: self._steps.take_odometry(read_odometry(message)), newest)
+        self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), newest)
 
     def describe(self) -> str:
         """The law and its rate."""
@@ -207,7 +207,7 @@ class ControllerNode(ManagedNode):
             conversions.write_wrench(self._command, conversions.time_message(self.now()), NO_WRENCH)
             for _ in range(LAST_COMMANDS):
                 self.send(self._command_out, self._command)
-            self._command_out.wait_for_all_acked(Duration(seconds=0.5))
+            self._command_out.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_LIMITS["real time"]))
         super().close()
 
     # -- parameters, diagnostics --------------------------------------------------------------------------------------

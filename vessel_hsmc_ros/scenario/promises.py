@@ -219,7 +219,7 @@ PROMISES: tuple[Promise, ...] = (
     ),
     Promise(
         "the controller is ended by SIGINT or SIGTERM",
-        "acknowledged, at most 0.5 s",
+        "at once; exit waits at most 0.4 s for acknowledgements",
         "steady clock",
         "zero, three times",
         "a new start",
