@@ -1,7 +1,7 @@
 """The living publishers of a topic.
 
 A process that is killed stays in the ROS graph until its DDS lease ends, 20 s by default. Publishers of the loop offer liveliness
-(`qos.offered`); while the graph shows several publishers, a subscription that requests it tells how many of them are gone. It
+(`qos.offered`); while the graph shows several publishers, a subscription that requests it shows how many of them are gone. It
 takes no part in what the node does with the topic, whose own subscription requests nothing. Publishers that offer no liveliness,
 or belong to this process, count as living for as long as the graph shows them.
 """
