@@ -35,7 +35,7 @@ class Publishers:
     def __init__(self, node: Node, kind: Any, topic: str) -> None:
         self._node, self._kind, self._topic = node, kind, node.resolve_topic_name(topic)
         self._watch: Any = None
-        self._shown = self._matched = self._alive = 0
+        self._shown, self._matched, self._alive = 0, 0, 0
         self._changed = 0.0
         self._participants: set[bytes] = set()
 
@@ -46,7 +46,7 @@ class Publishers:
 
     def count(self) -> int:
         """The number of living publishers."""
-        shown = self._node.count_publishers(self._topic)
+        shown = int(self._node.count_publishers(self._topic))
         if shown != self._shown:
             self._shown, self._changed = shown, time.monotonic()
         if shown > 1 and self._watch is None:
