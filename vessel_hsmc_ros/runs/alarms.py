@@ -120,7 +120,7 @@ class _Checks:
         age = seconds(now - measured_at)
         self._loop.step(now, motion, extrapolate(desired, rate, -age), rate, measured_at, age, self._overdue(now))
         self._statuses()
-        return np.array(self._loop.wrench).tobytes() != run.command[k].tobytes()
+        return bool(np.array(self._loop.wrench).tobytes() != run.command[k].tobytes())
 
     def terms(self, control: Mapping[str, Array]) -> None:
         """Check the terms of the law against the limits of the diagnostics."""
