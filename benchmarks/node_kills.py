@@ -3,7 +3,8 @@
 python benchmarks/node_kills.py [--repeats 20] [--nodes controller,reference_ship,vessel_sim]
 
 Every trial starts the nodes of case 2 in real time, in a namespace of its own, and sends SIGKILL or SIGSTOP, and SIGCONT after
-STOPPED, to one of them at a random moment. The age of an applied wrench is its stamp minus that of the command it equals.
+STOPPED, to one of them at a random moment. The age of an applied wrench is its stamp minus that of the last command with the same
+values; a step of the plant that was late may have a stamp before that of the command it takes.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import signal
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +26,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
+from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.runs.processes import NodeGroup
@@ -35,13 +38,16 @@ SIGNALS = {"SIGKILL": signal.SIGKILL, "SIGSTOP": signal.SIGSTOP}
 TIMEOUT = 0.5
 """The plant's command_timeout, s."""
 
-STOPPED = 1.5
+STOPPED = 2.0
 """Time for which a node is stopped, s; longer than every time-out."""
 
 LIMIT = 90.0
 """Longest wait for the nodes to start or to recover, s."""
 
-SETTINGS = {"controller.law": "guided", "vessel_sim.command_timeout": TIMEOUT}
+SLOW = 5.0
+"""A recovery that takes longer, s, is shown with the logs of the nodes."""
+
+SETTINGS = {"controller.law": "guided", "vessel_sim.command_timeout": TIMEOUT, "controller.safety.ramp_time": 0.5}
 
 
 class Outcome(NamedTuple):
@@ -57,13 +63,13 @@ class Listener:
 
     def __init__(self, namespace: str) -> None:
         self._node = rclpy.create_node("witness", namespace=namespace)
-        self.stamps: dict[tuple[float, float], int] = {}
+        self.commands: dict[tuple[float, float], list[int]] = defaultdict(list)
         self.applied: list[tuple[int, tuple[float, float]]] = []
-        self._node.create_subscription(WrenchStamped, "cmd_wrench", self._on_command, qos.STREAM)
-        self._node.create_subscription(WrenchStamped, "applied_wrench", self._on_applied, qos.STREAM)
+        self._node.create_subscription(WrenchStamped, "cmd_wrench", self._on_command, qos.LOSSLESS)
+        self._node.create_subscription(WrenchStamped, "applied_wrench", self._on_applied, qos.LOSSLESS)
 
     def _on_command(self, message: WrenchStamped) -> None:
-        self.stamps[conversions.read_wrench(message)] = conversions.nanoseconds(message.header.stamp)
+        self.commands[conversions.read_wrench(message)].append(conversions.nanoseconds(message.header.stamp))
 
     def _on_applied(self, message: WrenchStamped) -> None:
         self.applied.append((conversions.nanoseconds(message.header.stamp), conversions.read_wrench(message)))
@@ -87,8 +93,12 @@ class Listener:
 
     def greatest_age(self) -> float:
         """The greatest age of an applied command, s; infinite if no command equals an applied wrench."""
-        ages = [(at - self.stamps[w]) * 1e-9 if w in self.stamps else math.inf for at, w in self.applied if any(w)]
-        return max(ages, default=0.0)
+        known = min((stamps[0] for stamps in self.commands.values()), default=0) + round(TIMEOUT * NANOSECONDS)
+        return max((self._age(at, wrench) for at, wrench in self.applied if any(wrench) and at > known), default=0.0)
+
+    def _age(self, at: int, wrench: tuple[float, float]) -> float:
+        given = [stamp for stamp in self.commands[wrench] if stamp <= at + round(TIMEOUT * NANOSECONDS)]
+        return seconds(at - given[-1]) if given else math.inf
 
     def close(self) -> None:
         """Leave the namespace."""
@@ -111,13 +121,23 @@ def trial(folder: Path, node: str, name: str, seed: int) -> Outcome:
     listener = Listener(namespace)
     with NodeGroup(run.parameters, run.logs, namespace, NODES) as group:
         if listener.until(listener.drives) == math.inf:
-            raise RuntimeError(f"the nodes did not start within {LIMIT:g} s: see {run.logs}")
+            raise RuntimeError(f"the nodes did not start within {LIMIT:g} s: {_logs(run.logs)}")
         listener.listen(random.Random(seed).uniform(0.5, 1.0))  # noqa: S311
         pid = next(each.popen.pid for each in group.processes if each.name == node)
         os.kill(pid, SIGNALS[name])
         outcome = _after(listener, node, name, pid)
+        if outcome.zero == math.inf or outcome.recovery > SLOW:
+            sys.stderr.write(_logs(run.logs))
+    listener.listen(0.5)  # no applied wrench is compared without its command, which may be on its way
+    outcome = outcome._replace(age=listener.greatest_age())
     listener.close()
+    sys.stderr.write(f"{namespace}: {outcome}\n")
     return outcome
+
+
+def _logs(folder: Path) -> str:
+    """The last lines of each node's log."""
+    return "\n".join(f"{log.stem}: {log.read_text()[-500:]}" for log in sorted(folder.iterdir()))
 
 
 def _after(listener: Listener, node: str, name: str, pid: int) -> Outcome:
@@ -130,7 +150,7 @@ def _after(listener: Listener, node: str, name: str, pid: int) -> Outcome:
         os.kill(pid, signal.SIGCONT)
         recovery = listener.until(lambda: len(listener.applied) > count and listener.drives())
     listener.listen(0.5)
-    return Outcome(listener.greatest_age(), zero, recovery)
+    return Outcome(math.nan, zero, recovery)
 
 
 def main() -> int:

@@ -44,7 +44,7 @@ class WrenchDrive:
         self.answer: tuple[float, float] | None = None
         self._node, self._answered, self._parameters = node, answered, p
         self._input = CommandInput(node, "cmd_wrench", p.command_timeout)
-        node.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.data(p.lockstep))
+        node.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.newest(p.lockstep))
 
     def present(self) -> tuple[float, float]:
         """The command that holds at present; zero if there is none."""
@@ -105,7 +105,7 @@ class ThrusterDrive:
         self._refused = 0
         self.topics = tuple(self._demands.topics)
         for topic in self.topics:
-            node.listen(Float64, topic, partial(self._on_demand, topic), qos.data(p.lockstep))
+            node.listen(Float64, topic, partial(self._on_demand, topic), qos.newest(p.lockstep))
 
     def present(self) -> Demand:
         """The demands that hold at present; the thrust of each thruster without one is zero, its angle holds."""

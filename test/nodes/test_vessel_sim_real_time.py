@@ -152,10 +152,10 @@ def test_commands_of_a_controller_that_was_stopped_and_continues_are_refused(
     helm.run(0.1)
     stopped = simulated_time.now
     simulated_time.jump(2 * S)
-    for k in range(20):  # what waited in its queue
+    for k in range(10):  # what waited in its queue
         helm.command(stopped + k * STEP, force=7e5)
     (node,) = bench.nodes
-    bench.until(lambda: command(node).values.get("refused_stamp_old") == 20)
+    bench.until(lambda: command(node).values.get("refused_stamp_old") == 10)
     helm.run(0.1)
     assert 7e5 not in {conv.read_wrench(m)[0] for m in helm.applied}
     assert "s ago is not allowed: at most 0.2 s are; ignored" in capfd.readouterr().err

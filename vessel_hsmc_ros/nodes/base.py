@@ -37,8 +37,9 @@ WARNING_PERIOD = 5.0
 WATCHER_NICENESS = 10
 """Niceness of the nodes that only observe a run: the control loop has priority where cores are scarce."""
 
-ACKNOWLEDGE_LIMIT = 1.0
-"""Longest wait, on shutdown, for subscribers to acknowledge what was published, s."""
+ACKNOWLEDGE_LIMITS = {"lockstep": 1.0, "real time": 0.2}
+"""Longest wait, on shutdown, for subscribers to acknowledge what was published, s. With the default profile of Fast DDS they
+do so only every 3 s."""
 
 
 class VesselNode(Node):
@@ -181,7 +182,7 @@ class VesselNode(Node):
     def close(self) -> None:
         """Publish the final status while the context is valid, and wait until the subscribers have acknowledged all messages."""
         self.publish_diagnostics()
-        deadline = time.monotonic() + ACKNOWLEDGE_LIMIT
+        deadline = time.monotonic() + ACKNOWLEDGE_LIMITS["lockstep" if self.parameters.lockstep else "real time"]
         for publisher in self.publishers:
             if publisher.get_subscription_count():
                 publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))

@@ -11,6 +11,7 @@ from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
+from vessel_hsmc_ros.nodes.publishers import Publishers
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 from vessel_hsmc_ros.safety.freshness import Freshness, Sample
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -34,6 +35,7 @@ class CommandInput:
     def __init__(self, node: VesselNode, topic: str, timeout: float) -> None:
         p: Any = node.parameters
         self._node, self._topic = node, topic
+        self._publishers = Publishers(node, WrenchStamped, topic)
         self._frame = p.frame_prefix + conversions.BODY
         self._future = p.freshness.future_tolerance
         self._freshness = Freshness(timeout, p.freshness, self._frame, "")
@@ -116,7 +118,7 @@ class CommandInput:
 
     def _conflict(self) -> str:
         """Which topic has several publishers, in real time; rclpy does not show which one sent a message."""
-        return "" if self._node.parameters.lockstep else self._node.connections.shared(self._topic)
+        return "" if self._node.parameters.lockstep else self._publishers.conflict()
 
     def _refuse(self, text: str) -> None:
         if self._strict:

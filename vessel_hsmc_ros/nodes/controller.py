@@ -15,15 +15,16 @@ from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import WARN, Concern
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
-from vessel_hsmc_ros.nodes.controller_status import guard_concern, operation_status
+from vessel_hsmc_ros.nodes.controller_status import LEVELS, guard_concern, operation_status
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.managed import ManagedNode
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.publishers import Publishers
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
@@ -75,7 +76,8 @@ class ControllerNode(ManagedNode):
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
 
     def _create_topics(self, lockstep: bool) -> None:
-        profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
+        profile, newest, offered = qos.data(lockstep), qos.newest(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
+        self._commanding = Publishers(self, WrenchStamped, "cmd_wrench")
         self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
         if lockstep:
             self.connections.allow_one_publisher("cmd_wrench")
@@ -85,8 +87,8 @@ class ControllerNode(ManagedNode):
             self._estimate = self.framed(conversions.new_odometry())
         self._command = self.framed(conversions.new_wrench())
         self._state = self.framed(conversions.new_control_state())
-        self.listen(Odometry, "odom", lambda message: self._steps.take_odometry(read_odometry(message)), profile)
-        self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), profile)
+        self.listen(Odometry, "odom", lambda message: self._steps.take_odometry(read_odometry(message)), newest)
+        self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), newest)
 
     def describe(self) -> str:
         """The law and its rate."""
@@ -191,11 +193,11 @@ class ControllerNode(ManagedNode):
 
     def has_consumer(self) -> bool:
         """Whether a node takes the command."""
-        return self._command_out.get_subscription_count() > 0
+        return self._command_out.get_subscription_count() > self._commanding.watching
 
     def second_publisher(self) -> bool:
         """Whether another node commands as well."""
-        return self.count_publishers(self._command_out.topic_name) > 1
+        return self._commanding.count() > 1
 
     def close(self) -> None:
         """In real time, leave the ship without a command: zero, acknowledged or several times."""
@@ -205,7 +207,7 @@ class ControllerNode(ManagedNode):
             conversions.write_wrench(self._command, conversions.time_message(self.now()), NO_WRENCH)
             for _ in range(LAST_COMMANDS):
                 self.send(self._command_out, self._command)
-            self._command_out.wait_for_all_acked(Duration(seconds=0.5))
+            self._command_out.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_LIMITS["real time"]))
         super().close()
 
     # -- parameters, diagnostics --------------------------------------------------------------------------------------
@@ -224,9 +226,9 @@ class ControllerNode(ManagedNode):
         self.loop.forget()
         return "weights and estimate are reset; time goes on"
 
-    def report_clock(self, problem: str) -> None:
+    def report_clock(self, reason: Reason, problem: str) -> None:
         """Report a step of the clock."""
-        self._clock_step.report(WARN, problem)
+        self._clock_step.report(LEVELS[reason.level], problem)
         self.get_logger().warning(problem)
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:

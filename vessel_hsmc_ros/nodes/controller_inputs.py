@@ -85,9 +85,11 @@ class ControllerInputs:
         self._jumps = Jumps(p.safety, p.vessel.length)
         self._measured: tuple[int, Motion] | None = None
         self._desired: Desired | None = None
+        self._forgotten = Reason.NONE
 
-    def reset(self) -> None:
-        """Forget the inputs, as after the clock was set back."""
+    def reset(self, reason: Reason) -> None:
+        """Forget the inputs, for a reason that is given until there are new ones."""
+        self._forgotten = reason
         self.monitor.reset()
         self._jumps.reset()
         self._measured = self._desired = None
@@ -144,8 +146,9 @@ class ControllerInputs:
         if missing or self._measured is None or self._desired is None:
             name, why = missing or ("odometry", Reason.NOT_RECEIVED)
             self.monitor.report_overdue(name, why, now)
-            self._loop.skip(elapsed, reason or why)
+            self._loop.skip(elapsed, reason or self._forgotten or why)
             return None
+        self._forgotten = Reason.NONE
         (stamp, state), desired = self._measured, self._desired
         reference = extrapolate(desired.motion, desired.acceleration, seconds(stamp - desired.sample.stamp))
         late = now - stamp  # less than a control period is sampling, not a delay

@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 CHECK_PERIOD = 0.1
 """Time between two checks of the clock and of the graph, s."""
 
-CLOCK_STEP = 0.5
-"""Difference between the progress of the node's clock and that of the steady clock that is a step of the former, s."""
+CLOCK_STEP = NANOSECONDS // 2
+"""Difference between the progress of the node's clock and that of the steady clock that is a step of the former, ns."""
+
+FASTEST = 20
+"""Highest speed of a simulated clock, as a multiple of the steady clock's: a node that could not run for a while sees no step."""
 
 
 class RealTime:
@@ -36,9 +39,8 @@ class RealTime:
         self._origin = 0
         self._locked = False
         self._timer: Timer | None = None
-        self._last = 0
         self._alone = True
-        self._offset: int | None = None
+        self._seen: tuple[int, int] | None = None
 
     @property
     def pending(self) -> int | None:
@@ -47,7 +49,7 @@ class RealTime:
 
     def start(self) -> None:
         """Begin the control periods: the state is published and requests are answered before the first odometry."""
-        self._origin = self._last = self._node.now()
+        self._origin = self._node.now()
         self._timer = self._node.create_timer(self._node.loop.grid.period, self._on_timer)
         self._node.create_timer(CHECK_PERIOD, self._check, clock=self._node._wall)
 
@@ -102,9 +104,7 @@ class RealTime:
 
     def _on_timer(self) -> None:
         node, now = self._node, self._node.now()
-        if now < self._last:
-            self._set_back(now)
-        self._last = now
+        self._watch_clock(now)
         if not node.loop.due(now - self._origin):
             return
         node.health.served(now)
@@ -128,23 +128,29 @@ class RealTime:
             if node.clock_problem:
                 node.get_logger().warning(node.clock_problem, throttle_duration_sec=WARNING_PERIOD)
             return
-        offset, known = now - time.monotonic_ns(), self._offset
-        self._offset = offset
-        # The timers of rclpy wait for the time at which they would have fired, on a clock that was set back perhaps for hours.
-        if known is not None and abs(offset - known) > CLOCK_STEP * NANOSECONDS:
-            if offset < known:
-                self._set_back(now)
-            else:
-                node.report_clock(f"the clock was set ahead by {seconds(offset - known):.3g} s")
-            self._origin = self._last = now
-            node.loop.begin()
-            self._restart(node.loop.grid.period, self._on_timer)
+        self._watch_clock(now)  # here too: a timer waits for its time on a clock that was set back, perhaps for hours
 
-    def _set_back(self, now: int) -> None:
-        """The clock was set back: what was learnt and received belongs to another time."""
+    def _watch_clock(self, now: int) -> None:
+        """Find a step of the clock by its progress since the last call, beside that of the steady clock."""
+        seen, self._seen = self._seen, (now, time.monotonic_ns()) if now else None
+        if seen is None or not now:
+            return
+        progress, steady = now - seen[0], self._seen[1] - seen[1] if self._seen else 0
+        step = progress - steady
+        if progress < 0 or (step < -CLOCK_STEP and not self._simulated):
+            self._stepped(now, Reason.CLOCK_BACKWARD, progress)
+            self._node.loop.forget()
+        elif step > CLOCK_STEP and not (self._simulated and progress < FASTEST * steady):
+            self._stepped(now, Reason.CLOCK_AHEAD, step)
+
+    def _stepped(self, now: int, reason: Reason, step: int) -> None:
+        """The clock was stepped: inputs received by another time do not count, and the control periods begin anew."""
         node = self._node
-        node.report_clock(f"the clock was set back by {seconds(self._last - now):.3g} s: law and inputs are reset")
-        node.inputs.reset()
-        node.loop.forget()
-        self._last = self._origin = now
+        back, size = reason is Reason.CLOCK_BACKWARD, abs(seconds(step))
+        direction, forgotten = ("back", "law and inputs") if back else ("ahead", "the inputs")
+        node.report_clock(reason, f"the clock was set {direction} by {size:.3g} s: {forgotten} are reset")
+        node.inputs.reset(reason)
+        self._origin = now
         node.loop.begin()
+        if not self._simulated:  # timers on simulated time follow it
+            self._restart(node.loop.grid.period, self._on_timer)

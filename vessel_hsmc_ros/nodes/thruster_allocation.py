@@ -70,9 +70,9 @@ class ThrusterAllocationNode(VesselNode):
         self._wrench_out = self.advertise(WrenchStamped, "allocated_wrench", profile)
         self._wrench = self.framed(conversions.new_wrench())
         self._needs_speed = self._layout.needs_speed
-        self.listen(WrenchStamped, "cmd_wrench", self._on_command, profile)
+        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.newest(lockstep))
         if self._needs_speed:
-            self.listen(Odometry, "odom", self._on_odometry, profile)
+            self.listen(Odometry, "odom", self._on_odometry, qos.newest(lockstep))
 
     def describe(self) -> str:
         """The thrusters."""

@@ -45,7 +45,7 @@ class WatchdogNode(VesselNode):
         self._heard_at = {name: time.monotonic() for name in p.watched_nodes if name}
         self._wrench_out = self.advertise(WrenchStamped, "watched_wrench", qos.offered(False, p.rate_hz))
         self._wrench = self.framed(conversions.new_wrench())
-        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.STREAM)
+        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self._wall)
         self.create_service(Trigger, "~/stop", self._stop)

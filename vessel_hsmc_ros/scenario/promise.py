@@ -40,8 +40,9 @@ PERIODS = "control periods"
 FRESH, STATES, OUTPUT, PLAUSIBLE = (
     f"safety/test_{name}.py" for name in ("freshness", "supervision", "output_guard", "plausibility")
 )
-CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
-    f"nodes/test_{name}.py" for name in ("controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
+CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
+    f"nodes/test_{name}.py"
+    for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
 )
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 FAULT = f"{STATES}::test_a_fault_leads_to_the_safe_action_in_the_same_period"

@@ -1,0 +1,73 @@
+"""What the controller commands, and the reason that it gives, when its clock is stepped."""
+
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from driving import REFERENCE, STATE, RealTimePlant
+from vessel_hsmc_msgs.msg import ControlState
+
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+
+SECOND = 1_000_000_000
+BACK, AHEAD = ControlState.CLOCK_BACKWARD, ControlState.CLOCK_AHEAD
+STEPS = [(-5 * SECOND, BACK), (5 * SECOND, AHEAD), (3600 * SECOND, AHEAD)]
+
+
+@pytest.fixture
+def sea(bench: Any, simulated_time: Any) -> RealTimePlant:
+    return RealTimePlant(bench, simulated_time)
+
+
+def reasons(states: list[Any]) -> list[int]:
+    """The reasons of the safe action, each once, in their order."""
+    return list(dict.fromkeys(state.reason for state in states if state.operation == ControlState.SAFE))
+
+
+@pytest.mark.parametrize(("step", "reason"), STEPS)
+def test_a_step_of_the_simulated_clock_is_the_reason_of_the_safe_action(
+    sea: RealTimePlant, simulated_time: Any, step: int, reason: int
+) -> None:
+    simulated_time.now = 10 * SECOND
+    sea.start(ControllerNode, law="guided", input_timeout=0.1)
+    sea.run(0.3)
+    sea.states.clear()
+    simulated_time.jump(step)
+    sea.run(0.3)
+    assert reasons(sea.states) == [reason, ControlState.NOT_READY]
+    assert sea.states[-1].operation == ControlState.ACTIVE
+    assert sea.states[-1].missed_periods == 0
+
+
+def test_the_reason_of_a_clock_that_jumped_is_given_until_there_are_new_inputs(sea: RealTimePlant, simulated_time: Any) -> None:
+    simulated_time.now = 10 * SECOND
+    sea.start(ControllerNode, law="guided", input_timeout=0.1)
+    sea.run(0.3)
+    sea.states.clear()
+    sea.reference_age = sea.odometry_age = 5 * SECOND  # the other nodes keep their time
+    simulated_time.jump(5 * SECOND)
+    sea.run(0.5)
+    assert reasons(sea.states) == [AHEAD]
+
+
+@pytest.mark.parametrize(("step", "reason"), STEPS)
+def test_a_step_of_the_system_clock_is_the_reason_of_the_safe_action(
+    bench: Any, monkeypatch: pytest.MonkeyPatch, step: int, reason: int
+) -> None:
+    sea = RealTimePlant(bench, None)
+    node = bench.start(ControllerNode, lockstep=False, law="guided", input_timeout=5.0)
+    system, offset = node.now, [0]
+    monkeypatch.setattr(node, "now", lambda: system() + offset[0])
+
+    def publish() -> None:
+        sea.send_reference(node.now(), REFERENCE)
+        sea.send_odometry(node.now(), STATE)
+
+    bench.probe.create_timer(0.02, publish)
+    bench.until(lambda: sea.states and sea.states[-1].operation == ControlState.ACTIVE)
+    sea.states.clear()
+    offset[0] = step
+    bench.until(lambda: reasons(sea.states))
+    assert reasons(sea.states)[0] == reason
+    assert node.status()[0] == (DiagnosticStatus.WARN if reason == BACK else DiagnosticStatus.ERROR)
+    bench.until(lambda: sea.states[-1].operation == ControlState.ACTIVE)
