@@ -105,7 +105,7 @@ def draw(found: dict[str, tuple[Map, Map]], path: Path) -> None:
                 x, y = np.meshgrid(each.x, each.y)
                 panel.plot(x[~settled], y[~settled], "x", color=LIMIT, ms=4)
                 panel.set(xlabel=each.axes[0], ylabel=each.axes[1])
-            column[0].set(title=name, aspect="equal")
+            column[0].set(title=f"{name}, {read_vessel(name).values['vessel.length']:g} m", aspect="equal")
             picture.colorbar(shown, ax=column, label="time to settle [T]", orientation="horizontal", shrink=0.9)
         picture.savefig(path)
 
