@@ -123,7 +123,7 @@ def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path) ->
     assert (
         "| case | over | limit | rms position error | largest | actuator travel [1/min] |" in (folder / "compare.md").read_text()
     )
-    assert all(r["travel"] > 0.0 for r in runs)
+    assert all(r["travel"] >= 0.0 for r in runs)  # 0: saturated during the whole second
 
 
 @pytest.mark.parametrize(
