@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED as DERIVED
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
 
@@ -33,10 +32,10 @@ class LosPidParameters:
         0.1, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
     )
     stretch: float = parameter(
-        DERIVED,
-        "Factor by which the times of all gains are longer, for slow actuators; 1: the gains as they are; negative: derived from"
+        0.0,
+        "Factor by which the times of all gains are longer, for slow actuators; 1: the gains as they are; 0: derived from"
         " the declared lag, dead time and rate.",
-        low=DERIVED,
+        low=0.0,
         high=1e3,
         tunable=True,
     )
