@@ -1,12 +1,13 @@
 """Track circle, straight and slalom and keep station with every vessel of the library, in calm water and in a sea of its scale.
 
-`python benchmarks/vessels.py [NAME]...` prints a table. The scenario is that of `vessel-hsmc init`, the gains are those
+`python benchmarks/vessels.py [NAME]... [--states calm,sea]` prints a table; a name may be the path of a vessel file. The states
+`wind`, `current` and `noise` are the sea without the other two. The scenario is that of `vessel-hsmc init`, the gains are those
 of the rule. All references and loads are dimensionless numbers times the units of the ship: length L, sqrt(g·L), and
 T = sqrt(m33/tau_2max).
 """
 
+import argparse
 import math
-import sys
 
 from vessel_hsmc_ros.runs.batch import simulate_one
 from vessel_hsmc_ros.scenario.own_ship import scenario_for, ship_of
@@ -20,8 +21,10 @@ FORCE_SHARE, MOMENT_SHARE, FREQUENCY = 0.3, 0.1, 0.1
 WIND, CURRENT = 0.3, 0.03
 """Wind and current, in sqrt(g·L)."""
 
-LIMITS = {"calm": 0.002, "sea": 0.01}
+CALM_LIMIT, SEA_LIMIT = 0.002, 0.01
 """Limits of the rms position error, in lengths."""
+
+KINDS = ("circle", "straight", "slalom", "rest")
 
 
 def references(s: Scenario, scale: Scale) -> dict[str, dict[str, object]]:
@@ -38,51 +41,64 @@ def references(s: Scenario, scale: Scale) -> dict[str, dict[str, object]]:
     return {"circle": start, "straight": {**start, "reference_ship.mode": "straight"}, "slalom": slalom, "rest": rest}
 
 
-def sea(scale: Scale) -> dict[str, object]:
-    """Wind from the west with gusts, current from the south and noise, in the units of the ship."""
+def loads_of(state: str, scale: Scale) -> dict[str, object]:
+    """Wind from the west with gusts, current from the south and noise, in the units of the ship.
+
+    Args:
+        state: `calm`, `sea` with all of them, or `wind`, `current` or `noise` with one.
+        scale: The units.
+    """
     speed = math.sqrt(GRAVITY * scale.L)
-    wind = loads(scale.L, WIND * speed)
-    return {
-        "vessel_sim.disturbance.earth_fixed.east_force": wind["wind_force"],
-        "vessel_sim.disturbance.earth_fixed.gust_deviation": wind["gust_deviation"],
-        "vessel_sim.disturbance.earth_fixed.gust_time_constant": 4.0 * scale.T,
-        "vessel_sim.disturbance.current.north": CURRENT * speed,
-        "vessel_sim.sensors.position_noise": 0.003 * scale.L,
-        "vessel_sim.sensors.heading_noise": 0.005,
-        "vessel_sim.sensors.velocity_noise": 0.001 * speed,
-        "vessel_sim.sensors.yaw_rate_noise": 0.005 / scale.T,
+    force = loads(scale.L, WIND * speed)
+    parts: dict[str, dict[str, object]] = {
+        "wind": {
+            "vessel_sim.disturbance.earth_fixed.east_force": force["wind_force"],
+            "vessel_sim.disturbance.earth_fixed.gust_deviation": force["gust_deviation"],
+            "vessel_sim.disturbance.earth_fixed.gust_time_constant": 4.0 * scale.T,
+        },
+        "current": {"vessel_sim.disturbance.current.north": CURRENT * speed},
+        "noise": {
+            "vessel_sim.sensors.position_noise": 0.003 * scale.L,
+            "vessel_sim.sensors.heading_noise": 0.005,
+            "vessel_sim.sensors.velocity_noise": 0.001 * speed,
+            "vessel_sim.sensors.yaw_rate_noise": 0.005 / scale.T,
+        },
     }
+    return {name: value for part, changes in parts.items() if state in (part, "sea") for name, value in changes.items()}
 
 
 def errors(name: str, state: str) -> dict[str, float]:
     """The rms position error of the last quarter of each reference, in lengths; infinite for a run that fails.
 
     Args:
-        name: The vessel.
-        state: `calm` or `sea`.
+        name: The vessel, or the path of its file.
+        state: As in `loads_of`.
     """
     values = read_vessel(name).values
     scenario, scale = parse_scenario(scenario_for(values, name), name), scale_of(ship_of(values))
-    loads_of_sea = sea(scale) if state == "sea" else {}
     found = {}
     for reference, changes in references(scenario, scale).items():
-        metrics = simulate_one(scenario.changed({**changes, **loads_of_sea})).metrics
+        metrics = simulate_one(scenario.changed({**changes, **loads_of(state, scale)})).metrics
         found[reference] = metrics.position_error_rms_last_quarter / scale.L if metrics else math.inf
     return found
 
 
-def main(names: list[str]) -> None:
+def main() -> None:
     """Print the errors in percent of the length; an asterisk marks those above the limit."""
-    kinds = ("circle", "straight", "slalom", "rest")
-    print("| vessel | " + " | ".join(f"{kind}, {state} %" for state in LIMITS for kind in kinds) + " |")
-    print("|" + " --- |" * (1 + 2 * len(kinds)))
-    for name in names or vessel_names():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help="vessels (default: the library)")
+    parser.add_argument("--states", default="calm,sea", help="calm, sea, wind, current, noise, separated by commas")
+    given = parser.parse_args()
+    states = given.states.split(",")
+    print("| vessel | " + " | ".join(f"{kind}, {state} %" for state in states for kind in KINDS) + " |")
+    print("|" + " --- |" * (1 + len(states) * len(KINDS)))
+    for name in given.names or vessel_names():
         cells = []
-        for state, limit in LIMITS.items():
-            found = errors(name, state)
-            cells += [f"{100.0 * found[kind]:.2g}{'' if found[kind] <= limit else ' *'}" for kind in kinds]
+        for state in states:
+            limit, found = CALM_LIMIT if state == "calm" else SEA_LIMIT, errors(name, state)
+            cells += [f"{100.0 * found[kind]:.2g}{'' if found[kind] <= limit else ' *'}" for kind in KINDS]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -12,6 +12,7 @@ from vessel_hsmc_ros.core.metrics import (
     settling_bound,
     settling_time,
     share_at_limit,
+    travel,
 )
 
 
@@ -89,6 +90,13 @@ def test_the_share_of_time_at_a_limit() -> None:
     wrench = np.array([0.0, 10.0, -10.0 * (1.0 - 1e-9), 9.0])
     assert share_at_limit(wrench, 10.0) == 0.5
     assert share_at_limit(wrench, math.inf) is None
+
+
+def test_actuator_travel_counts_the_changes_relative_to_the_limit_per_minute() -> None:
+    time, wrench = np.arange(5.0) * 30.0, np.array([0.0, 10.0, -5.0, -5.0, 0.0])
+    assert travel(time, wrench, 10.0) == pytest.approx((10.0 + 15.0 + 5.0) / 10.0 / 2.0)
+    assert travel(time[:1], wrench[:1], 10.0) == 0.0
+    assert travel(time, wrench, math.inf) is None
 
 
 def test_saturation_is_evaluated_on_the_command_where_the_applied_wrench_lags() -> None:

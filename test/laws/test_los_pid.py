@@ -1,6 +1,7 @@
 """Line-of-sight guidance with PID: properties in every state, and closed-loop performance as a baseline."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.laws import LosPidParameters, make_controller
+from vessel_hsmc_ros.laws import KnownVessel, LosPidParameters, make_controller
+from vessel_hsmc_ros.laws.los_pid_parameters import derived_stretch, stretched
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 NONE = np.zeros(3)
@@ -92,3 +94,28 @@ def test_new_gains_keep_the_integrals() -> None:
     assert made.memory == kept
     made.reset()
     assert made.memory == fresh
+
+
+def test_declared_actuators_stretch_the_times_of_the_gains_and_undeclared_ones_do_not() -> None:
+    p = LosPidParameters()
+    assert stretched(p, KnownVessel()) == p
+    assert stretched(p, KnownVessel(surge_lag=0.0, yaw_lag=0.0)) == p
+    assert derived_stretch(p, KnownVessel(yaw_lag=0.7, yaw_dead_time=0.3)) == pytest.approx(1.0 + 2.0 * 1.3 * 0.8 / 3.0)
+    assert derived_stretch(p, KnownVessel(surge_force_rate=2e4)) == pytest.approx((4.0 * 0.8 * 10.0) ** (1.0 / 3.0))
+    double = stretched(replace(p, stretch=2.0), KnownVessel(yaw_lag=5.0))
+    assert (double.yaw_bandwidth, double.yaw_integral_gain, double.lookahead_time) == pytest.approx((0.4, 0.005, 8.0))
+
+
+@pytest.mark.parametrize(("lag", "full"), [(1.0, math.inf), (0.3, 5.0), (0.0, 10.0)])
+def test_a_tight_turn_with_declared_slow_actuators_is_tracked(lag: float, full: float) -> None:
+    slow = {
+        "surge_lag": lag,
+        "yaw_lag": lag,
+        "surge_force_rate": 2e5 / full or math.inf,
+        "yaw_moment_rate": 3e6 / full or math.inf,
+    }
+    changes = {
+        f"{owner}__{name}": value for owner in ("vessel_sim__actuators", "controller__vessel") for name, value in slow.items()
+    }
+    run = run_of(240.0, reference_ship__surge_force=1e5, reference_ship__yaw_moment=-1e6, **changes)
+    assert rms(position_error(run.state, run.reference)[-600:]) < 0.5

@@ -63,11 +63,11 @@ def test_a_simulation_that_diverges_is_an_outcome() -> None:
 
 
 def test_a_column_has_the_unit_that_suits_its_largest_value() -> None:
-    small = LawRun(Row("boat"), "guided", 50.0, metrics=LawMetrics(0.002, 0.004, 0.001, 1.5, 90.0, 56.0, 0.2))
-    large = replace(small, law="hierarchical", metrics=LawMetrics(3.0, 4.0, 2.5, 1.5, 2e5, 3.2e6, 0.2))
+    small = LawRun(Row("boat"), "guided", 50.0, metrics=LawMetrics(0.002, 0.004, 0.001, 1.5, 90.0, 56.0, 0.2, 3.1))
+    large = replace(small, law="hierarchical", metrics=LawMetrics(3.0, 4.0, 2.5, 1.5, 2e5, 3.2e6, 0.2, 40.0))
     assert comparison_page.table(small.row, [small]) == (
-        ["law", "Hz", "rms mm", "largest mm", "final mm", "heading °", "force N", "moment N·m", "rev/s"],
-        [["guided", "50", "2", "4", "1", "1.5", "90", "56", "0.2"]],
+        ["law", "Hz", "rms mm", "largest mm", "final mm", "heading °", "force N", "moment N·m", "rev/s", "travel/min"],
+        [["guided", "50", "2", "4", "1", "1.5", "90", "56", "0.2", "3.1"]],
     )
     head, lines = comparison_page.table(small.row, [small, large])
     assert head[6:8] == ["force kN", "moment MN·m"]
@@ -120,6 +120,10 @@ def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path) ->
     runs = json.loads((folder / "compare.json").read_text())["runs"]
     assert [r["verdict"] for r in runs] == ["hit", "miss", None, "hit"]
     assert "0.001 m, largest 1 m" in done.output
+    assert (
+        "| case | over | limit | rms position error | largest | actuator travel [1/min] |" in (folder / "compare.md").read_text()
+    )
+    assert all(r["travel"] >= 0.0 for r in runs)  # 0: saturated during the whole second
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ class Row:
         return [
             f"{name} = {self.values[name]!r} in the row, {value!r} in the run"
             for name, value in found.items()
-            if not _equal(self.values[name], value)
+            if name in self.values and not _equal(self.values[name], value)  # older rows have fewer metrics
         ]
 
 

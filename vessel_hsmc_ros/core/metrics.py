@@ -29,6 +29,7 @@ class Metrics(NamedTuple):
     Attributes:
         settling_time: None if the position error has not settled at the end.
         surge_force_at_limit, yaw_moment_at_limit: Share of the time from 0 to 1; None without a limit.
+        surge_force_travel, yaw_moment_travel: Actuator travel, 1/min; None without a limit.
     """
 
     position_error_rms: float
@@ -44,6 +45,8 @@ class Metrics(NamedTuple):
     settling_time: float | None = None
     surge_force_at_limit: float | None = None
     yaw_moment_at_limit: float | None = None
+    surge_force_travel: float | None = None
+    yaw_moment_travel: float | None = None
 
 
 def position_error(state: Array, reference: Array) -> Array:
@@ -120,6 +123,26 @@ def share_at_limit(wrench: Array, limit: float) -> float | None:
     return float(np.mean(np.abs(wrench) >= AT_LIMIT * limit)) if math.isfinite(limit) else None
 
 
+def travel(time: Array, wrench: Array, limit: float) -> float | None:
+    """Actuator travel: the sum of the changes |dtau| of a force or moment relative to its limit, per minute.
+
+    From zero to the limit and back once a minute is a travel of 2 1/min. It is a measure of wear.
+
+    Args:
+        time: Times of the samples, (n,) s.
+        wrench: Force or moment, (n,).
+        limit: Its largest magnitude; infinite for none.
+
+    Returns:
+        1/min; 0 for a single sample, None without a limit.
+    """
+    if not math.isfinite(limit):
+        return None
+    changes = np.diff(wrench)
+    minutes = float(time[-1] - time[0]) / 60.0
+    return float(np.sum(np.abs(changes, out=changes))) / (limit * minutes) if minutes > 0.0 else 0.0
+
+
 def rms(values: Array) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
@@ -191,6 +214,8 @@ def evaluate_errors(
         settling_time(time, position, settling_bound(float(position[0]), hull_length)),
         share_at_limit(demand[:, 0], limits[0]),
         share_at_limit(demand[:, 1], limits[1]),
+        travel(time, wrench[:, 0], limits[0]),
+        travel(time, wrench[:, 1], limits[1]),
     )
 
 

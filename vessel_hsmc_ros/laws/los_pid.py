@@ -32,7 +32,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
+from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters, stretched
 
 RESTING_SPEED = 0.05
 """Below this speed of the reference the law changes to station keeping, m/s."""
@@ -246,8 +246,9 @@ class LosPidController(KernelLaw[LosPidParameters]):
     def retune(self, parameters: LosPidParameters) -> None:
         """Take new gains and keep the integrals."""
         known, adaptive = self.vessel, parameters.guidance == "alos"
+        gains = stretched(parameters, known)
         limits = {"tau_1max": known.surge_force_limit, "tau_2max": known.yaw_moment_limit}
-        self.constants = Gains(**schema.symbols(parameters), **schema.symbols(known), **limits, T=self.period, adaptive=adaptive)
+        self.constants = Gains(**schema.symbols(gains), **schema.symbols(known), **limits, T=self.period, adaptive=adaptive)
 
     def reset(self) -> None:
         """Set the integrals and the command filter to zero."""

@@ -1,8 +1,9 @@
 """The gains of line-of-sight guidance with PID control."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
 
 def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
@@ -30,3 +31,47 @@ class LosPidParameters:
     capture_radius: float = gain(
         0.1, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
     )
+    stretch: float = parameter(
+        0.0,
+        "Factor by which the times of all gains are longer, for slow actuators; 1: the gains as they are; 0: derived from"
+        " the declared lag, dead time and rate.",
+        low=0.0,
+        high=1e3,
+        tunable=True,
+    )
+
+
+def stretched(p: LosPidParameters, vessel: KnownVessel) -> LosPidParameters:
+    """The gains of the same law with all times longer by q, for a ship whose actuators cannot follow faster ones.
+
+    q = max(1, 1 + w_c·T_e/3, (4·w_psi·T_f)^(1/3)), with the crossover frequency w_c = 2·zeta·w_psi of the autopilot. The largest
+    sum T_e of lag and dead time costs phase at w_c/q. An input with the time T_f from zero to its limit follows an amplitude A at
+    the frequency w if A·w·T_f is below its limit; with all times stretched A decreases by q² and w by q.
+
+    Args:
+        p: The gains.
+        vessel: What is declared of its actuators; what is not declared does not count.
+    """
+    q = p.stretch if p.stretch > 0.0 else derived_stretch(p, vessel)
+    return replace(
+        p,
+        lookahead_time=q * p.lookahead_time,
+        lookahead_distance=q * p.lookahead_distance,
+        adaptation_gain=p.adaptation_gain / q**2,
+        along_gain=p.along_gain / q,
+        surge_gain=p.surge_gain / q,
+        surge_integral_gain=p.surge_integral_gain / q**2,
+        yaw_bandwidth=p.yaw_bandwidth / q,
+        yaw_integral_gain=p.yaw_integral_gain / q**3,
+        command_bandwidth=p.command_bandwidth / q,
+    )
+
+
+def derived_stretch(p: LosPidParameters, vessel: KnownVessel) -> float:
+    """The factor q of `stretched` for the declared actuators."""
+    v = vessel
+    late = max(max(lag, 0.0) + max(dead, 0.0) for lag, dead in ((v.surge_lag, v.surge_dead_time), (v.yaw_lag, v.yaw_dead_time)))
+    rates = (v.surge_force_limit, v.surge_force_rate), (v.yaw_moment_limit, v.yaw_moment_rate)
+    full = max(limit / rate if rate > 0.0 else 0.0 for limit, rate in rates)
+    slew: float = (4.0 * p.yaw_bandwidth * full) ** (1.0 / 3.0)
+    return max(1.0 + 2.0 * p.yaw_damping * p.yaw_bandwidth * late / 3.0, slew)

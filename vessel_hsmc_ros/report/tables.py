@@ -20,9 +20,11 @@ METRICS = {
     "surge_force_peak": ("surge force, peak", "N"),
     "surge_force_rms": ("surge force, rms", "N"),
     "surge_force_at_limit": ("surge force, time at its limit", "%"),
+    "surge_force_travel": ("surge force, travel relative to its limit", "1/min"),
     "yaw_moment_peak": ("yaw moment, peak", "N·m"),
     "yaw_moment_rms": ("yaw moment, rms", "N·m"),
     "yaw_moment_at_limit": ("yaw moment, time at its limit", "%"),
+    "yaw_moment_travel": ("yaw moment, travel relative to its limit", "1/min"),
 }
 """Labels and units of the metrics, in the order of the table; for all of them less is better."""
 

@@ -1,6 +1,7 @@
 """Comparison of control laws: every law on every case, simulated offline on all cores."""
 
 import importlib.util
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -9,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
-from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms
+from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.report.record import limits
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
@@ -39,6 +41,7 @@ class LawMetrics(NamedTuple):
         heading_rms_deg: Over the row's window.
         surge_force_rms, yaw_moment_rms: N, N·m.
         reversals: Sign changes of the rate of force or moment, whichever has more, 1/s; a measure of chattering.
+        travel: Actuator travel, the sum for force and moment, 1/min; NaN without limits.
     """
 
     position_rms: float
@@ -48,6 +51,7 @@ class LawMetrics(NamedTuple):
     surge_force_rms: float
     yaw_moment_rms: float
     reversals: float
+    travel: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -123,17 +127,25 @@ def run_task(task: Task, progress: Callable[[float], None] | None = None) -> Law
         run = simulate(scenario, (lambda done, total: progress(done / total)) if progress else None)
     except (ControlError, SimulationError) as error:
         return replace(outcome, failure=str(error))
-    return replace(outcome, metrics=measure(task.row, run), verdict=judge(task.row, run), lines=_lines(run))
+    return replace(outcome, metrics=measure(task.row, run, scenario), verdict=judge(task.row, run), lines=_lines(run))
 
 
-def measure(row: Row, run: Run) -> LawMetrics:
-    """Evaluate the metrics of a run over the window of its row."""
+def measure(row: Row, run: Run, scenario: Scenario) -> LawMetrics:
+    """Evaluate the metrics of a run over the window of its row.
+
+    Args:
+        row: The case.
+        run: The run.
+        scenario: Its scenario, for the limits of the actuators and of the law.
+    """
     span = run.time[-1] - run.time[0]
     window = run.time >= run.time[0] + WINDOWS[row.over] * span
     distance = position_error(run.state, run.reference)
     angle = np.degrees(heading_error(run.state, run.reference))
     # Chattering is a property of the steady state: reversals during the transient would hide it.
     settled = run.time[0] + (SETTLED if span > 2.0 * SETTLED else 0.75 * span)
+    bounds = (min((limit.value for limit in found), default=math.inf) for found in limits(scenario))
+    travels = [travel(run.time, run.wrench[:, i], bound) for i, bound in enumerate(bounds)]
     return LawMetrics(
         rms(distance[window]),
         float(distance[window].max()),
@@ -142,6 +154,7 @@ def measure(row: Row, run: Run) -> LawMetrics:
         rms(run.wrench[:, 0]),
         rms(run.wrench[:, 1]),
         max(reversals_per_second(run.time, run.wrench[:, i], settled) for i in (0, 1)),
+        sum(math.nan if each is None else each for each in travels),
     )
 
 

@@ -3,19 +3,28 @@
 import json
 import math
 import re
-from collections.abc import Iterable, Sequence
-from itertools import cycle, product
+from collections.abc import Callable, Iterable, Sequence
+from itertools import chain, cycle, product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from vessel_hsmc_ros.core.quantities import number, quantity, scaled
+from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, PLOT, SERIES
 from vessel_hsmc_ros.runs.comparison import LawRun
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.scenario.suite import Row
 
-NUMBERS = (("rms", "m"), ("largest", "m"), ("final", "m"), ("heading", "°"), ("force", "N"), ("moment", "N·m"), ("rev/s", ""))
-"""Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals."""
+NUMBERS = (
+    ("rms", "m"),
+    ("largest", "m"),
+    ("final", "m"),
+    ("heading", "°"),
+    ("force", "N"),
+    ("moment", "N·m"),
+    ("rev/s", ""),
+    ("travel/min", ""),
+)
+"""Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel."""
 
 COLOURS = dict(zip(("guided", "hierarchical", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
@@ -58,6 +67,14 @@ def overview_cell(outcome: LawRun) -> str:
     return f"{quantity(outcome.metrics.position_rms, 'm')} {verdict(outcome)}".strip()
 
 
+CELLS: dict[str, Callable[[LawRun], str]] = {
+    "rms position error": overview_cell,
+    "largest": lambda outcome: quantity(outcome.metrics.position_largest, "m") if outcome.metrics else "",
+    "actuator travel [1/min]": lambda outcome: quantity(outcome.metrics.travel) if outcome.metrics else "",
+}
+"""What the tables of all rows show of a run."""
+
+
 def table(row: Row, outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[str]]]:
     """Header and lines of the table of one row; a row without limits has no column of verdicts."""
     # One unit for a column, by its largest value: kN for a ship, N for a small boat.
@@ -75,19 +92,31 @@ def cells(outcome: LawRun, factors: Sequence[float]) -> list[str]:
     head = [outcome.law, f"{outcome.rate_hz:g}"]
     if outcome.metrics is None:
         return [*head, "stopped", *[""] * (len(NUMBERS) - 1), verdict(outcome)]
-    return [*head, *(number(factor * value) for factor, value in zip(factors, outcome.metrics, strict=True)), verdict(outcome)]
+    return [*head, *(quantity(factor * value) for factor, value in zip(factors, outcome.metrics, strict=True)), verdict(outcome)]
 
 
-def overview(outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[str]]]:
-    """Header and lines of the table of all rows and laws."""
-    rows = by_row(outcomes)
+class Overview(NamedTuple):
+    """A table of all rows: title, header and lines."""
+
+    title: str
+    head: list[str]
+    lines: list[list[str]]
+
+
+def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
+    """The rms errors with their verdicts, the largest errors and the actuator travel of all rows.
+
+    Returns:
+        A table for each quantity, with a column for each law; a single one with three columns for a single law.
+    """
     laws = list(dict.fromkeys(outcome.law for outcome in outcomes))
-    head = ["case", "over", "limit", *laws]
-    lines = []
-    for row, of_row in rows:
-        shown = {outcome.law: overview_cell(outcome) for outcome in of_row}
-        lines.append([row.name, row.over.replace("_", " "), limits(row), *(shown.get(law, "") for law in laws)])
-    return head, lines
+    rows = [(row, {outcome.law: outcome for outcome in of_row}) for row, of_row in by_row(outcomes)]
+    names = [[row.name, row.over.replace("_", " "), limits(row)] for row, _ in rows]
+    cells = {title: [[cell(of[law]) if law in of else "" for law in laws] for _, of in rows] for title, cell in CELLS.items()}
+    head = ["case", "over", "limit"]
+    if len(laws) == 1:
+        return [Overview(laws[0], [*head, *CELLS], [list(chain(*line)) for line in zip(names, *cells.values(), strict=True)])]
+    return [Overview(title, head + laws, [*map(list.__add__, names, lines)]) for title, lines in cells.items()]
 
 
 def notes(outcomes: Sequence[LawRun]) -> list[str]:
@@ -109,8 +138,10 @@ def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
 
 
 def _markdown(outcomes: Sequence[LawRun], names: dict[str, str]) -> str:
-    parts = ["# Laws compared\n", "Rms position error.\n", *_table(*overview(outcomes)), ""]
-    parts += [f"- {note}" for note in notes(outcomes)]
+    parts = ["# Laws compared"]
+    for title, head, lines in overviews(outcomes):
+        parts += [f"\n{title[0].upper()}{title[1:]}\n", *_table(head, lines)]
+    parts += ["", *(f"- {note}" for note in notes(outcomes))]
     for row, of_row in by_row(outcomes):
         limit = f", at most {limits(row)}" if limits(row) else ""
         parts += [f"\n## {row.name}\n", f"Over the {row.over.replace('_', ' ')}{limit}; effort over the whole run.\n"]
