@@ -19,7 +19,6 @@ from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.prompt_executor import PromptExecutor
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
 from vessel_hsmc_ros.nodes.ros_parameters import declare, take_changes
-from vessel_hsmc_ros.nodes.scheduling import run_promptly
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
@@ -156,9 +155,7 @@ class VesselNode(Node):
         return ""
 
     def on_own_process(self) -> None:
-        """Hook, called once if the node runs in a process of its own: in real time it runs as soon as it wakes."""
-        if not self.parameters.lockstep:
-            run_promptly()
+        """Hook, called once if the node runs in a process of its own."""
 
     def on_connected(self) -> None:
         """Hook, called once when all publishers and subscribers that the node waits for are connected."""

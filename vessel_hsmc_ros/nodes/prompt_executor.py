@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 LONGEST_WAIT = 0.1
 """Time after which `running` is looked at again, s: a signal does not end the wait."""
 
+BOUND = 0.002
+"""Time after which timers and messages are served again while there are requests, s."""
+
 EVENT_PERIOD = 0.5
 """Longest delay of quality-of-service events, such as a publisher that a subscription cannot receive from, s."""
 
@@ -35,7 +38,7 @@ class PromptExecutor(DirectExecutor):
     """
 
     def __init__(self, context: Context | None = None) -> None:
-        super().__init__([], context=context, service_period=EVENT_PERIOD)
+        super().__init__([], context=context, service_period=BOUND)
         self._changed = True
 
     def wake(self) -> None:
@@ -74,6 +77,7 @@ class PromptExecutor(DirectExecutor):
                 self.take_direct()
             if rest or time.monotonic() >= self._next_service:
                 self._serve_rest()
+                self._next_service = time.monotonic() + EVENT_PERIOD
 
     def _call(self, timers: list[Timer]) -> None:
         """Call the timers that are due; the others of them later, if one has created or destroyed something."""

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.concerns import recording
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.nodes.scheduling import RECORDER_NICENESS, run_in_batches
+from vessel_hsmc_ros.nodes.scheduling import run_in_batches
 from vessel_hsmc_ros.nodes.topic_choice import TopicChoice
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
@@ -151,7 +151,7 @@ class RecorderNode(VesselNode):
 
     def on_own_process(self) -> None:
         """Give way to the other nodes; in lockstep they wait for the recorder."""
-        run_in_batches(0 if self.parameters.lockstep else RECORDER_NICENESS)
+        run_in_batches()
 
     def _flush(self) -> None:
         self._collector.request()
