@@ -114,7 +114,11 @@ def lockstep(numbers: list[int], steps: int, console: Console) -> list[tuple[int
     table = Table("vessels", "wall time of a step, ms", "processor time of a step, ms", "lost messages", "load", box=None)
     costs = []
     for number in numbers:
-        short, long = (run(number, count / RATE, real_time=False) for count in (max(1, steps // SHORT), steps))
+        try:
+            short, long = (run(number, count / RATE, real_time=False) for count in (max(1, steps // SHORT), steps))
+        except RunError as error:  # the other numbers of vessels count all the same
+            console.print(f"[red]{error}", soft_wrap=True)
+            continue
         wall, processor = (
             1e3 * (getattr(long, name) - getattr(short, name)) / (long.steps - short.steps) for name in ("wall", "processor")
         )
@@ -156,9 +160,9 @@ def main() -> None:
     if arguments.real_time:
         cost = run(arguments.real_time, arguments.seconds, real_time=True)
         console.print(
-            f"{arguments.real_time} vessels at {RATE:g} Hz for {arguments.seconds:g} s in real time:"
-            f" {cost.missed} missed periods, {cost.lost} lost messages, {cost.cores:.2f} cores in the steady state, {cost.processor:.1f} s of processor time"
-            f" with start and end, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores",
+            f"{arguments.real_time} vessels at {RATE:g} Hz for {arguments.seconds:g} s in real time: {cost.missed} missed"
+            f" periods, {cost.lost} lost messages, {cost.cores:.2f} cores in the steady state, {cost.processor:.1f} s of"
+            f" processor time with start and end, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores",
             soft_wrap=True,
         )
 

@@ -52,7 +52,7 @@ def main() -> None:
         echo()
         return
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
-    # One unit, said once, and short words: the table fits a terminal of 80 columns.
+    # One unit in the head, and short words: the table fits a terminal of 80 columns.
     table = Table("ms", *(Column(name, justify="right") for name in ("p50", "p99", "largest", "missed", "lost")), box=None)
     for _ in range(arguments.rounds):
         for machine, busy in (("as it is", 0), ("one core loaded", 1)):

@@ -11,6 +11,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
 
 from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
@@ -137,9 +138,10 @@ class VesselNode(Node):
         """
         # A reliable publisher that keeps all messages refuses one while a queue is full: DDS blocks for a while, then it fails.
         deadline = time.monotonic() + SEND_LIMIT
+        data = serialize_message(message) if self.black_box else b""
         while True:
             try:
-                publisher.publish(message)
+                publisher.publish(data or message)
             except rclpy_implementation.RCLError:
                 if time.monotonic() > deadline:
                     raise BackpressureError(
@@ -148,7 +150,7 @@ class VesselNode(Node):
             else:
                 break
         if self.black_box:
-            self.black_box.keep(publisher.topic_name, message)
+            self.black_box.keep(publisher.topic_name, message, data)
 
     def describe(self) -> str:
         """The node's task and its main parameters, for the line that it logs at its start; empty by default."""
