@@ -8,7 +8,7 @@ from pathlib import Path
 
 def run_in_batches() -> None:
     """Use the batch policy for all threads: the process gets its share of the cores, but preempts no other."""
-    # Not a larger niceness: the threads of the middleware must answer in time, or those that send to them wait for a second.
+    # Not a larger niceness: the threads of the middleware must answer in time too.
     with suppress(OSError):  # a container may forbid it
         for thread in Path("/proc/self/task").iterdir():
             os.sched_setscheduler(int(thread.name), os.SCHED_BATCH, os.sched_param(0))
