@@ -10,6 +10,8 @@ import argparse
 import os
 import resource
 import tempfile
+import time
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,14 +31,58 @@ SHORT = 10
 """The shorter of two runs has one of so many steps."""
 
 
+SAMPLE_PERIOD, SETTLED = 1.0, 0.2
+"""Time between two samples of the processor time, s; share of a run after which it is in the steady state."""
+
+
 class Cost(NamedTuple):
-    """Wall time of the loop and processor time of all processes of a run [s], its steps, lost messages and missed periods."""
+    """Wall time of the loop and processor time of all processes of a run [s], its steps, lost messages and missed periods.
+
+    `cores` is the processor time a second in the steady state, without start-up and end.
+    """
 
     wall: float
     processor: float
     steps: int
     lost: int
     missed: int
+    cores: float
+
+
+class Usage:
+    """Processor time of this process and its children in the steady state of a run.
+
+    Args:
+        begin: Simulated time at which that begins, s.
+    """
+
+    def __init__(self, begin: float) -> None:
+        self._begin = begin
+        self._samples: list[tuple[float, float]] = []
+
+    def sample(self, simulated: float) -> None:
+        """Take a sample, at most one in SAMPLE_PERIOD."""
+        now = time.monotonic()
+        if simulated >= self._begin and not (self._samples and now - self._samples[-1][0] < SAMPLE_PERIOD):
+            self._samples.append((now, processor_time()))
+
+    @property
+    def cores(self) -> float:
+        """Processor time a second; NaN for a run that is too short."""
+        if len(self._samples) < 2:
+            return float("nan")
+        (begin, before), (end, after) = self._samples[0], self._samples[-1]
+        return (after - before) / (end - begin)
+
+
+def processor_time() -> float:
+    """Processor time of this process and of its running children so far, s."""
+    spent = time.process_time()
+    for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text(encoding="ascii").split():
+        with suppress(OSError):  # it has just ended
+            fields = Path(f"/proc/{child}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+            spent += (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return spent
 
 
 def run(vessels: int, duration: float, real_time: bool) -> Cost:
@@ -49,7 +95,8 @@ def run(vessels: int, duration: float, real_time: bool) -> Cost:
         folder = RunFolder(Path(name))
         folder.write_text_of_parameters(dump_fleet(fleet.with_bag(folder.bag, folder.parameters)))
         names = tuple(fleet.vessels)
-        status = supervise_fleet(folder, names, lambda _: None, spread(names, by_thrusters=False, lockstep=fleet.lockstep))
+        usage = Usage(SETTLED * duration)
+        status = supervise_fleet(folder, names, usage.sample, spread(names, by_thrusters=False, lockstep=fleet.lockstep))
         if status.failure:
             raise RunError(f"{vessels} vessels: {status.failure}")
         bag = open_bag(folder.bag)
@@ -59,7 +106,7 @@ def run(vessels: int, duration: float, real_time: bool) -> Cost:
     processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     wall = max(float(nodes["vessel_sim"]["wall_time"]) for nodes in found)
     missed = sum(int(nodes["controller"]["missed_periods"]) for nodes in found)
-    return Cost(wall, processor, int(found[0]["vessel_sim"]["steps"]), lost, missed)
+    return Cost(wall, processor, int(found[0]["vessel_sim"]["steps"]), lost, missed, usage.cores)
 
 
 def lockstep(numbers: list[int], steps: int, console: Console) -> list[tuple[int, float, float]]:
@@ -67,7 +114,11 @@ def lockstep(numbers: list[int], steps: int, console: Console) -> list[tuple[int
     table = Table("vessels", "wall time of a step, ms", "processor time of a step, ms", "lost messages", "load", box=None)
     costs = []
     for number in numbers:
-        short, long = (run(number, count / RATE, real_time=False) for count in (max(1, steps // SHORT), steps))
+        try:
+            short, long = (run(number, count / RATE, real_time=False) for count in (max(1, steps // SHORT), steps))
+        except RunError as error:  # the other numbers of vessels count all the same
+            console.print(f"[red]{error}", soft_wrap=True)
+            continue
         wall, processor = (
             1e3 * (getattr(long, name) - getattr(short, name)) / (long.steps - short.steps) for name in ("wall", "processor")
         )
@@ -108,10 +159,11 @@ def main() -> None:
             draw(costs, arguments.picture)
     if arguments.real_time:
         cost = run(arguments.real_time, arguments.seconds, real_time=True)
-        share = cost.processor / arguments.seconds
         console.print(
-            f"{arguments.real_time} vessels at {RATE:g} Hz for {arguments.seconds:g} s in real time: {cost.missed} missed,"
-            f" {cost.lost} lost messages, {share:.2f} cores, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
+            f"{arguments.real_time} vessels at {RATE:g} Hz for {arguments.seconds:g} s in real time: {cost.missed} missed"
+            f" periods, {cost.lost} lost messages, {cost.cores:.2f} cores in the steady state, {cost.processor:.1f} s of"
+            f" processor time with start and end, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores",
+            soft_wrap=True,
         )
 
 

@@ -30,7 +30,7 @@ from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from vessel_hsmc_ros.bags.reader import open_bag
 
@@ -52,18 +52,20 @@ def main() -> None:
         echo()
         return
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
-    table = Table("machine", "", "p50", "p99", "largest", "missed periods", "lost messages")
+    # One unit in the head, and short words: the table fits a terminal of 80 columns.
+    table = Table("ms", *(Column(name, justify="right") for name in ("p50", "p99", "largest", "missed", "lost")), box=None)
     for _ in range(arguments.rounds):
         for machine, busy in (("as it is", 0), ("one core loaded", 1)):
             with load(busy):
                 summary, deviations, latencies = real_time_run(arguments.duration)
                 bare = round_trips(arguments.duration)
             counts = str(summary["missed_periods"]), str(summary["messages_dropped"])
-            table.add_row(machine, "deviation of the control period", *shown(deviations), *counts)
-            table.add_row(machine, "from odometry to command", *shown(latencies), "", "")
-            table.add_row(machine, "bare round trip", *shown(bare), "", "")
+            table.add_row(f"[bold]{machine}")
+            table.add_row("deviation of the control period", *shown(deviations), *counts)
+            table.add_row("from odometry to command", *shown(latencies))
+            table.add_row("bare round trip", *shown(bare))
             more = np.percentile(latencies, 99) - np.percentile(bare, 99)
-            table.add_row(machine, "more than bare at p99", "", f"{1e3 * more:+.3f} ms", "", "", "")
+            table.add_row("more than bare at p99", "", f"{1e3 * more:+.3f}")
     Console().print(table)
 
 
@@ -81,7 +83,7 @@ def load(processes: int) -> Iterator[None]:
 
 def shown(values: Array) -> tuple[str, ...]:
     """Median, 99th percentile and largest value in milliseconds."""
-    return tuple(f"{1e3 * value:.3f} ms" for value in (*np.percentile(values, (50, 99)), np.max(values)))
+    return tuple(f"{1e3 * value:.3f}" for value in (*np.percentile(values, (50, 99)), np.max(values)))
 
 
 def real_time_run(duration: float) -> tuple[dict[str, Any], Any, Any]:

@@ -31,3 +31,14 @@ def test_an_unanswered_request_is_repeated_and_delays_other_nodes_only_for_a_whi
     bench.executor.add_node(silent)
     document = bench.until(poll)
     assert yaml.safe_load(document)["/silent"]["ros__parameters"]["gain"] == 2.5
+
+
+def test_no_client_is_created_for_a_node_that_offers_no_parameters(bench: Any, monkeypatch: Any) -> None:
+    bench.nodes.append(rclpy.create_node("monitor", context=bench.context, start_parameter_services=False))
+    bench.until(lambda: "monitor" in bench.probe.get_node_names())
+    collector = ParameterCollector(bench.probe)
+    created: list[str] = []
+    monkeypatch.setattr(bench.probe, "create_client", lambda _kind, name: created.append(name))
+    for _ in range(20):
+        collector.request()
+    assert not created

@@ -15,8 +15,7 @@ from pathlib import Path
 from mcap.opcode import Opcode
 
 from vessel_hsmc_ros.bags.mcap_layout import DATA_END, FIRST_PRIVATE, FOOTER, MAGIC, RECORD_HEADER
-
-Bytes = bytes | bytearray
+from vessel_hsmc_ros.bags.unnamed_file import FileRange
 
 PAGE = 4096
 HEADER = RECORD_HEADER.size
@@ -27,6 +26,9 @@ LEAST_RESERVE, RESERVE_SHARE = 128 * 1024, 8
 _RESERVE, _SPACER, _FILLER = FIRST_PRIVATE, FIRST_PRIVATE + 1, FIRST_PRIVATE + 2
 
 TRAILER = len(DATA_END) + FOOTER.size + len(MAGIC)
+
+Part = bytes | FileRange
+"""What is written: bytes in memory, or in another file."""
 
 
 class CrashSafeFile:
@@ -51,7 +53,7 @@ class CrashSafeFile:
         self._write([start], 0)
         self._extend(0, 0)
 
-    def append(self, parts: Sequence[Bytes]) -> None:
+    def append(self, parts: Sequence[bytes]) -> None:
         """Add complete records after the present ones; the first part begins with a record's header."""
         size = sum(map(len, parts))
         if self.end + size + PAGE > self._slots:
@@ -67,15 +69,15 @@ class CrashSafeFile:
         self._write([first[:HEADER]], self.end)
         self.end = new_end
 
-    def set_summary(self, parts: Sequence[Bytes]) -> None:
+    def set_summary(self, parts: Sequence[Part]) -> None:
         """Replace the summary, for readers that begin at the end of the file."""
-        size = sum(map(len, parts))
+        size = sum(map(_size, parts))
         if len(DATA_END) + size + HEADER > self._slot_size:
             self._extend(0, size)
         first_in_use = self._summary is not None and self._summary[0] < self._slots + self._slot_size
         self._write_summary(parts, self._slots + (self._slot_size if first_in_use else 0))
 
-    def close(self, parts: Sequence[Bytes]) -> None:
+    def close(self, parts: Sequence[bytes]) -> None:
         """Replace reserve and slots by the final records, and close the file."""
         ending = b"".join(parts)
         try:
@@ -89,7 +91,7 @@ class CrashSafeFile:
 
     def _extend(self, data_size: int, summary_size: int) -> None:
         """Enlarge reserve and slots behind the present trailer; the summary moves along."""
-        summary = self._summary and os.pread(self._fd, self._summary[1], self._summary[0])
+        summary = self._summary and FileRange(self._fd, *self._summary)
         reserve = max(LEAST_RESERVE, 2 * data_size, self.end // RESERVE_SHARE)
         self._slot_size = max(self._slot_size, _pages(2 * summary_size + PAGE), 4 * PAGE)
         after = self._trailer + TRAILER if self._trailer else 0
@@ -100,9 +102,9 @@ class CrashSafeFile:
             self._write_summary([summary], self._slots)
         self._write([self._reserve(self.end)], self.end)  # last: until now the old trailer was the file's valid end
 
-    def _write_summary(self, parts: Sequence[Bytes], slot: int) -> None:
+    def _write_summary(self, parts: Sequence[Part], slot: int) -> None:
         """Write a summary into an unused slot, preceded by a DataEnd record, and point the footer to it."""
-        size = sum(map(len, parts))
+        size = sum(map(_size, parts))
         start = slot + len(DATA_END)
         rest = self._trailer + len(DATA_END) - start - size - HEADER
         self._write([DATA_END, *parts, RECORD_HEADER.pack(_SPACER, rest)], slot)
@@ -115,11 +117,30 @@ class CrashSafeFile:
     def _reserve(self, start: int) -> bytes:
         return RECORD_HEADER.pack(_RESERVE, self._trailer - start - HEADER)
 
-    def _write(self, parts: Sequence[Bytes | memoryview], offset: int) -> None:
-        data = b"".join(parts)
-        written = 0
-        while written < len(data):
-            written += os.pwrite(self._fd, data[written:], offset + written)
+    def _write(self, parts: Sequence[Part | memoryview], offset: int) -> None:
+        """Write parts one after the other; those in memory that follow each other by one call of the operating system."""
+        held: list[bytes | memoryview] = []
+        for part in parts:
+            if isinstance(part, FileRange):
+                offset = _write_at(self._fd, b"".join(held), offset)
+                held = []
+                for piece in part.pieces():
+                    offset = _write_at(self._fd, piece, offset)
+            else:
+                held.append(part)
+        _write_at(self._fd, b"".join(held), offset)
+
+
+def _write_at(fd: int, data: bytes, offset: int) -> int:
+    """Write all bytes at an offset; returns the offset after them."""
+    written = 0
+    while written < len(data):
+        written += os.pwrite(fd, data[written:], offset + written)
+    return offset + written
+
+
+def _size(part: Part) -> int:
+    return part.size if isinstance(part, FileRange) else len(part)
 
 
 def _pages(size: int) -> int:

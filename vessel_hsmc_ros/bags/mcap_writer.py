@@ -25,6 +25,7 @@ from vessel_hsmc_ros.bags.mcap_layout import (
 )
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.mcap_summary import definitions, ending, record_bytes, statistics
+from vessel_hsmc_ros.bags.unnamed_file import UnnamedFile
 
 CHUNK_SIZE = 256 * 1024
 """Bytes of messages in one chunk: a crash loses at most one chunk, or what was received within a flush period."""
@@ -55,7 +56,7 @@ class McapFile:
         self._chunk: list[bytes] = []
         self._chunk_size = 0
         self._entries: dict[int, list[int]] = {}  # by channel: log time and offset of each message, in turns
-        self._chunk_index, self._chunks = bytearray(), 0
+        self._chunk_index, self._chunks = UnnamedFile(path.parent), 0
         self._summary_bytes = 0
         self._summarised: tuple[int, ...] = ()
         self._definitions = b""
@@ -140,10 +141,10 @@ class McapFile:
         if not self._pending:
             return
         self._write_pending()
-        parts: list[bytes | bytearray] = [self._chunk_index, statistics(self.contents, self._chunks), self._summarise()]
-        size = sum(map(len, parts))
+        index, rest = self._chunk_index.content, statistics(self.contents, self._chunks) + self._summarise()
+        size = index.size + len(rest)
         if self._summary_bytes + size < SUMMARY_FLOOR + SUMMARY_SHARE * self.contents.end:
-            self._file.set_summary(parts)
+            self._file.set_summary([index, rest])
             self._summary_bytes += size
 
     def close(self) -> None:
@@ -154,7 +155,8 @@ class McapFile:
         """
         self._end_chunk()
         self._write_pending()
-        self._file.close(ending(self.contents, bytes(self._chunk_index), self._chunks))
+        self._file.close(ending(self.contents, b"".join(self._chunk_index.content.pieces()), self._chunks))
+        self._chunk_index.close()
 
     def _summarise(self) -> bytes:
         """`definitions` of the contents, encoded again only when there are new ones."""
@@ -191,7 +193,7 @@ class McapFile:
         index = ChunkIndex(len(record), self.contents.end, compression, len(packed), end, 0, {}, start, len(data))
         self._append(record)
         self._append_message_indexes(index)
-        self._chunk_index += record_bytes(index)  # as bytes: a long recording has many
+        self._chunk_index.append(record_bytes(index))  # a long recording has many
         self._chunks += 1
         self.contents.extend_times(start, end)
         self._chunk, self._chunk_size, self._entries = [], 0, {}

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
 
 from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
+from vessel_hsmc_ros.nodes.prompt_executor import PromptExecutor
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
 from vessel_hsmc_ros.nodes.ros_parameters import declare, take_changes
 
@@ -138,9 +139,10 @@ class VesselNode(Node):
         """
         # A reliable publisher that keeps all messages refuses one while a queue is full: DDS blocks for a while, then it fails.
         deadline = time.monotonic() + SEND_LIMIT
+        data = serialize_message(message) if self.black_box else b""
         while True:
             try:
-                publisher.publish(message)
+                publisher.publish(data or message)
             except rclpy_implementation.RCLError:
                 if time.monotonic() > deadline:
                     raise BackpressureError(
@@ -149,7 +151,7 @@ class VesselNode(Node):
             else:
                 break
         if self.black_box:
-            self.black_box.keep(publisher.topic_name, message)
+            self.black_box.keep(publisher.topic_name, message, data)
 
     def describe(self) -> str:
         """The node's task and its main parameters, for the line that it logs at its start; empty by default."""
@@ -201,16 +203,12 @@ class VesselNode(Node):
 
     def spin(self, running: Callable[[], bool]) -> None:
         """Serve callbacks until the node has finished or `running` returns False."""
-        # In real time a node handles few messages, and rclpy's own executor fires timers without a polling delay.
-        if self.parameters.lockstep or self.POLL_PERIOD:
-            with DirectExecutor(self.direct_subscriptions, self.POLL_PERIOD, self.context) as direct:
-                direct.add_node(self)
-                direct.spin_while(lambda: running() and not self.finished)
-            return
-        with SingleThreadedExecutor(context=self.context) as executor:
+        polls = self.parameters.lockstep or self.POLL_PERIOD
+        with (
+            DirectExecutor(self.direct_subscriptions, self.POLL_PERIOD, self.context) if polls else PromptExecutor(self.context)
+        ) as executor:
             executor.add_node(self)
-            while running() and not self.finished:
-                executor.spin_once(timeout_sec=0.1)
+            executor.spin_while(lambda: running() and not self.finished)
 
     def fail(self, reason: str) -> None:
         """Log the failure that ends the node as FATAL, for /rosout and the bag, and store it for the final status."""

@@ -1,8 +1,7 @@
 """The black box of a node: its last messages, in bounded memory, written as a bag when an error occurs.
 
-Messages are kept serialized. Inputs are taken in that form and converted afterwards, and outputs are serialized after they have
-been published, so that neither delays the node's answer. The bag is written by a process of its own, which a thread feeds in
-short pieces: building it here would block the control period.
+Messages are kept serialized: inputs are taken in that form and converted afterwards, and outputs are published in it.
+The bag is written by a process of its own, which a thread feeds in short pieces: building it here would block the control period.
 """
 
 import re

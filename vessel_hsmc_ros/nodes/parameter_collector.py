@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 from rcl_interfaces.srv import GetParameters, ListParameters
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import parameter_value_to_python
 from rclpy.task import Future
 
@@ -48,7 +48,7 @@ class ParameterCollector:
 
     def request(self) -> None:
         """Send requests to nodes that were discovered since the last call; call it periodically."""
-        there = {f"{ns.rstrip('/')}/{name}": name for name, ns in self._node.get_node_names_and_namespaces()}
+        there = {f"{space.rstrip('/')}/{name}": (name, space) for name, space in self._node.get_node_names_and_namespaces()}
         # Clients of nodes that have answered or left are not needed any more.
         for name in [name for name in self._clients if name in self.parameters or name not in there]:
             self._destroy_clients(name)
@@ -57,9 +57,18 @@ class ParameterCollector:
             if self._calls[name] % RETRY_AFTER == 0:
                 self._destroy_clients(name)
                 self._requested.discard(name)
-        for full, name in there.items():
-            if full not in self._requested and not name.startswith("_"):  # an underscore marks a hidden node
+        for full, (name, space) in there.items():
+            # An underscore marks a hidden node.
+            if full not in self._requested and not name.startswith("_") and self._has_services(full, name, space):
                 self._request(full)
+
+    def _has_services(self, full: str, name: str, namespace: str) -> bool:
+        """Whether a node offers its parameters, by the graph: a client costs every process of the domain some memory for ever."""
+        try:
+            services = dict(self._node.get_service_names_and_types_by_node(name, namespace))
+        except NodeNameNonExistentError:  # it has left
+            return False
+        return all(f"{full}/{service}" in services for service in ("list_parameters", "get_parameters"))
 
     def new_document(self) -> str | None:
         """All parameters as a ROS parameters file; None if no node was added since the last call, or more are on their way.
@@ -76,7 +85,7 @@ class ParameterCollector:
     def _request(self, name: str) -> None:
         lister = self._node.create_client(ListParameters, f"{name}/list_parameters")
         getter = self._node.create_client(GetParameters, f"{name}/get_parameters")
-        if not (lister.service_is_ready() and getter.service_is_ready()):  # not yet, or it has none
+        if not (lister.service_is_ready() and getter.service_is_ready()):  # not connected yet
             self._node.destroy_client(lister)
             self._node.destroy_client(getter)
             return

@@ -16,6 +16,7 @@ from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.help_text import help_text, unknown_argument, without_ros_arguments
+from vessel_hsmc_ros.nodes.scheduling import spare_collections
 from vessel_hsmc_ros.nodes.security import start_error
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -96,6 +97,7 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
     try:
         node.on_own_process()
         node.announce()
+        spare_collections()
         return _work(node, running)
     finally:
         node.destroy_node()

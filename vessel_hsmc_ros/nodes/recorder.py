@@ -1,10 +1,8 @@
 """The recorder node: writes the serialized messages of its topics, unchanged, into an MCAP bag."""
 
-import os
 import sys
 import time
 from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +19,16 @@ from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.concerns import recording
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.scheduling import run_in_batches
 from vessel_hsmc_ros.nodes.topic_choice import TopicChoice
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
 FLUSH_PERIOD, METADATA_PERIOD = 0.25, 5.0
 """Time between two flushes of recorded messages to the operating system, and between two updates of metadata.yaml, s."""
+
+BEGINNING = ("odom", "reference", "controller/state")
+"""In real time, the recorder of a run subscribes to nothing before every vessel has these. The nodes of a run wait for it, so
+that none begins while the processes of others still start, which takes all cores."""
 
 DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
 """On shutdown, the recorder continues until so many consecutive polls bring no message, but at most for this time, s."""
@@ -54,6 +57,7 @@ class RecorderNode(VesselNode):
             self._writer.attach(SCENARIO, scenario)
         self._sim_time = not p.lockstep and self.get_parameter("use_sim_time").value
         self._foreign = self._topics_named(FOREIGN_TOPICS)
+        self._awaited = self._topics_named(BEGINNING) & set(self._choice.names) if p.recorded and not p.lockstep else set()
         self._dropped = self._waited = 0
         self._collector = ParameterCollector(self)
         self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
@@ -74,6 +78,9 @@ class RecorderNode(VesselNode):
     def _discover(self) -> None:
         if self._sim_time and not self.now():
             return  # before the first /clock there is no log time
+        self._awaited = {name for name in self._awaited if not self.count_publishers(name)}
+        if self._awaited:
+            return
         present = self._choice.missing
         if self._choice.open_ended:
             present = [name for name, _ in self.get_topic_names_and_types()]
@@ -143,10 +150,8 @@ class RecorderNode(VesselNode):
     # -- periodic work ------------------------------------------------------------------------------------------------
 
     def on_own_process(self) -> None:
-        """Use the batch scheduling policy: the recorder gets its share of the cores, but preempts no other process."""
-        with suppress(OSError):  # a container may forbid it
-            for thread in Path("/proc/self/task").iterdir():
-                os.sched_setscheduler(int(thread.name), os.SCHED_BATCH, os.sched_param(0))
+        """Give way to the other nodes; in lockstep they wait for the recorder."""
+        run_in_batches()
 
     def _flush(self) -> None:
         self._collector.request()

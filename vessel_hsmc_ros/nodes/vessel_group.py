@@ -20,6 +20,7 @@ from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
 from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS
+from vessel_hsmc_ros.nodes.scheduling import spare_collections
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 
 CLASSES = {
@@ -85,6 +86,7 @@ def _run(nodes: Sequence[VesselNode], running: Callable[[], bool]) -> int:
     plants = [node for node in nodes if node.get_name() == PLANT]
     for node in nodes:
         node.announce()
+    spare_collections()
     code = 0
     with executor_of(nodes) as executor:
         spin = partial(executor.spin_while, lambda: running() and not all(plant.finished for plant in plants))

@@ -44,6 +44,9 @@ COSTS = ("missed_periods", "messages_dropped")
 NOTABLE = 0.01
 """Relative difference below which a value is shown as neither better nor worse."""
 
+ROUNDING = 1e-9
+"""Difference, in SI units and relative to the larger value, below which two values are equal but for their rounding."""
+
 LARGEST_SHARE = 10.0
 """Largest difference, in multiples of the first value, that is expressed in percent."""
 
@@ -83,11 +86,13 @@ class MetricRow(NamedTuple):
         return value.text if value else MISSING
 
     def difference(self, run: int) -> str:
-        """The difference of a run's value from the first run's, with sign and unit; empty if equal or if one is missing."""
+        """Difference of a value from the first run's, with sign and unit; empty if equal up to rounding or missing."""
         first, other = self.values[0], self.values[run]
-        if first is None or other is None or first.value == other.value:
+        if first is None or other is None:
             return ""
         change, size = other.value - first.value, abs(first.value)
+        if abs(change) <= ROUNDING * max(1.0, size):
+            return ""
         # Relative to a value near zero, any difference is huge: the percentage would only show that the value is near zero.
         share = f" ({100.0 * change / size:+.3g} %)" if other.relative and abs(change) < LARGEST_SHARE * size else ""
         return quantity(change, other.unit, sign=True) + share
