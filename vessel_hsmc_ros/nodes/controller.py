@@ -210,8 +210,6 @@ class ControllerNode(ManagedNode):
             self._command_out.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_LIMITS["real time"]))
         super().close()
 
-    # -- parameters, diagnostics --------------------------------------------------------------------------------------
-
     def retune(self, parameters: ControllerParameters) -> None:
         """Apply changed gains of the law; the network weights are kept.
 

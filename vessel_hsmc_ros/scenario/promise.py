@@ -31,19 +31,13 @@ SAFE = "safe action, {controller.safety.action}"
 ITSELF = "by itself after {controller.safety.fresh_samples} good control periods, at the bounded rate"
 KEPT = "none: the last good sample counts until it is overdue"
 NEXT = "with the next good sample"
-PERSON = "a person: `~/rearm`, then `~/enable`"
 
-STEADY = "steady clock; the node's with use_sim_time"
 ROS_TIME = "ROS time, by the stamp"
 PERIODS = "control periods"
 
-FRESH, STATES, OUTPUT, PLAUSIBLE = (
-    f"safety/test_{name}.py" for name in ("freshness", "supervision", "output_guard", "plausibility")
-)
+FRESH, STATES, PLAUSIBLE = (f"safety/test_{name}.py" for name in ("freshness", "supervision", "plausibility"))
 CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
     f"nodes/test_{name}.py"
     for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
 )
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
-FAULT = f"{STATES}::test_a_fault_leads_to_the_safe_action_in_the_same_period"
-AGAIN = f"{STATES}::test_the_law_commands_again_after_enough_good_periods_without_a_bump"

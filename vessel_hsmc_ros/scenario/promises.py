@@ -5,23 +5,18 @@ A name in braces, such as {controller.input_timeout}, stands for the default of 
 
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.scenario.promise import (
-    AGAIN,
     CLOCK,
     CONTROLLER,
-    FAULT,
     FRESH,
     ITSELF,
     KEPT,
     NEXT,
-    OUTPUT,
     PERIODS,
-    PERSON,
     PLANT,
     PLAUSIBLE,
     ROS_TIME,
     SAFE,
     STATES,
-    STEADY,
     TAKEN,
     THRUSTERS,
     WATCHDOG,
@@ -32,13 +27,13 @@ PROMISES: tuple[Promise, ...] = (
     Promise(
         "odometry or reference is silent",
         "{controller.input_timeout}",
-        STEADY,
+        "steady clock; the node's with use_sim_time",
         SAFE,
         ITSELF,
         (Reason.OVERDUE, Reason.NOT_RECEIVED),
         (
             f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp",
-            AGAIN,
+            f"{STATES}::test_the_law_commands_again_after_enough_good_periods_without_a_bump",
             "nodes/test_controller_real_time.py::test_an_input_that_ends_makes_the_wrench_zero_after_the_timeout",
         ),
     ),
@@ -103,7 +98,7 @@ PROMISES: tuple[Promise, ...] = (
         ITSELF,
         (Reason.LAW_UNDEFINED, Reason.COMMAND_NOT_FINITE, Reason.COMMAND_LIMIT, Reason.COMMAND_RATE),
         (
-            FAULT,
+            f"{STATES}::test_a_fault_leads_to_the_safe_action_in_the_same_period",
             f"{STATES}::test_a_change_of_the_law_that_is_faster_than_declared_is_a_violation_and_counted",
             "nodes/test_controller_real_time.py::test_where_the_law_has_no_value_the_safe_action_is_commanded",
         ),
@@ -145,7 +140,7 @@ PROMISES: tuple[Promise, ...] = (
         (
             f"{STATES}::test_activation_leads_from_zero_to_the_law_at_the_bounded_rate",
             f"{STATES}::test_the_command_keeps_the_bounded_rate_after_a_change_of_law_or_gains",
-            f"{OUTPUT}::test_a_handover_never_exceeds_its_rate_and_never_overshoots",
+            "safety/test_output_guard.py::test_a_handover_never_exceeds_its_rate_and_never_overshoots",
             f"{CONTROLLER}::test_the_law_begins_to_command_at_a_bounded_rate_after_fresh_samples",
             f"{CONTROLLER}::test_a_changed_gain_and_a_reset_move_the_command_at_a_bounded_rate",
         ),
@@ -155,7 +150,7 @@ PROMISES: tuple[Promise, ...] = (
         "next control period",
         PERIODS,
         "zero at once, from any state",
-        PERSON,
+        "a person: `~/rearm`, then `~/enable`",
         (Reason.IN_STOP,),
         (
             f"{STATES}::test_stop_is_answered_by_the_next_period_from_any_state",
