@@ -74,3 +74,10 @@ def test_a_message_that_is_cut_off_or_too_long_is_refused(cut: int) -> None:
     for wrong in (data[:-cut], data + bytes(3 + cut), b"\0\7" + data[2:]):
         with pytest.raises((ValueError, struct.error)):
             objects.read(wrong)
+
+
+def test_bytes_that_rclpy_reserves_for_the_alignment_of_empty_lists_may_follow_and_no_more() -> None:
+    objects, data = MessageObjects(KIND, read_definition(KIND, DEFINITION)), written(True, 0)
+    assert objects.read(data + bytes(8)).last == -7
+    with pytest.raises(ValueError, match="20 bytes follow its last field"):
+        objects.read(data + bytes(20))

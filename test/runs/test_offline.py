@@ -114,8 +114,8 @@ def test_a_diverging_loop_raises_simulation_error() -> None:
 
 def test_progress_is_reported_up_to_the_last_sample() -> None:
     progress: list[tuple[int, int]] = []
-    scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 300.0})
+    scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 1200.0})
     simulate(scenario, lambda done, total: progress.append((done, total)))
     assert len(progress) > 2
     assert progress == sorted(set(progress))
-    assert progress[-1] == (30001, 30001)
+    assert progress[-1] == (120001, 120001)

@@ -18,7 +18,8 @@ from vessel_hsmc_ros.bags.cdr_columns import ENCAPSULATION, NUMBERS
 from vessel_hsmc_ros.bags.message_definition import MOST_FIELDS
 
 UNUSED = 3
-"""Bytes at the end of a message that a writer may add to align what follows."""
+"""Bytes at the end of a message that a writer may add to align what follows. rclpy reserves the alignment of each empty list of
+numbers besides, which it does not use."""
 
 _CODES = {"?": "?", "u1": "B", "i1": "b", "u2": "H", "i2": "h", "u4": "I", "i4": "i", "u8": "Q", "i8": "q", "f4": "f", "f8": "d"}
 
@@ -55,7 +56,7 @@ class MessageObjects:
             raise ValueError("its encapsulation is neither CDR_LE nor CDR_BE")
         walk = _Walk(data, "<" if data[1] else ">", self._types, self.classes)
         message = walk.message(self._kind)
-        if walk.position + UNUSED < len(data):
+        if walk.position + walk.unused < len(data):
             raise ValueError(f"{len(data) - walk.position} bytes follow its last field")
         return message
 
@@ -68,6 +69,7 @@ class _Walk:
         self.position = ENCAPSULATION
         # A message without fields takes no bytes: lists of lists of such could go on for ever.
         self.left = MOST_FIELDS + len(data)
+        self.unused = UNUSED
 
     def message(self, kind: str) -> Any:
         self.left -= 1
@@ -100,6 +102,8 @@ class _Walk:
         dtype = np.dtype(code if code in ("?", "u1", "i1") else self.order + code)
         if count:  # an empty sequence is not followed by padding
             self.align(dtype.itemsize)
+        else:
+            self.unused += dtype.itemsize
         if not 0 <= count * dtype.itemsize <= len(self.data) - self.position:
             raise ValueError(f"a list of {count} numbers at byte {self.position} ends behind the message")
         found = np.frombuffer(self.data, dtype, count, self.position) if count else np.empty(0, dtype)
