@@ -79,7 +79,7 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi = m.filter
+    rate, integral, s, xi, slow = m.filter
     relative = motion.r - desired.r
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     low, high = relative - g.S1_max, relative + g.S1_max
@@ -89,9 +89,12 @@ def command(
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
     epsilon = heading_error(w, motion.v, s, g)
-    # Only a share of the estimated sway acceleration is fed forward: the sway dynamics then have the factor 1 - eta·m11/m22,
-    # which must stay positive for every ship (docs/guided.md, assumption A4).
-    dv = acceleration.dv + g.eta * (f.fv - acceleration.dv)
+    # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
+    # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
+    # the sway from following the turn, and all of it is fed forward.
+    beyond = f.fv - acceleration.dv
+    dv = acceleration.dv + slow + g.eta * (beyond - slow)
+    slow += g.step_s * (beyond - slow)
     r_w = course_rate(w, motion.v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
 
@@ -106,7 +109,7 @@ def command(
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
     psi_c, r_c = motion.psi + epsilon, desired.r + rate
     command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, w.w_t, w.dw_t + motion.r * w.w_n)
-    return command, Filter(rate + g.T * drate, integral, s, xi)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow)
 
 
 @kernel

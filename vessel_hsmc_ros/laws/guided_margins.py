@@ -150,7 +150,7 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
         at_guidance: Broken at the yaw rate that the guidance commands instead of at the yaw moment.
     """
     c, T, U, n = g.yaw, g.T, hull.speed, max(g.surge.delay, g.yaw.delay)
-    states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral"]
+    states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral", "slow"]
     forms = Forms(names_of(states, law, c, actuator, T))
     s = forms.now
     poles = {"y": g.z_p, "psi": g.z_h, "v": g.z_v**2, "r": g.z_r**2}
@@ -161,13 +161,13 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     later: tuple[Form, ...] = (y, psi, v, r)
     for each in a[1:]:
         later = _predicted(later, fv, fr + each, U, T)
-    turning = _turning(later, fv, g, U, s["xi"])
+    turning = _turning(later, s["slow"] + g.eta * (fv - s["slow"]), g, U, s["xi"])
     error = (forms.free if at_guidance else turning) - s["rate"]
     drate = s["integral"] + g.step_c * error
     command = command_of(forms, drate - fr - g.k1 * (later[3] - s["rate"]), a[-1], c)
     model = _predicted((y, psi, v, r), fv, fr + forms.next["model"], U, T)
     forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
-        "fv": fv, "fr": fr, "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
+        "fv": fv, "slow": s["slow"] + g.step_s * (fv - s["slow"]), "fr": fr, "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
         "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
     }  # fmt: skip
     A = np.zeros((4, 4))
@@ -184,10 +184,10 @@ def _predicted(motion: tuple[Form, ...], dv: Form, dr: Form, U: float, T: float)
     return y + T * (U * middle + v + 0.5 * T * dv), psi + T * (r + 0.5 * T * dr), v + T * dv, r + T * dr
 
 
-def _turning(motion: tuple[Form, ...], fv: Form, g: Gains, U: float, xi: Form) -> Form:
+def _turning(motion: tuple[Form, ...], dv: Form, g: Gains, U: float, xi: Form) -> Form:
     """The yaw rate c·epsilon + r_w that the guidance commands about a straight path."""
     y, psi, v, _ = motion
     q2 = (g.c * g.rho) ** 2
     W2 = U * U + q2
     epsilon = (-(g.k_p * y + xi) - U * psi - v) / math.sqrt(W2)
-    return g.c * epsilon - U * g.k_p * (U * psi + v) / W2 - U * U / W2 * g.eta * fv / math.sqrt(W2)
+    return g.c * epsilon - U * g.k_p * (U * psi + v) / W2 - U * U / W2 * dv / math.sqrt(W2)

@@ -46,6 +46,7 @@ class GuidedParameters:
         "eta",
         high=1.0,
     )
+    sway_bandwidth: float = gain("Bandwidth below which all of that sway acceleration is fed forward.", "1/s", "w_s")
     turn_acceleration_share: float = gain(
         "Share of the largest yaw acceleration that heading changes are planned with.", "", "a_share", high=1.0
     )
@@ -84,6 +85,7 @@ class Gains(NamedTuple):
     xi_max: float
     c: float
     eta: float
+    step_s: float
     a_max: float
     S1_max: float
     r_max: float
@@ -155,6 +157,7 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     for name in ("k1", "k2"):
         given[name] = -math.expm1(-given[name] * T) / T
     constants = {**given, **poles, **_thresholds(vessel), **schema.symbols(vessel)}
+    constants["step_s"] = -math.expm1(-constants.pop("w_s") * T)
     constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     inputs = dynamics(vessel)
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit

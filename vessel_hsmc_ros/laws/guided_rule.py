@@ -52,6 +52,7 @@ RULES = {
     "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
     "heading_surface_slope": Rule(1.43, 1.07, 0.639, 0, -1, True),
     "sway_share": Rule(0.7, 0.4, 0.667),
+    "sway_bandwidth": Rule(1.0, 1.0, 1.0, 0, -1, True),
     "turn_acceleration_share": Rule(0.465, 0.051, 0.048),
     "turn_rate_limit": Rule(1.15, 0.37, 0.303, 0, -1, True),
     "command_bandwidth": Rule(20.0, 8.0, 1.32, 0, -1, True),
