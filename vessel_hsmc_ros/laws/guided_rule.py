@@ -62,6 +62,7 @@ RULES = {
     "surge_learning_rate": Rule(9.2, 9.2, 9.2, 0, -1, True),
     "sway_learning_rate": Rule(12.0, 13.6, 20.0, 0, -1, True),
     "yaw_learning_rate": Rule(8.25, 8.6, 8.5, 0, -1, True),
+    "forecast_bandwidth": Rule(1.0, 1.0, 1.0, 0, -1, True),
     "position_filter": Rule(6.9, 6.9, 6.9, 0, -1),
     "heading_filter": Rule(13.8, 13.8, 13.8, 0, -1),
     "slew_time": Rule(0.195, 0.0, 0.0, 0, 1),
