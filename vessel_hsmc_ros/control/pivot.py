@@ -31,7 +31,7 @@ from vessel_hsmc_ros.laws.terms import Terms
 FROUDE, GRAVITY = 0.06, 9.81
 """The speed U_0 as a Froude number; gravity, m/s²."""
 
-MARGIN = 1.2
+MARGIN = 0.85
 """Factor on the shortest distance l with which the heading is stable without damping; below U_0 it takes 9/8."""
 
 ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
