@@ -152,7 +152,9 @@ def step(
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
-        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue)
+        m = Memory(
+            True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue
+        )
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)

@@ -56,8 +56,8 @@ def forget_across(f: Estimates, HH: float, m: Memory, g: Gains) -> None:
 def forecast(f: Estimates, m: Memory, g: Gains) -> Estimates:
     """The outputs of the networks for surge and yaw as they will be when the wrench of this step acts.
 
-    An output follows a ramp with the lag 2/w, and the wrench acts after dead time and lag: as far as the output changes slowly, its
-    rate w_f·(f - f_s) with df_s = w_f·(f - f_s) makes up for both.
+    An output follows a ramp with the lag 2/w, and the wrench acts after dead time and lag: as far as the output changes slowly,
+    its rate w_f·(f - f_s) with df_s = w_f·(f - f_s) makes up for both.
 
     Args:
         f: Outputs of the networks.
@@ -65,6 +65,7 @@ def forecast(f: Estimates, m: Memory, g: Gains) -> Estimates:
         g: Gains.
     """
     beyond_u, beyond_r = f.fu - float(m.slow[0]), f.fr - float(m.slow[1])
-    m.slow[0] += g.step_f * beyond_u
-    m.slow[1] += g.step_f * beyond_r
+    # Where the adaptation is suspended, so is the rate of its output.
+    m.slow[0] += 0.0 if m.cut_1 else g.step_f * beyond_u
+    m.slow[1] += 0.0 if m.cut_2 else g.step_f * beyond_r
     return Estimates(f.fu + g.lead_u * beyond_u, f.fv, f.fr + g.lead_r * beyond_r)

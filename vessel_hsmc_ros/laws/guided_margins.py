@@ -168,7 +168,8 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     command = command_of(forms, drate - fr - g.lead_r * (fr - s["sr"]) - g.k1 * (later[3] - s["rate"]), a[-1], c)
     model = _predicted((y, psi, v, r), fv, fr + forms.next["model"], U, T)
     forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
-        "fv": fv, "slow": s["slow"] + g.step_s * (fv - s["slow"]), "fr": fr, "sr": s["sr"] + g.step_f * (fr - s["sr"]), "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
+        "fv": fv, "slow": s["slow"] + g.step_s * (fv - s["slow"]), "fr": fr, "sr": s["sr"] + g.step_f * (fr - s["sr"]),
+        "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
         "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
     }  # fmt: skip
     A = np.zeros((4, 4))

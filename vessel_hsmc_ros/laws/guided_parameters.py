@@ -175,7 +175,10 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
 
 def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, T: float) -> dict[str, float]:
     """The filter of the slow parts of the networks' outputs, and the factors on what exceeds them."""
-    lags = (2.0 / max(w, 1e-9) + each.dead_time + each.remaining for w, each in zip(bandwidths, (inputs.surge, inputs.yaw), strict=True))
+    lags = (
+        2.0 / max(w, 1e-9) + each.dead_time + each.remaining
+        for w, each in zip(bandwidths, (inputs.surge, inputs.yaw), strict=True)
+    )
     lead_u, lead_r = (w_f * lag for lag in lags)
     return {"step_f": -math.expm1(-w_f * T), "lead_u": lead_u, "lead_r": lead_r}
 

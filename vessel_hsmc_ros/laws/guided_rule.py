@@ -46,16 +46,16 @@ class Rule(NamedTuple):
 
 
 RULES = {
-    "position_gain": Rule(1.15, 0.64, 0.523, 0, -1, True),
+    "position_gain": Rule(1.24, 0.64, 0.523, 0, -1, True),
     "approach_speed": Rule(0.173, 0.173, 0.173, 1, -1),
     "drift_gain": Rule(0.2, 0.09, 0.12, 0, -2, True),
     "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
-    "heading_surface_slope": Rule(1.05, 0.88, 0.639, 0, -1, True),
-    "sway_share": Rule(0.63, 0.52, 0.667),
-    "sway_bandwidth": Rule(0.32, 0.2, 0.3, 0, -1, True),
+    "heading_surface_slope": Rule(1.25, 0.88, 0.639, 0, -1, True),
+    "sway_share": Rule(0.6, 0.52, 0.667),
+    "sway_bandwidth": Rule(2.4, 0.2, 0.3, 0, -1, True),
     "turn_acceleration_share": Rule(0.465, 0.051, 0.048),
     "turn_rate_limit": Rule(1.15, 0.48, 0.303, 0, -1, True),
-    "command_bandwidth": Rule(24.0, 7.4, 1.32, 0, -1, True),
+    "command_bandwidth": Rule(36.0, 7.4, 1.32, 0, -1, True),
     "command_integral": Rule(0.078, 0.08, 0.082),
     "yaw_reaching_gain": Rule(8.0, 8.8, 8.8, 0, -1, True),
     "surge_reaching_gain": Rule(6.45, 6.45, 7.1, 0, -1, True),

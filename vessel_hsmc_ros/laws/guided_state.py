@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """State of the command filter and of the guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d."""
+    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d."""
 
     rate: float
     integral: float
@@ -67,7 +67,14 @@ def initial(neurons: int, delay: int) -> Memory:
     """The internal state before the first step, for a number of neurons and the longest delay in periods."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0)
-    arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), np.zeros(2), np.zeros((2, delay + 1))
+    arrays = (
+        np.zeros((3, neurons)),
+        np.zeros(neurons),
+        np.zeros((3, neurons)),
+        np.zeros((3, 1)),
+        np.zeros(2),
+        np.zeros((2, delay + 1)),
+    )
     return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, 0, *arrays)
 
 
