@@ -62,7 +62,7 @@ RULES = {
     "surge_learning_rate": Rule(9.2, 9.2, 9.2, 0, -1, True),
     "sway_learning_rate": Rule(12.5, 11.5, 20.0, 0, -1, True),
     "yaw_learning_rate": Rule(12.0, 8.0, 8.5, 0, -1, True),
-    "forecast_bandwidth": Rule(0.8, 0.8, 0.2, 0, -1, True),
+    "forecast_bandwidth": Rule(0.8, 0.8, 0.1, 0, -1, True),
     "position_filter": Rule(6.9, 6.9, 6.9, 0, -1),
     "heading_filter": Rule(13.8, 13.8, 13.8, 0, -1),
     "slew_time": Rule(0.195, 0.0, 0.0, 0, 1),
