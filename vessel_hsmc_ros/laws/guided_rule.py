@@ -79,6 +79,8 @@ RULES = {
 POSITION_BOUND, SURFACE_BOUND = 0.5, 2.0
 """Largest position gain and slope of the heading surface in terms of a."""
 
+SWAY_BOUND = 0.0
+
 DRIFT_SHARE = 0.25
 """Integral gain on the position error in terms of the position gain squared, where a bounds it."""
 
@@ -174,7 +176,8 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
 def bound(name: str, vessel: KnownVessel) -> float:
     """The largest value of a gain for the declared decay rate of the drift: the law has to wait until the course has followed."""
     k_p, c = POSITION_BOUND * vessel.drift_decay, SURFACE_BOUND * vessel.drift_decay
-    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2, "sway_share": 0.0}
+    fed = {"sway_share": 0.0, "sway_bandwidth": SWAY_BOUND * vessel.drift_decay}
+    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2, **fed}
     return bounds.get(name, math.inf)
 
 
