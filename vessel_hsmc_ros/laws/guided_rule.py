@@ -51,8 +51,8 @@ RULES = {
     "drift_gain": Rule(0.2, 0.09, 0.12, 0, -2, True),
     "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
     "heading_surface_slope": Rule(1.25, 0.88, 0.639, 0, -1, True),
-    "sway_share": Rule(0.6, 0.52, 0.667),
-    "sway_bandwidth": Rule(2.4, 0.2, 0.3, 0, -1, True),
+    "sway_share": Rule(0.6, 0.52, 0.45),
+    "sway_bandwidth": Rule(2.4, 0.2, 0.1, 0, -1, True),
     "turn_acceleration_share": Rule(0.465, 0.051, 0.048),
     "turn_rate_limit": Rule(1.15, 0.48, 0.303, 0, -1, True),
     "command_bandwidth": Rule(36.0, 7.4, 1.32, 0, -1, True),
@@ -78,8 +78,6 @@ RULES = {
 
 POSITION_BOUND, SURFACE_BOUND = 0.5, 2.0
 """Largest position gain and slope of the heading surface in terms of a."""
-
-SWAY_BOUND = 0.0
 
 DRIFT_SHARE = 0.25
 """Integral gain on the position error in terms of the position gain squared, where a bounds it."""
@@ -176,8 +174,9 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
 def bound(name: str, vessel: KnownVessel) -> float:
     """The largest value of a gain for the declared decay rate of the drift: the law has to wait until the course has followed."""
     k_p, c = POSITION_BOUND * vessel.drift_decay, SURFACE_BOUND * vessel.drift_decay
-    fed = {"sway_share": 0.0, "sway_bandwidth": SWAY_BOUND * vessel.drift_decay}
-    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2, **fed}
+    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2}
+    # Fed forward, the sway would come back m11·u/(m22·U) times as large, about once, and faster than a damps it.
+    bounds |= {"sway_share": 0.0, "sway_bandwidth": 0.0}
     return bounds.get(name, math.inf)
 
 
