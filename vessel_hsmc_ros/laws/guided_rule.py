@@ -51,7 +51,7 @@ RULES = {
     "drift_gain": Rule(0.2, 0.09, 0.12, 0, -2, True),
     "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
     "heading_surface_slope": Rule(1.25, 0.88, 0.639, 0, -1, True),
-    "sway_share": Rule(0.6, 0.52, 0.45),
+    "sway_share": Rule(0.6, 0.52, 0.62),
     "sway_bandwidth": Rule(2.4, 0.2, 0.1, 0, -1, True),
     "turn_acceleration_share": Rule(0.465, 0.051, 0.048),
     "turn_rate_limit": Rule(1.15, 0.48, 0.303, 0, -1, True),
