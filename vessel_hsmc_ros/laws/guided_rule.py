@@ -175,8 +175,8 @@ def bound(name: str, vessel: KnownVessel) -> float:
     """The largest value of a gain for the declared decay rate of the drift: the law has to wait until the course has followed."""
     k_p, c = POSITION_BOUND * vessel.drift_decay, SURFACE_BOUND * vessel.drift_decay
     bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2}
-    # Fed forward, the sway would come back m11·u/(m22·U) times as large, about once, and faster than a damps it.
-    bounds |= {"sway_share": 0.0, "sway_bandwidth": 0.0}
+    # Fed forward, the sway would come back about once as large, faster than it decays; a forecast makes slow hulls turn in wind.
+    bounds |= {"sway_share": 0.0, "sway_bandwidth": 0.0, "forecast_bandwidth": 0.0}
     return bounds.get(name, math.inf)
 
 
