@@ -106,7 +106,7 @@ def test_the_filter_is_stable_at_any_speed_and_keeps_its_angle_in_a_turn() -> No
 
 
 @pytest.mark.parametrize(
-    ("vessel", "lengths"), [({}, 0.3886), ({"surge_inertia": 150e3}, 0.8065), ({"surge_inertia": 177.9e3}, 1.0)]
+    ("vessel", "lengths"), [({}, 0.3333), ({"surge_inertia": 150e3}, 0.5712), ({"surge_inertia": 177.9e3}, 1.0)]
 )
 def test_the_filter_is_slower_where_the_heading_is_less_stable(vessel: dict[str, Any], lengths: float) -> None:
     point = pivot_of(KnownVessel(sway_yaw_inertia=6e5, **vessel), 0.01)

@@ -3,7 +3,7 @@ import pytest
 from vessel_hsmc_ros.laws.guided_rule import DRIFT_SHARE, POSITION_BOUND, RULES, SURFACE_BOUND, derived_gains, unit_time
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
-BOUNDED = {"position_gain", "heading_surface_slope", "drift_gain", "sway_share"}
+BOUNDED = {"position_gain", "heading_surface_slope", "drift_gain", "sway_share", "sway_bandwidth", "forecast_bandwidth"}
 
 
 def test_a_hull_whose_course_waits_for_its_drift_gets_slower_guidance_and_nothing_else() -> None:
@@ -17,4 +17,4 @@ def test_a_hull_whose_course_waits_for_its_drift_gets_slower_guidance_and_nothin
 
 def test_a_drift_that_decays_at_once_bounds_no_gain_of_the_guidance() -> None:
     free, bound = derived_gains(KnownVessel()), derived_gains(KnownVessel(drift_decay=100.0 / unit_time(KnownVessel())))
-    assert {name for name in RULES if bound[name] != free[name]} == {"sway_share"}
+    assert {name for name in RULES if bound[name] != free[name]} == {"sway_share", "sway_bandwidth", "forecast_bandwidth"}

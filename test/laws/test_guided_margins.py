@@ -56,7 +56,7 @@ def test_the_linear_yaw_loop_moves_as_the_law_does_on_a_linear_hull(vessel: Know
             B[3] = 1.0
         move, drive = exact_step(A, B, T)
         memory, truth, sent = law.memory, np.array([0.0, start, 0.0, 0.0, 0.0]), [0.0] * round(actuator.dead_time / T)
-        memory.W[:], memory.queue[:] = 0.0, 0.0
+        memory.W[:], memory.queue[:], memory.slow[:] = 0.0, 0.0, 0.0
         for k in range(count):
             assert truth[:2] == pytest.approx(linear[k], rel=2e-3, abs=2e-2 * start)
             x = HULL.speed * T * k

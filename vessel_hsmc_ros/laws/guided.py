@@ -36,7 +36,7 @@ from vessel_hsmc_ros.laws.guidance import (
     velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_delays import ahead, delays
-from vessel_hsmc_ros.laws.guided_learning import forget_across, learn
+from vessel_hsmc_ros.laws.guided_learning import forecast, forget_across, learn
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
@@ -79,7 +79,7 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi = m.filter
+    rate, integral, s, xi, slow = m.filter
     relative = motion.r - desired.r
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     low, high = relative - g.S1_max, relative + g.S1_max
@@ -89,9 +89,12 @@ def command(
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
     epsilon = heading_error(w, motion.v, s, g)
-    # Only a share of the estimated sway acceleration is fed forward: the sway dynamics then have the factor 1 - eta·m11/m22,
-    # which must stay positive for every ship (docs/guided.md, assumption A4).
-    dv = acceleration.dv + g.eta * (f.fv - acceleration.dv)
+    # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
+    # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
+    # the sway from following the turn, and all of it is fed forward.
+    beyond = f.fv - acceleration.dv
+    dv = acceleration.dv + slow + g.eta * (beyond - slow)
+    slow += g.step_s * (beyond - slow)
     r_w = course_rate(w, motion.v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
 
@@ -106,7 +109,7 @@ def command(
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
     psi_c, r_c = motion.psi + epsilon, desired.r + rate
     command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, w.w_t, w.dw_t + motion.r * w.w_n)
-    return command, Filter(rate + g.T * drate, integral, s, xi)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow)
 
 
 @kernel
@@ -149,7 +152,9 @@ def step(
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
-        m = Memory(True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.head, m.W, m.H, m.scratch, m.growth, m.queue)
+        m = Memory(
+            True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue
+        )
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
@@ -157,6 +162,7 @@ def step(
     learn(measured, HH, m, g)
     f = outputs(m.W, m.H, m.scratch)
     forget_across(f, HH, m, g)
+    coming = forecast(f, m, g)
     n_1, n_2 = delays(age, m, g)
     later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
     goal = desired
@@ -165,8 +171,8 @@ def step(
     c, filtered = command(later, goal, acceleration, f, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
-    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - f.fu - g.k2 * S2), tau_1, g.surge.limit, g)
-    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - f.fr - g.k1 * S1), tau_2, g.yaw.limit, g)
+    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - g.k2 * S2), tau_1, g.surge.limit, g)
+    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - coming.fr - g.k1 * S1), tau_2, g.yaw.limit, g)
     m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
     wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
@@ -178,7 +184,7 @@ def step(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
         1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
     )  # fmt: skip
-    left = Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, head, m.W, m.H, m.scratch, m.growth, m.queue)
+    left = Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue)
     return wrench, terms, left
 
 

@@ -50,3 +50,22 @@ def forget_across(f: Estimates, HH: float, m: Memory, g: Gains) -> None:
         multiply(m.W[i], 1.0 - share, m.W[i])
     m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = scale * f.fu, scale * f.fv, scale * f.fr
     adapt(m.W, m.growth, m.H, m.scratch)
+
+
+@kernel
+def forecast(f: Estimates, m: Memory, g: Gains) -> Estimates:
+    """The outputs of the networks for surge and yaw as they will be when the wrench of this step acts.
+
+    An output follows a ramp with the lag 2/w, and the wrench acts after dead time and lag: as far as the output changes slowly,
+    its rate w_f·(f - f_s) with df_s = w_f·(f - f_s) makes up for both.
+
+    Args:
+        f: Outputs of the networks.
+        m: Internal state with the slow parts f_s, which move on by a period.
+        g: Gains.
+    """
+    beyond_u, beyond_r = f.fu - float(m.slow[0]), f.fr - float(m.slow[1])
+    # Where the adaptation is suspended, so is the rate of its output.
+    m.slow[0] += 0.0 if m.cut_1 else g.step_f * beyond_u
+    m.slow[1] += 0.0 if m.cut_2 else g.step_f * beyond_r
+    return Estimates(f.fu + g.lead_u * beyond_u, f.fv, f.fr + g.lead_r * beyond_r)

@@ -113,7 +113,7 @@ def surge_loop(g: Gains, hull: Hull, actuator: Actuator) -> System:
         actuator: True lag and dead time of the surge force.
     """
     c, T, n = g.surge, g.T, max(g.surge.delay, g.yaw.delay)
-    forms = Forms(names_of(["x", "u"], ["px", "pu", "fu", "xi"], c, actuator, T))
+    forms = Forms(names_of(["x", "u"], ["px", "pu", "fu", "su", "xi"], c, actuator, T))
     s = forms.now
     fu = s["fu"] + (1.0 - g.z_u) ** 2 / T * (s["u"] - s["pu"])
     x, u = s["px"] + (1.0 - g.z_p) * (s["x"] - s["px"]), s["pu"] + (1.0 - g.z_u**2) * (s["u"] - s["pu"])
@@ -122,12 +122,13 @@ def surge_loop(g: Gains, hull: Hull, actuator: Actuator) -> System:
     for each in a[1:]:
         later_x, later_u = later_x + T * (later_u + 0.5 * T * (fu + each)), later_u + T * (fu + each)
     u_c, du_c = -(g.k_p * later_x + s["xi"]), -g.k_p * later_u
-    command = command_of(forms, du_c - fu - g.k2 * (later_u - u_c), a[-1], c)
+    command = command_of(forms, du_c - fu - g.lead_u * (fu - s["su"]) - g.k2 * (later_u - u_c), a[-1], c)
     acting = fu + forms.next["model"]
     forms.next |= {
         "px": x + T * (u + 0.5 * T * acting),
         "pu": u + T * acting,
         "fu": fu,
+        "su": s["su"] + g.step_f * (fu - s["su"]),
         "xi": s["xi"] + _drift(g, hull) * later_x,
     }
     motion = np.array([[0.0, 1.0], [0.0, hull.surge]]), np.array([0.0, hull.surge_gain])
@@ -150,7 +151,7 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
         at_guidance: Broken at the yaw rate that the guidance commands instead of at the yaw moment.
     """
     c, T, U, n = g.yaw, g.T, hull.speed, max(g.surge.delay, g.yaw.delay)
-    states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral"]
+    states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral", "slow", "sr"]
     forms = Forms(names_of(states, law, c, actuator, T))
     s = forms.now
     poles = {"y": g.z_p, "psi": g.z_h, "v": g.z_v**2, "r": g.z_r**2}
@@ -161,13 +162,14 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     later: tuple[Form, ...] = (y, psi, v, r)
     for each in a[1:]:
         later = _predicted(later, fv, fr + each, U, T)
-    turning = _turning(later, fv, g, U, s["xi"])
+    turning = _turning(later, s["slow"] + g.eta * (fv - s["slow"]), g, U, s["xi"])
     error = (forms.free if at_guidance else turning) - s["rate"]
     drate = s["integral"] + g.step_c * error
-    command = command_of(forms, drate - fr - g.k1 * (later[3] - s["rate"]), a[-1], c)
+    command = command_of(forms, drate - fr - g.lead_r * (fr - s["sr"]) - g.k1 * (later[3] - s["rate"]), a[-1], c)
     model = _predicted((y, psi, v, r), fv, fr + forms.next["model"], U, T)
     forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
-        "fv": fv, "fr": fr, "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
+        "fv": fv, "slow": s["slow"] + g.step_s * (fv - s["slow"]), "fr": fr, "sr": s["sr"] + g.step_f * (fr - s["sr"]),
+        "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
         "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
     }  # fmt: skip
     A = np.zeros((4, 4))
@@ -184,10 +186,10 @@ def _predicted(motion: tuple[Form, ...], dv: Form, dr: Form, U: float, T: float)
     return y + T * (U * middle + v + 0.5 * T * dv), psi + T * (r + 0.5 * T * dr), v + T * dv, r + T * dr
 
 
-def _turning(motion: tuple[Form, ...], fv: Form, g: Gains, U: float, xi: Form) -> Form:
+def _turning(motion: tuple[Form, ...], dv: Form, g: Gains, U: float, xi: Form) -> Form:
     """The yaw rate c·epsilon + r_w that the guidance commands about a straight path."""
     y, psi, v, _ = motion
     q2 = (g.c * g.rho) ** 2
     W2 = U * U + q2
     epsilon = (-(g.k_p * y + xi) - U * psi - v) / math.sqrt(W2)
-    return g.c * epsilon - U * g.k_p * (U * psi + v) / W2 - U * U / W2 * g.eta * fv / math.sqrt(W2)
+    return g.c * epsilon - U * g.k_p * (U * psi + v) / W2 - U * U / W2 * dv / math.sqrt(W2)

@@ -8,7 +8,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.applied_wrench import Channel, channel
-from vessel_hsmc_ros.laws.guided_rule import DERIVED, Input, derived_gains, dynamics, unit_time
+from vessel_hsmc_ros.laws.guided_rule import DERIVED, Dynamics, Input, derived_gains, dynamics, unit_time
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.network import NetworkParameters
 
@@ -46,6 +46,7 @@ class GuidedParameters:
         "eta",
         high=1.0,
     )
+    sway_bandwidth: float = gain("Bandwidth below which all of that sway acceleration is fed forward.", "1/s", "w_s")
     turn_acceleration_share: float = gain(
         "Share of the largest yaw acceleration that heading changes are planned with.", "", "a_share", high=1.0
     )
@@ -59,6 +60,9 @@ class GuidedParameters:
     surge_learning_rate: float = gain("Bandwidth of the adaptation of the network for f_u.", "1/s", "w_u")
     sway_learning_rate: float = gain("Bandwidth of the adaptation of the network for f_v.", "1/s", "w_v")
     yaw_learning_rate: float = gain("Bandwidth of the adaptation of the network for f_r.", "1/s", "w_r")
+    forecast_bandwidth: float = gain(
+        "Bandwidth up to which the lags of adaptation and actuators are made up for in the networks' outputs.", "1/s", "w_f"
+    )
     position_filter: float = gain("Bandwidth of the correction of the predicted position.", "1/s", "w_p")
     heading_filter: float = gain("Bandwidth of the correction of the predicted heading.", "1/s", "w_h")
     slew_time: float = gain("Slew-rate limit: time for the wrench to go from zero to its limit; 0 for none.", "s", "T_s")
@@ -84,6 +88,10 @@ class Gains(NamedTuple):
     xi_max: float
     c: float
     eta: float
+    step_s: float
+    step_f: float
+    lead_u: float
+    lead_r: float
     a_max: float
     S1_max: float
     r_max: float
@@ -147,6 +155,7 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     """
     T = period
     given = schema.symbols(by_hand_or_derived(parameters, vessel))
+    bandwidths = given["w_u"], given["w_r"]
     poles = {name.replace("w_", "z_"): math.exp(-given.pop(name) * T) for name in ("w_u", "w_v", "w_r", "w_p", "w_h")}
     # At S1 = S1_max the reaching term k1·S1 alone needs the entire yaw moment.
     full = vessel.yaw_moment_limit / vessel.yaw_inertia
@@ -155,11 +164,23 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     for name in ("k1", "k2"):
         given[name] = -math.expm1(-given[name] * T) / T
     constants = {**given, **poles, **_thresholds(vessel), **schema.symbols(vessel)}
-    constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     inputs = dynamics(vessel)
+    constants |= _forecast(constants.pop("w_f"), bandwidths, inputs, T)
+    constants["step_s"] = -math.expm1(-constants.pop("w_s") * T)
+    constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
     surge, yaw = (_channel(each, limit, T) for each, limit in zip((inputs.surge, inputs.yaw), limits, strict=True))
     return Gains(surge=surge, yaw=yaw, **constants)
+
+
+def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, T: float) -> dict[str, float]:
+    """The filter of the slow parts of the networks' outputs, and the factors on what exceeds them."""
+    lags = (
+        2.0 / max(w, 1e-9) + each.dead_time + each.remaining
+        for w, each in zip(bandwidths, (inputs.surge, inputs.yaw), strict=True)
+    )
+    lead_u, lead_r = (w_f * lag for lag in lags)
+    return {"step_f": -math.expm1(-w_f * T), "lead_u": lead_u, "lead_r": lead_r}
 
 
 def _channel(known: Input, limit: float, period: float) -> Channel:

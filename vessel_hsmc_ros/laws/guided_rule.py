@@ -46,25 +46,27 @@ class Rule(NamedTuple):
 
 
 RULES = {
-    "position_gain": Rule(1.28, 0.73, 0.523, 0, -1, True),
+    "position_gain": Rule(1.24, 0.64, 0.523, 0, -1, True),
     "approach_speed": Rule(0.173, 0.173, 0.173, 1, -1),
-    "drift_gain": Rule(0.22, 0.27, 0.165, 0, -2, True),
+    "drift_gain": Rule(0.2, 0.09, 0.12, 0, -2, True),
     "drift_limit": Rule(0.0144, 0.0144, 0.0144, 1, -1),
-    "heading_surface_slope": Rule(1.43, 1.07, 0.639, 0, -1, True),
-    "sway_share": Rule(0.7, 0.4, 0.667),
+    "heading_surface_slope": Rule(1.25, 0.88, 0.639, 0, -1, True),
+    "sway_share": Rule(0.6, 0.52, 0.62),
+    "sway_bandwidth": Rule(2.4, 0.2, 0.1, 0, -1, True),
     "turn_acceleration_share": Rule(0.465, 0.051, 0.048),
-    "turn_rate_limit": Rule(1.15, 0.37, 0.303, 0, -1, True),
-    "command_bandwidth": Rule(20.0, 8.0, 1.32, 0, -1, True),
-    "command_integral": Rule(0.063, 0.079, 0.082),
-    "yaw_reaching_gain": Rule(8.2, 7.95, 8.8, 0, -1, True),
+    "turn_rate_limit": Rule(1.15, 0.48, 0.303, 0, -1, True),
+    "command_bandwidth": Rule(36.0, 7.4, 1.32, 0, -1, True),
+    "command_integral": Rule(0.078, 0.08, 0.082),
+    "yaw_reaching_gain": Rule(8.0, 8.8, 8.8, 0, -1, True),
     "surge_reaching_gain": Rule(6.45, 6.45, 7.1, 0, -1, True),
     "surge_learning_rate": Rule(9.2, 9.2, 9.2, 0, -1, True),
-    "sway_learning_rate": Rule(12.0, 13.6, 20.0, 0, -1, True),
-    "yaw_learning_rate": Rule(8.25, 8.6, 8.5, 0, -1, True),
+    "sway_learning_rate": Rule(12.5, 11.5, 20.0, 0, -1, True),
+    "yaw_learning_rate": Rule(12.0, 8.0, 8.5, 0, -1, True),
+    "forecast_bandwidth": Rule(0.8, 0.8, 0.1, 0, -1, True),
     "position_filter": Rule(6.9, 6.9, 6.9, 0, -1),
     "heading_filter": Rule(13.8, 13.8, 13.8, 0, -1),
     "slew_time": Rule(0.195, 0.0, 0.0, 0, 1),
-    "resting_lever": Rule(0.0056, 0.0045, 0.0045, 1, 0),
+    "resting_lever": Rule(0.0056, 0.0041, 0.0045, 1, 0),
     "resting_lever_time": Rule(0.65, 0.65, 0.65, 0, 1),
     "resting_heading_gain": Rule(0.14, 0.14, 0.14, 0, -1),
     "resting_speed": Rule(0.0029, 0.0029, 0.0029, 1, -1),
@@ -172,7 +174,9 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
 def bound(name: str, vessel: KnownVessel) -> float:
     """The largest value of a gain for the declared decay rate of the drift: the law has to wait until the course has followed."""
     k_p, c = POSITION_BOUND * vessel.drift_decay, SURFACE_BOUND * vessel.drift_decay
-    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2, "sway_share": 0.0}
+    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2}
+    # Fed forward, the sway would come back about once as large, faster than it decays; a forecast makes slow hulls turn in wind.
+    bounds |= {"sway_share": 0.0, "sway_bandwidth": 0.0, "forecast_bandwidth": 0.0}
     return bounds.get(name, math.inf)
 
 

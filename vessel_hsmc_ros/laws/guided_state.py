@@ -13,12 +13,13 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """State of the command filter and of the guidance: rho_c, zeta, direction of travel s, integral xi."""
+    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d."""
 
     rate: float
     integral: float
     s: float
     xi: tuple[float, float]
+    slow: float = 0.0
 
 
 class Memory(NamedTuple):
@@ -35,6 +36,7 @@ class Memory(NamedTuple):
         H: Activations, shape (l,), written in place.
         scratch: Working memory, shape (3, l).
         growth: Working memory, shape (3, 1): the change of the weights, divided by H.
+        slow: Slow parts of the outputs of the networks for f_u and f_r, shape (2,), written in place.
         queue: The last commands of surge force and yaw moment, (2, n + 1) for delays up to n periods, written in place.
     """
 
@@ -50,6 +52,7 @@ class Memory(NamedTuple):
     H: Array
     scratch: Array
     growth: Array
+    slow: Array
     queue: Array
 
 
@@ -63,8 +66,15 @@ class Constants(NamedTuple):
 def initial(neurons: int, delay: int) -> Memory:
     """The internal state before the first step, for a number of neurons and the longest delay in periods."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0))
-    arrays = np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), np.zeros((2, delay + 1))
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0)
+    arrays = (
+        np.zeros((3, neurons)),
+        np.zeros(neurons),
+        np.zeros((3, neurons)),
+        np.zeros((3, 1)),
+        np.zeros(2),
+        np.zeros((2, delay + 1)),
+    )
     return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, 0, *arrays)
 
 

@@ -34,10 +34,10 @@ GRAVITY, AIR_DENSITY = 9.81, 1.2
 LARGEST_FROUDE = 1.5
 """Largest Froude number U/sqrt(g·L) that is believed of the damping of a hull."""
 
-LARGEST_RHO = 0.85
+LARGEST_RHO = 0.8
 """Largest rho with which the law may be faster than the decay of the drift."""
 
-SLOW_RHO, SLOW_DECAY = 0.6, 0.5
+SLOW_RHO, SLOW_DECAY = 0.6, 1.0
 """The same where the decay is slow beside the ship's turns, and the a·T below which it counts as slow."""
 
 LARGEST_SHARE = 0.7
