@@ -118,6 +118,8 @@ def test_a_path_in_a_scenario_starts_at_its_folder_or_at_the_working_directory(
         ("vessel: [1]", "is not a vessel: it takes a section `vessel` with hull data"),
         ("{", "cannot be read"),
         (BOAT + "sources: {}\n", "sources is not a section: did you mean source?"),
+        (BOAT + "source: [a book]\n", "source = ['a book'] is not allowed: it takes names and values"),
+        (BOAT + "published: {top_speed: .nan}\n", "published.top_speed = nan is not allowed: it takes a finite number"),
         (BOAT.replace("sway_inertia: 400.0, ", ""), "vessel.sway_inertia is missing: it takes a finite number from 0.001"),
         (BOAT.replace("400.0", "-4.0"), "vessel.sway_inertia = -4.0 is not allowed: it takes a finite number from 0.001"),
         (BOAT.replace("beam", "bean"), "vessel.bean is not a hull datum: did you mean beam?"),

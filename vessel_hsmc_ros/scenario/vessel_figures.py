@@ -8,13 +8,15 @@
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.schema import suggestion
 from vessel_hsmc_ros.scenario.vessels import LibraryVessel
 from vessel_sim_node.hull_check import largest_gain
 from vessel_sim_node.plant import Vessel, damping_force, derivative
@@ -115,7 +117,15 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
 
 
 def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
-    """The relative differences of computed figures from the published ones, by name."""
+    """The relative differences of computed figures from the published ones, by name.
+
+    Raises:
+        ParameterError: a published figure is not one of Figures.
+    """
+    known = [each.name for each in fields(Figures)]
+    for name in vessel.published:
+        if name not in known:
+            raise ParameterError(f"vessel file {vessel.path}: published.{name} is not a figure: {suggestion(name, known)}")
     return {name: getattr(computed, name) / value - 1.0 for name, value in vessel.published.items()}
 
 

@@ -5,6 +5,7 @@ description, source, checks and published figures. Coefficients that it leaves o
 inputs serve as the plant's actuators too.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -200,19 +201,33 @@ def _parsed(text: str, path: Path) -> LibraryVessel:
             raise ScenarioError(f"{place}: {section} is not a section: {schema.suggestion(str(section), SECTIONS)}")
     given = dict(flat(document["vessel"]))
     mass = given.pop("mass", None)
-    checks = document.get("checks") or {}
+    checks = _section(document, "checks", place)
     return LibraryVessel(
         key=path.stem,
         name=str(document.get("name", path.stem)),
         description=str(document.get("description", "")),
         values={f"{VESSEL}{name}": value for name, value in _checked(given, place).items()},
         mass=None if mass is None else _mass(mass, place),
-        source={key: str(value) for key, value in (document.get("source") or {}).items()},
+        source={key: str(value) for key, value in _section(document, "source", place).items()},
         verified=tuple(map(str, checks.get("verified") or ())),
         unverified=tuple(map(str, checks.get("unverified") or ())),
-        published=dict(document.get("published") or {}),
+        published={name: _figure(name, value, place) for name, value in _section(document, "published", place).items()},
         path=path,
     )
+
+
+def _section(document: Mapping[str, Any], name: str, place: str) -> Mapping[str, Any]:
+    """A section of names and values, which may be left out."""
+    section = document.get(name) or {}
+    if not isinstance(section, dict):
+        raise ScenarioError(f"{place}: {name} = {section} is not allowed: it takes names and values")
+    return section
+
+
+def _figure(name: str, value: object, place: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or not value:
+        raise ParameterError(f"{place}: published.{name} = {value} is not allowed: it takes a finite number other than 0")
+    return float(value)
 
 
 def _checked(given: Mapping[str, Any], place: str) -> dict[str, Value]:
