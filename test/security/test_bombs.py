@@ -9,7 +9,7 @@ from vessel_hsmc_ros.bags.mcap_layout import message_offsets
 from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
 from vessel_hsmc_ros.bags.message_definition import read_definition
 from vessel_hsmc_ros.core.exceptions import BagError, VesselHsmcError
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text, read_yaml
 
 LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 20))
 
@@ -25,12 +25,17 @@ LAUGHS = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] *
         "!!python/object/apply:os.system [id]",
         "9" * 5000,
         "0x" + "f" * 5000,
-        "{'': 1, '': 2}",
     ],
 )
 def test_yaml_that_expands_without_end_or_has_no_value_is_refused(text: str) -> None:
-    with pytest.raises(yaml.YAMLError):
-        read_yaml(text)
+    for read in (read_yaml, read_plain_yaml):
+        with pytest.raises(yaml.YAMLError):
+            read(text)
+
+
+def test_a_key_given_twice_is_refused() -> None:
+    with pytest.raises(yaml.YAMLError, match="given twice"):
+        read_yaml("{'': 1, '': 2}")
 
 
 def test_an_alias_that_stands_for_a_value_is_read() -> None:

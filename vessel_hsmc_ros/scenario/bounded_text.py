@@ -26,15 +26,8 @@ LARGEST_INTEGER = 1024
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
 
 
-class _Loader(_Safe):  # type: ignore[misc] # chosen while running
-    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        """Refuse a second value of a key, which would take the place of the first without a word."""
-        counts = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
-        if twice := [key for key, count in counts.items() if count > 1]:
-            raise yaml.constructor.ConstructorError(None, None, f"{twice[0]} is given twice: once is enough", node.start_mark)
-        return super().construct_mapping(node, deep)
+class _Plain(_Safe):  # type: ignore[misc] # chosen while running
+    """Reads YAML's own formats."""
 
     def construct_yaml_int(self, node: Any) -> int:
         """Refuse an integer beyond the range of floats; Python does not even print one of some thousand digits."""
@@ -44,7 +37,18 @@ class _Loader(_Safe):  # type: ignore[misc] # chosen while running
         return number
 
 
-_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
+_Plain.add_constructor("tag:yaml.org,2002:int", _Plain.construct_yaml_int)
+
+
+class _Loader(_Plain):
+    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Refuse a second value of a key, which would take the place of the first without a word."""
+        counts = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
+        if twice := [key for key, count in counts.items() if count > 1]:
+            raise yaml.constructor.ConstructorError(None, None, f"{twice[0]} is given twice: once is enough", node.start_mark)
+        return super().construct_mapping(node, deep)
 
 
 _Loader.add_implicit_resolver(
@@ -87,7 +91,7 @@ def read_yaml(text: str) -> Any:
 
 def read_plain_yaml(text: str) -> Any:
     """Parse a YAML text with YAML's own number format; the errors are those of `read_yaml`."""
-    return _loaded(text, _Safe)
+    return _loaded(text, _Plain)
 
 
 def _loaded(text: str, loader: Any) -> Any:
