@@ -42,6 +42,7 @@ class ParameterCollector:
             name: {parameter.name: _plain(parameter.value) for parameter in node.get_parameters_by_prefix("").values()}
         }
         self._requested = {name}
+        self._tried: set[str] = set()
         self._clients: dict[str, list[Client]] = {}
         self._calls: dict[str, int] = {}
         self._reported = 0
@@ -59,11 +60,17 @@ class ParameterCollector:
                 self._requested.discard(name)
         for full, (name, space) in there.items():
             # An underscore marks a hidden node.
-            if full not in self._requested and not name.startswith("_") and self._has_services(full, name, space):
+            if full not in self._requested and not name.startswith("_") and self._may_answer(full, name, space):
                 self._request(full)
 
-    def _has_services(self, full: str, name: str, namespace: str) -> bool:
-        """Whether a node offers its parameters, by the graph: a client costs every process of the domain some memory for ever."""
+    def _may_answer(self, full: str, name: str, namespace: str) -> bool:
+        """Whether a node is new, or offers its parameters by the graph: a client costs every process some memory for ever.
+
+        The clients of the first try prepare the others: a node's answer waits until it has discovered who asks.
+        """
+        if full not in self._tried:
+            self._tried.add(full)
+            return True
         try:
             services = dict(self._node.get_service_names_and_types_by_node(name, namespace))
         except NodeNameNonExistentError:  # it has left
