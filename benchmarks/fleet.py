@@ -133,7 +133,7 @@ def draw(costs: list[tuple[int, float, float]], path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.0, 3.6), layout="constrained")
-    axis = figure.add_subplot(xlabel="vessels", ylabel="time of a step, ms", ylim=(0.0, None))
+    axis = figure.add_subplot(xlabel="vessels", ylabel="time of a step, ms")
     numbers, wall, processor = zip(*costs, strict=True)
     axis.plot(numbers, wall, "o-", label="wall")
     axis.plot(numbers, processor, "s--", label="processor, all processes")

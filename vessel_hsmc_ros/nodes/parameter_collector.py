@@ -66,7 +66,7 @@ class ParameterCollector:
     def _may_answer(self, full: str, name: str, namespace: str) -> bool:
         """Whether a node is new, or offers its parameters by the graph: a client costs every process some memory for ever.
 
-        The clients of the first try prepare the others: a node's answer waits until it has discovered who asks.
+        The clients of the first try prepare the others: a node's answer waits until it has discovered the client.
         """
         if full not in self._tried:
             self._tried.add(full)
