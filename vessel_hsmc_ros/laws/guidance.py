@@ -27,6 +27,7 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude
+from vessel_hsmc_ros.laws.drift_estimate import Drift
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
 Vector = tuple[float, float]
@@ -93,6 +94,13 @@ def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration
         gx * gx + gy * gy,
         dx_d * dx_d + dy_d * dy_d,
     )
+
+
+@kernel
+def through_water(command: VelocityCommand, drift: Drift) -> VelocityCommand:
+    """The velocity command relative to water that moves with a drift; its derivative is the same."""
+    wx, wy, dwx, dwy, feedback_squared, reference_squared = command
+    return VelocityCommand(wx - drift.east, wy - drift.north, dwx, dwy, feedback_squared, reference_squared)
 
 
 @kernel

@@ -25,6 +25,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead
+from vessel_hsmc_ros.laws.drift_estimate import in_body, learn_drift, turn_in_water
 from vessel_hsmc_ros.laws.guidance import (
     approach_rate,
     calmness,
@@ -33,6 +34,7 @@ from vessel_hsmc_ros.laws.guidance import (
     heading_error,
     integrate_error,
     resolve,
+    through_water,
     velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_delays import ahead, delays
@@ -79,37 +81,43 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow = m.filter
-    relative = motion.r - desired.r
+    rate, integral, s, xi, slow, drift = m.filter
+    # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
+    added = turn_in_water(drift, desired, acceleration.dr, g)
+    r_d, dr_d, dv_d = desired.r + added.rate, acceleration.dr + added.acceleration, acceleration.dv + added.dv
+    relative = motion.r - r_d
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     low, high = relative - g.S1_max, relative + g.S1_max
     rate = low if rate < low else high if rate > high else rate
     velocity = velocity_command(motion, desired, acceleration, xi, g)
-    w = resolve(velocity, motion.psi)
+    drift = learn_drift(drift, motion, velocity.reference_squared, g)
+    water = in_body(drift, motion.psi)
+    w, v = resolve(through_water(velocity, drift), motion.psi), motion.v - water.port
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
-    epsilon = heading_error(w, motion.v, s, g)
+    epsilon = heading_error(w, v, s, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
     # the sway from following the turn, and all of it is fed forward.
-    beyond = f.fv - acceleration.dv
-    dv = acceleration.dv + slow + g.eta * (beyond - slow)
+    beyond = f.fv - dv_d
+    dv = dv_d + slow + g.eta * (beyond - slow)
     slow += g.step_s * (beyond - slow)
-    r_w = course_rate(w, motion.v, dv, desired.r, s, g)
+    r_w = course_rate(w, v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
 
-    calm = calmness(w.w_t * w.w_t + w.w_n * w.w_n, motion.v, f.fu, f.fv, g)
+    calm = calmness(w.w_t * w.w_t + w.w_n * w.w_n, v, f.fu, f.fv, g)
     alignment = g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN)
-    error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
+    error = clip(turning + alignment - r_d, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
     drate = clip(demand, 2.0 * g.a_max)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
-    psi_c, r_c = motion.psi + epsilon, desired.r + rate
-    command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, w.w_t, w.dw_t + motion.r * w.w_n)
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow)
+    psi_c, r_c = motion.psi + epsilon, r_d + rate
+    du_c = w.dw_t + motion.r * (w.w_n + water.port)
+    command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, w.w_t + water.ahead, du_c)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, drift)
 
 
 @kernel
@@ -163,22 +171,26 @@ def step(
     f = outputs(m.W, m.H, m.scratch)
     forget_across(f, HH, m, g)
     coming = forecast(f, m, g)
+    # The networks learn what the turn of the hull in a drift of the water does not explain.
+    water = in_body(m.filter.drift, motion.psi)
+    by_turn = motion.r * water.port
+    f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * water.ahead, f.fr)
     n_1, n_2 = delays(age, m, g)
-    later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
+    later, tau_1, tau_2 = ahead(motion, f_ground, n_1, n_2, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
         goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
     c, filtered = command(later, goal, acceleration, f, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
-    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - g.k2 * S2), tau_1, g.surge.limit, g)
+    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), tau_1, g.surge.limit, g)
     wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - coming.fr - g.k1 * S1), tau_2, g.yaw.limit, g)
     m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
     wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
-    predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
+    predicted = predict(motion, f_ground.fu + tau_1 / g.m11, f_ground.fv, f.fr + tau_2 / g.m33, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,

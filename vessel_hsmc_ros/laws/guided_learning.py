@@ -66,6 +66,6 @@ def forecast(f: Estimates, m: Memory, g: Gains) -> Estimates:
     """
     beyond_u, beyond_r = f.fu - float(m.slow[0]), f.fr - float(m.slow[1])
     # Where the adaptation is suspended, so is the rate of its output.
-    m.slow[0] += 0.0 if m.cut_1 else g.step_f * beyond_u
+    m.slow[0] += 0.0 if m.cut_1 else g.step_fu * beyond_u
     m.slow[1] += 0.0 if m.cut_2 else g.step_f * beyond_r
     return Estimates(f.fu + g.lead_u * beyond_u, f.fv, f.fr + g.lead_r * beyond_r)

@@ -128,7 +128,7 @@ def surge_loop(g: Gains, hull: Hull, actuator: Actuator) -> System:
         "px": x + T * (u + 0.5 * T * acting),
         "pu": u + T * acting,
         "fu": fu,
-        "su": s["su"] + g.step_f * (fu - s["su"]),
+        "su": s["su"] + g.step_fu * (fu - s["su"]),
         "xi": s["xi"] + _drift(g, hull) * later_x,
     }
     motion = np.array([[0.0, 1.0], [0.0, hull.surge]]), np.array([0.0, hull.surge_gain])

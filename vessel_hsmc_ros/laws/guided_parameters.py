@@ -24,6 +24,9 @@ POSITIVE = (
 )
 """The gains that appear in a denominator, so they must not be zero."""
 
+SURGE_FORECAST = float(__import__("os").environ.get("SF", "1.6"))
+"""Least bandwidth of the forecast in surge where there is one, in 1/T."""
+
 
 def gain(description: str, unit: str, symbol: str, high: float = 1e3) -> float:
     """Declare a gain that may be changed while the law runs; by default it follows from the declared vessel."""
@@ -90,6 +93,7 @@ class Gains(NamedTuple):
     eta: float
     step_s: float
     step_f: float
+    step_fu: float
     lead_u: float
     lead_r: float
     a_max: float
@@ -108,6 +112,8 @@ class Gains(NamedTuple):
     m_max: float
     U_s: float
     U_xi: float
+    c_max: float
+    theta_max: float
     leak: float
     m11: float
     m33: float
@@ -165,7 +171,7 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
         given[name] = -math.expm1(-given[name] * T) / T
     constants = {**given, **poles, **_thresholds(vessel), **schema.symbols(vessel)}
     inputs = dynamics(vessel)
-    constants |= _forecast(constants.pop("w_f"), bandwidths, inputs, T)
+    constants |= _forecast(constants.pop("w_f"), bandwidths, inputs, unit_time(vessel), T)
     constants["step_s"] = -math.expm1(-constants.pop("w_s") * T)
     constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
@@ -173,14 +179,28 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     return Gains(surge=surge, yaw=yaw, **constants)
 
 
-def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, T: float) -> dict[str, float]:
-    """The filter of the slow parts of the networks' outputs, and the factors on what exceeds them."""
-    lags = (
+def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, unit: float, T: float) -> dict[str, float]:
+    """The filters of the slow parts of the networks' outputs, and the factors on what exceeds them.
+
+    Args:
+        w_f: Bandwidth of the forecast.
+        bandwidths: Of the networks for surge and yaw.
+        inputs: Dynamics of surge force and yaw moment.
+        unit: Time of the ship's turns, s.
+        T: Control period, s.
+    """
+    # The surge loop has phase to spare: its forecast also follows the resistance, which varies as a current is turned through.
+    w_fu = max(w_f, SURGE_FORECAST / (unit * inputs.q)) if w_f > 0.0 else 0.0
+    lag_u, lag_r = (
         2.0 / max(w, 1e-9) + each.dead_time + each.remaining
         for w, each in zip(bandwidths, (inputs.surge, inputs.yaw), strict=True)
     )
-    lead_u, lead_r = (w_f * lag for lag in lags)
-    return {"step_f": -math.expm1(-w_f * T), "lead_u": lead_u, "lead_r": lead_r}
+    return {
+        "step_f": -math.expm1(-w_f * T),
+        "step_fu": -math.expm1(-w_fu * T),
+        "lead_u": w_fu * lag_u,
+        "lead_r": w_f * lag_r,
+    }
 
 
 def _channel(known: Input, limit: float, period: float) -> Channel:
@@ -197,5 +217,8 @@ def _thresholds(vessel: KnownVessel) -> dict[str, float]:
         "m_max": 0.043 * speed,
         "U_s": 0.029 * speed,
         "U_xi": 0.0144 * speed,
+        # Where the drift decays slowly, the sway follows the turn late, and what is left is no drift of the water.
+        "c_max": 0.3 * speed if vessel.drift_decay < 0.0 else 0.0,
+        "theta_max": T,
         "leak": 0.046 / T,
     }

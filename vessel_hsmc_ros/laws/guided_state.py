@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, Drift
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 from vessel_hsmc_ros.laws.network import Neurons
 
@@ -13,13 +14,14 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d."""
+    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d, estimated drift."""
 
     rate: float
     integral: float
     s: float
     xi: tuple[float, float]
     slow: float = 0.0
+    drift: Drift = NO_DRIFT
 
 
 class Memory(NamedTuple):
@@ -66,7 +68,7 @@ class Constants(NamedTuple):
 def initial(neurons: int, delay: int) -> Memory:
     """The internal state before the first step, for a number of neurons and the longest delay in periods."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, NO_DRIFT)
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),

@@ -1,0 +1,116 @@
+"""The drift of the ship: what carries it over ground, learnt from its sway velocity while it turns.
+
+| symbol | meaning | unit |
+|---|---|---|
+| c | drift of the water, east and north; also what wind moves the ship by | m/s |
+| h, n | unit vectors ahead and to port; c_h = h·c, c_n = n·c | - |
+| theta | sway velocity through the water by u·r, about -m11/d_v | s |
+| phi | (u - c_h)·r | m/s² |
+| e | v - c_n - theta·phi, what the two do not explain | m/s |
+| mu, mu_theta | gains of the adaptation for a turn by 1 rad | - |
+| U, W | speed of the reference over ground and through the water, |dp_d| and |dp_d - c| | m/s |
+| chi | course of the reference, over ground; chi_c through the water minus that over ground | rad |
+
+A ship that turns at r sees c_n change by -r·c_h. That is kinematics: a law that knows c need not wait for the measured sway. With
+the angle of the turn in place of time, dc/d|psi| = mu·n·e and dtheta/d|psi| = mu_theta·phi·e/(phi² + (u/10)²): a turn shows c
+from all sides; on a straight line, where c cannot be told from a force on the hull, nothing is learnt and nothing is lost.
+"""
+
+import math
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion, magnitude
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.laws.guided_parameters import Gains
+
+MU, MU_THETA = 1.0, 0.5
+"""Gains of the adaptation: at mu = 1 the estimate of c decays by a half in a turn by 80°, with little oscillation."""
+
+SHARE = 0.7
+"""Largest estimate of c in terms of the speed of the reference, which therefore travels ahead through the water."""
+
+
+class Drift(NamedTuple):
+    """The estimate: c towards the east and the north, and theta."""
+
+    east: float
+    north: float
+    theta: float
+
+
+class BodyDrift(NamedTuple):
+    """c_h and c_n, ahead and to port, m/s."""
+
+    ahead: float
+    port: float
+
+
+class TurnInWater(NamedTuple):
+    """The turn of the reference through the water, beyond that over ground: dchi_c, ddchi_c and the change of the sway rate."""
+
+    rate: float
+    acceleration: float
+    dv: float
+
+
+NO_DRIFT = Drift(0.0, 0.0, 0.0)
+"""Still water, and a ship that no turn has shown yet."""
+
+
+@kernel
+def in_body(drift: Drift, psi: float) -> BodyDrift:
+    """The drift along and across a hull of heading psi."""
+    c, s = math.cos(psi), math.sin(psi)
+    return BodyDrift(drift.east * c + drift.north * s, -drift.east * s + drift.north * c)
+
+
+@kernel
+def learn_drift(drift: Drift, motion: Motion, reference_squared: float, g: Gains) -> Drift:
+    """The estimate one period later; it is not used for a ship that declares `drift_decay`, where c_max = 0.
+
+    Args:
+        drift: The estimate.
+        motion: State of the ship.
+        reference_squared: U², m²/s².
+        g: Gains.
+    """
+    if g.c_max == 0.0:
+        return drift
+    c_h, c_n = in_body(drift, motion.psi)
+    u = motion.u - c_h
+    phi = u * motion.r
+    # An outlier must not dominate; near rest a force on the hull makes the ship turn, and would look like a drift.
+    e = clip(motion.v - c_n - drift.theta * phi, g.e_max)
+    turned = g.T * clip(abs(motion.r), g.e_r_max) * reference_squared / (reference_squared + g.U_xi * g.U_xi)
+    k = MU * turned * e
+    east, north = drift.east - k * math.sin(motion.psi), drift.north + k * math.cos(motion.psi)
+    most = min(g.c_max, SHARE * math.sqrt(reference_squared))
+    shrink = min(1.0, most / max(magnitude(east, north), 1e-9))
+    theta = drift.theta + MU_THETA * turned * e * phi / (phi * phi + 0.01 * u * u + 1e-9)
+    return Drift(shrink * east, shrink * north, clip(theta, g.theta_max))
+
+
+@kernel
+def turn_in_water(drift: Drift, desired: Motion, dr: float, g: Gains) -> TurnInWater:
+    """What the drift adds to the turn of the reference, and to the sway that the turn causes.
+
+    With c_t and c_l along and to the left of the reference's velocity, U constant and N = (U·c_t - |c|²)/W²,
+    dchi_c = r_d·N, ddchi_c = r_d²·U·c_l·(U² - |c|²)/W⁴ + dr_d·N, and dv = theta·d(W·(r_d + dchi_c) - U·r_d).
+
+    Args:
+        drift: The estimate.
+        desired: State of the reference.
+        dr: Its yaw acceleration.
+        g: Gains.
+    """
+    along, left = in_body(drift, desired.psi + math.atan2(desired.v, desired.u))
+    r, U = desired.r, magnitude(desired.u, desired.v)
+    square = along * along + left * left
+    # The resting speed keeps the quotients finite for a reference at rest, which has no drift.
+    W2 = U * U - 2.0 * U * along + square + g.v_0 * g.v_0
+    W, N = math.sqrt(W2), (U * along - square) / W2
+    rate = r * N
+    acceleration = r * r * U * left * (U * U - square) / (W2 * W2) + dr * N
+    changed = W * (dr + acceleration) - U * dr - U * r * left / W * (r + rate)
+    return TurnInWater(rate, acceleration, (drift.theta if desired.u >= 0.0 else -drift.theta) * changed)
