@@ -24,7 +24,8 @@ from vessel_hsmc_ros.core.kinematics import Motion, magnitude
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
-MU, MU_THETA = 1.0, 0.5
+import os
+MU, MU_THETA, ADDED, CREDIBLE, SLOWEST = (float(os.environ.get(*z)) for z in (("MU","1.54"),("MT","0.19"),("ADDED","1.4"),("CR","1.0"),("SL","0.025")))
 """Gains of the adaptation: at mu = 1 the estimate of c decays by a half in a turn by 80°, with little oscillation."""
 
 SHARE = 0.7
@@ -59,6 +60,15 @@ NO_DRIFT = Drift(0.0, 0.0, 0.0)
 
 
 @kernel
+def credible(drift: Drift, g: Gains) -> Drift:
+    """The estimate to use."""
+    square = drift.east * drift.east + drift.north * drift.north
+    doubt = CREDIBLE * g.U_xi
+    share = square / (square + doubt * doubt)
+    return Drift(share * drift.east, share * drift.north, drift.theta)
+
+
+@kernel
 def in_body(drift: Drift, psi: float) -> BodyDrift:
     """The drift along and across a hull of heading psi."""
     c, s = math.cos(psi), math.sin(psi)
@@ -66,28 +76,33 @@ def in_body(drift: Drift, psi: float) -> BodyDrift:
 
 
 @kernel
-def learn_drift(drift: Drift, motion: Motion, reference_squared: float, g: Gains) -> Drift:
+def learn_drift(drift: Drift, motion: Motion, f_v: float, feedback_squared: float, reference_squared: float, g: Gains) -> Drift:
     """The estimate one period later; it is not used for a ship that declares `drift_decay`, where c_max = 0.
 
     Args:
         drift: The estimate.
         motion: State of the ship.
+        f_v: Sway acceleration through the water.
+        feedback_squared: |g|² of the guidance, m²/s²; a ship far from the reference turns too hard to learn from.
         reference_squared: U², m²/s².
         g: Gains.
     """
     if g.c_max == 0.0:
         return drift
     c_h, c_n = in_body(drift, motion.psi)
-    u = motion.u - c_h
-    phi = u * motion.r
+    u, r = motion.u - c_h, clip(motion.r, g.e_r_max)
+    phi = u * r + ADDED * clip(f_v, g.e_max)
     # An outlier must not dominate; near rest a force on the hull makes the ship turn, and would look like a drift.
     e = clip(motion.v - c_n - drift.theta * phi, g.e_max)
-    turned = g.T * clip(abs(motion.r), g.e_r_max) * reference_squared / (reference_squared + g.U_xi * g.U_xi)
+    turned = g.T * abs(r) * reference_squared / (reference_squared + g.U_xi * g.U_xi)
+    if 2.0 * feedback_squared > g.v_max * g.v_max:
+        turned = 0.0
     k = MU * turned * e
     east, north = drift.east - k * math.sin(motion.psi), drift.north + k * math.cos(motion.psi)
     most = min(g.c_max, SHARE * math.sqrt(reference_squared))
     shrink = min(1.0, most / max(magnitude(east, north), 1e-9))
-    theta = drift.theta + MU_THETA * turned * e * phi / (phi * phi + 0.01 * u * u + 1e-9)
+    slowest = u * SLOWEST * g.e_r_max
+    theta = drift.theta + MU_THETA * turned * e * phi / (phi * phi + slowest * slowest + 1e-9)
     return Drift(shrink * east, shrink * north, clip(theta, g.theta_max))
 
 

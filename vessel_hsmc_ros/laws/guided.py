@@ -25,7 +25,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead
-from vessel_hsmc_ros.laws.drift_estimate import in_body, learn_drift, turn_in_water
+from vessel_hsmc_ros.laws.drift_estimate import credible, in_body, learn_drift, turn_in_water
 from vessel_hsmc_ros.laws.guidance import (
     approach_rate,
     calmness,
@@ -83,16 +83,17 @@ def command(
     """
     rate, integral, s, xi, slow, drift = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
-    added = turn_in_water(drift, desired, acceleration.dr, g)
+    used = credible(drift, g)
+    added = turn_in_water(used, desired, acceleration.dr, g)
     r_d, dr_d, dv_d = desired.r + added.rate, acceleration.dr + added.acceleration, acceleration.dv + added.dv
     relative = motion.r - r_d
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     low, high = relative - g.S1_max, relative + g.S1_max
     rate = low if rate < low else high if rate > high else rate
     velocity = velocity_command(motion, desired, acceleration, xi, g)
-    drift = learn_drift(drift, motion, velocity.reference_squared, g)
-    water = in_body(drift, motion.psi)
-    w, v = resolve(through_water(velocity, drift), motion.psi), motion.v - water.port
+    drift = learn_drift(drift, motion, f.fv, velocity.feedback_squared, velocity.reference_squared, g)
+    water = in_body(used, motion.psi)
+    w, v = resolve(through_water(velocity, used), motion.psi), motion.v - water.port
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
     epsilon = heading_error(w, v, s, g)
@@ -172,7 +173,7 @@ def step(
     forget_across(f, HH, m, g)
     coming = forecast(f, m, g)
     # The networks learn what the turn of the hull in a drift of the water does not explain.
-    water = in_body(m.filter.drift, motion.psi)
+    water = in_body(credible(m.filter.drift, g), motion.psi)
     by_turn = motion.r * water.port
     f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * water.ahead, f.fr)
     n_1, n_2 = delays(age, m, g)

@@ -24,7 +24,7 @@ POSITIVE = (
 )
 """The gains that appear in a denominator, so they must not be zero."""
 
-SURGE_FORECAST = float(__import__("os").environ.get("SF", "1.6"))
+SURGE_FORECAST = 0.8
 """Least bandwidth of the forecast in surge where there is one, in 1/T."""
 
 
