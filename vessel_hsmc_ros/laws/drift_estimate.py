@@ -24,9 +24,15 @@ from vessel_hsmc_ros.core.kinematics import Motion, magnitude
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
-import os
-MU, MU_THETA, ADDED, CREDIBLE, SLOWEST = (float(os.environ.get(*z)) for z in (("MU","1.54"),("MT","0.19"),("ADDED","1.4"),("CR","1.0"),("SL","0.025")))
-"""Gains of the adaptation: at mu = 1 the estimate of c decays by a half in a turn by 80°, with little oscillation."""
+MU, MU_THETA = 1.54, 0.19
+"""Gains of the adaptation: they place three poles at 1/sqrt(3) per radian in a steady turn, so that an error decays within a
+turn."""
+
+ADDED = 1.4
+"""m22/m11 of a ship; the sway follows u·r with the lag that it implies."""
+
+SLOWEST = 0.025
+"""Yaw rate below which theta adapts less, in terms of the largest innovation in yaw."""
 
 SHARE = 0.7
 """Largest estimate of c in terms of the speed of the reference, which therefore travels ahead through the water."""
@@ -63,8 +69,8 @@ NO_DRIFT = Drift(0.0, 0.0, 0.0)
 def credible(drift: Drift, g: Gains) -> Drift:
     """The estimate to use."""
     square = drift.east * drift.east + drift.north * drift.north
-    doubt = CREDIBLE * g.U_xi
-    share = square / (square + doubt * doubt)
+    doubt = g.c_doubt * g.c_doubt
+    share = square * square / (square * square + doubt * doubt)
     return Drift(share * drift.east, share * drift.north, drift.theta)
 
 

@@ -24,8 +24,8 @@ POSITIVE = (
 )
 """The gains that appear in a denominator, so they must not be zero."""
 
-SURGE_FORECAST = 0.8
-"""Least bandwidth of the forecast in surge where there is one, in 1/T."""
+SURGE_FORECAST = 1.6, 0.8
+"""Least bandwidth of the forecast in surge where there is one, in 1/T: for declared actuators and for others."""
 
 
 def gain(description: str, unit: str, symbol: str, high: float = 1e3) -> float:
@@ -113,6 +113,7 @@ class Gains(NamedTuple):
     U_s: float
     U_xi: float
     c_max: float
+    c_doubt: float
     theta_max: float
     leak: float
     m11: float
@@ -190,7 +191,8 @@ def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, uni
         T: Control period, s.
     """
     # The surge loop has phase to spare: its forecast also follows the resistance, which varies as a current is turned through.
-    w_fu = max(w_f, SURGE_FORECAST / (unit * inputs.q)) if w_f > 0.0 else 0.0
+    least = SURGE_FORECAST[0 if inputs.declared else 1] / (unit * inputs.q)
+    w_fu = max(w_f, least) if w_f > 0.0 else 0.0
     lag_u, lag_r = (
         2.0 / max(w, 1e-9) + each.dead_time + each.remaining
         for w, each in zip(bandwidths, (inputs.surge, inputs.yaw), strict=True)
@@ -219,6 +221,8 @@ def _thresholds(vessel: KnownVessel) -> dict[str, float]:
         "U_xi": 0.0144 * speed,
         # Where the drift decays slowly, the sway follows the turn late, and what is left is no drift of the water.
         "c_max": 0.3 * speed if vessel.drift_decay < 0.0 else 0.0,
+        # Where nothing is declared, coupled inertia looks like a drift until the ship has turned a few times.
+        "c_doubt": (0.023 if dynamics(vessel).declared else 0.05) * speed,
         "theta_max": T,
         "leak": 0.046 / T,
     }
