@@ -9,15 +9,12 @@ from rclpy.node import Node
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 from vessel_hsmc_ros.nodes.reporting import Concern
-from vessel_hsmc_ros.safety.freshness import Freshness, Sample
+from vessel_hsmc_ros.safety.freshness import REPEATED, Freshness, Sample
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
 
 WARNING_PERIOD = 5.0
 """Least time between two warnings of an input that was never received, s."""
-
-REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
-"""Samples that a network may repeat or reorder are dropped and counted, and are no error."""
 
 
 class Expected(NamedTuple):
@@ -121,8 +118,8 @@ class InputMonitor:
         """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error."""
         self.fresh[name] = 0
         topic = self._topics[name]
-        if reason is Reason.NOT_RECEIVED:
-            return  # `check` names it
+        if reason in (Reason.NOT_RECEIVED, Reason.JUMP):
+            return  # `check` names the former, and each sample that is held out is reported
         if not self._node.count_publishers(topic):
             text = f"no {name}: {topic} no longer has a publisher; the safe action is commanded"
             self._problem.report(DiagnosticStatus.WARN, text)
