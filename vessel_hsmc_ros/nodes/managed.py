@@ -12,16 +12,14 @@
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
-from lifecycle_msgs.srv import ChangeState
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import SetBool
 
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.foreign_requests import survive_requests
 
 STANDBY = "disabled: in standby, nothing is commanded"
 
@@ -43,8 +41,7 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
     def manage(self) -> None:
         """Offer the transitions and services; the node is then inactive."""
         LifecycleNodeMixin.__init__(self)
-        changed = self._service_change_state
-        changed.callback = partial(self._change_state, changed.callback)
+        survive_requests(self, [self._service_change_state])
         self.trigger_configure()
         self.create_service(SetBool, "~/enable", self._serve_enable)
         self.reporter.offer("stop", self._stop)
@@ -125,18 +122,6 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
     def _rearm(self) -> str:
         self.rearm()
         return "rearmed: in standby until ~/enable"
-
-    def _change_state(
-        self, change: Callable[..., ChangeState.Response], request: ChangeState.Request, response: ChangeState.Response
-    ) -> ChangeState.Response:
-        """Change the lifecycle state, or refuse a transition that the present state does not have: it would end the process."""
-        asked, possible = request.transition, {number: label for number, label, *_ in self._state_machine.available_transitions}
-        if asked.label or asked.id in possible:
-            return change(request, response)
-        names = ", ".join(possible.values()) or "none"
-        self.get_logger().warning(f"transition {asked.id} is not possible: the node is {self.lifecycle}, it takes {names}")
-        response.success = False
-        return response
 
     # -- transitions --------------------------------------------------------------------------------------------------
 

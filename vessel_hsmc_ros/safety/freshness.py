@@ -13,7 +13,6 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
 
-
 REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
 """Samples that a network may repeat or reorder are dropped and counted, and are no error."""
 
