@@ -76,6 +76,14 @@ def test_a_refused_sample_does_not_prolong_the_last_one() -> None:
     assert odom.overdue(NOW, 901 * MS) is Reason.OVERDUE, "none has come since, not even a wrong one"
 
 
+def test_a_repetition_that_is_too_old_counts_as_late() -> None:
+    odom = fresh()
+    odom.accept(odometry(NOW), NOW, 10_000 * MS)
+    assert odom.accept(odometry(NOW - 5000 * MS), NOW, 10_100 * MS) is Reason.STAMP_OLD
+    assert odom.accept(odometry(NOW), NOW + 501 * MS, 10_501 * MS) is Reason.STAMP_OLD
+    assert odom.overdue(NOW + 501 * MS, 10_501 * MS) is Reason.STAMP_OLD
+
+
 def test_an_input_that_was_refused_from_the_first_sample_on_names_the_refusal() -> None:
     odom = fresh()
     odom.accept(odometry(values=(math.nan,)), NOW, 10_000 * MS)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 from vessel_hsmc_ros.nodes.reporting import Concern
 from vessel_hsmc_ros.safety.freshness import REPEATED, Freshness, Sample
@@ -89,8 +89,6 @@ class InputMonitor:
             self.fresh[name] += 1
             return ""
         text = wrong if reason is Reason.NOT_FINITE and wrong else self._refused(name, sample, reason, now)
-        if reason in REPEATED and sample.stamp < now - round(self._timeout * NANOSECONDS):
-            reason, text = Reason.STAMP_OLD, self._refused(name, sample, Reason.STAMP_OLD, now)  # too late to be a repetition
         if reason not in REPEATED:
             self.fresh[name] = 0
             self._refusal.report(DiagnosticStatus.ERROR, text)

@@ -111,9 +111,11 @@ class Freshness:
             return Reason.NOT_FINITE
         if not sample.covariance <= self.parameters.covariance_limit:
             return Reason.UNCERTAIN
+        if reason := self._check_stamp(sample.stamp, now):  # first: what is too old is late, and no repetition
+            return reason
         if self.last is not None and sample.stamp <= self.last:
             return Reason.DUPLICATE if sample.stamp == self.last else Reason.OUT_OF_ORDER
-        return self._check_stamp(sample.stamp, now)
+        return Reason.NONE
 
     def _check_stamp(self, stamp: int, now: int) -> Reason:
         if stamp < now - self.timeout:
