@@ -142,8 +142,8 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered:
     x, dx = position(desired, acceleration, p)
     speed = magnitude(u_d, v_d)
     speed = speed if speed > p.U_0 else p.U_0
-    omega, rate = speed * p.per_distance, speed * p.per_length
-    omega, rate = omega if omega * p.T < 1.0 else 1.0 / p.T, rate if rate * p.T < 1.0 else 1.0 / p.T
+    omega, turns = speed * p.per_distance, speed * p.per_length
+    omega, turns = omega if omega * p.T < 1.0 else 1.0 / p.T, turns if turns * p.T < 1.0 else 1.0 / p.T
     beyond = wrap(psi - psi_d - delta)
     d1 = omega * beyond + slow
     slower = clip(slow + p.T * INTEGRAL * omega * omega * beyond, LARGEST * omega)
@@ -151,7 +151,7 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered:
 
     c, s = math.cos(psi_d), math.sin(psi_d)
     e = ((y_o - y_d) * c - (x_o - x_d) * s) / x if x != 0.0 else 1.0
-    o = turning_offset(turning, e, r_d, acceleration.dr, rate, p.T)
+    o = turning_offset(turning, e, r_d, acceleration.dr, turns, p.T)
     cos, sin = math.cos(delta), math.sin(delta)
     q1, q2 = x * cos, x * sin
     dq1, dq2 = dx * cos - q2 * d1, dx * sin + q1 * d1
