@@ -53,7 +53,7 @@ RULES = {
     "heading_surface_slope": Rule(1.25, 0.88, 0.639, 0, -1, True),
     "sway_share": Rule(0.6, 0.52, 0.62),
     "sway_bandwidth": Rule(2.4, 0.2, 0.1, 0, -1, True),
-    "turn_acceleration_share": Rule(0.465, 0.051, 0.048),
+    "turn_acceleration_share": Rule(0.465, 0.051, 0.08),
     "turn_rate_limit": Rule(1.15, 0.48, 0.303, 0, -1, True),
     "command_bandwidth": Rule(36.0, 7.4, 1.32, 0, -1, True),
     "command_integral": Rule(0.078, 0.08, 0.082),
