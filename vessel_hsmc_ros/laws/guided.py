@@ -42,6 +42,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
+from vessel_hsmc_ros.laws.station_keeping import nearness, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -97,9 +98,12 @@ def command(
     slow += g.step_s * (beyond - slow)
     r_w = course_rate(w, motion.v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
+    square = w.w_t * w.w_t + w.w_n * w.w_n
+    if g.x_p > 0.0:
+        turning += nearness(square, g) * (pivoting_rate(w.w_n, motion, g) - turning)
 
-    calm = calmness(w.w_t * w.w_t + w.w_n * w.w_n, motion.v, f.fu, f.fv, g)
-    alignment = g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN)
+    calm = calmness(square, motion.v, f.fu, f.fv, g)
+    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.k_p * g.e_b / (g.x_p + g.rho))
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.

@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.applied_wrench import Channel, channel
 from vessel_hsmc_ros.laws.guided_rule import DERIVED, Dynamics, Input, derived_gains, dynamics, unit_time
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.known_vessel import ControlledVessel, KnownVessel
 from vessel_hsmc_ros.laws.network import NetworkParameters
 
 POSITIVE = (
@@ -109,6 +109,9 @@ class Gains(NamedTuple):
     U_s: float
     U_xi: float
     leak: float
+    W_0: float
+    e_b: float
+    x_p: float
     m11: float
     m33: float
     surge: Channel
@@ -198,4 +201,7 @@ def _thresholds(vessel: KnownVessel) -> dict[str, float]:
         "U_s": 0.029 * speed,
         "U_xi": 0.0144 * speed,
         "leak": 0.046 / T,
+        "W_0": 0.06 * speed,
+        "e_b": 0.001 * vessel.length,
+        "x_p": vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0,
     }
