@@ -42,7 +42,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.station_keeping import nearness, pivoting_rate
+from vessel_hsmc_ros.laws.station_keeping import nearness, pivot_ahead, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -89,21 +89,24 @@ def command(
     w = resolve(velocity, motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
-    epsilon = heading_error(w, motion.v, s, g)
+    # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
+    x = pivot_ahead(velocity.reference_squared, g)
+    v, sway = motion.v + x * motion.r, f.fv + x * (f.fr + m.tau_2 / g.m33)
+    epsilon = heading_error(w, v, s, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
     # the sway from following the turn, and all of it is fed forward.
-    beyond = f.fv - acceleration.dv
+    beyond = sway - acceleration.dv
     dv = acceleration.dv + slow + g.eta * (beyond - slow)
     slow += g.step_s * (beyond - slow)
-    r_w = course_rate(w, motion.v, dv, desired.r, s, g)
+    r_w = course_rate(w, v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
     square = w.w_t * w.w_t + w.w_n * w.w_n
-    if g.x_p > 0.0:
-        turning += nearness(square, g) * (pivoting_rate(w.w_n, motion, g) - turning)
+    if x > 0.0:
+        turning += nearness(square, g) * (pivoting_rate(w.w_n, v, x, g) - turning)
 
     calm = calmness(square, motion.v, f.fu, f.fv, g)
-    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.k_p * g.e_b / (g.x_p + g.rho))
+    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.k_p * g.e_b / (x + g.rho))
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.

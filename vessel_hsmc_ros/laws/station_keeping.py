@@ -11,21 +11,33 @@
 """
 
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
 
 @kernel
-def pivoting_rate(w_n: float, motion: Motion, g: Gains) -> float:
-    """The yaw rate (v_p - w_n)/(x_p + rho), at which the point rho behind the origin moves across the hull at w_n.
+def pivot_ahead(reference_squared: float, g: Gains) -> float:
+    """Distance x of the pivot ahead of the controlled point, x_p/(1 + (U_d/U_s)⁴): under way the pivot itself is controlled.
+
+    Args:
+        reference_squared: U_d², m²/s².
+        g: Gains.
+    """
+    ratio = reference_squared / (g.U_s * g.U_s)
+    return g.x_p / (1.0 + ratio * ratio)
+
+
+@kernel
+def pivoting_rate(w_n: float, v_p: float, x: float, g: Gains) -> float:
+    """The yaw rate (v_p - w_n)/(x + rho), at which the point rho behind the origin moves across the hull at w_n.
 
     Args:
         w_n: Velocity command across the hull, m/s.
-        motion: State of the ship.
+        v_p: Sway velocity of the pivot, m/s.
+        x: Distance of the pivot ahead of the controlled point, m.
         g: Gains.
     """
-    return clip((motion.v + g.x_p * motion.r - w_n) / (g.x_p + g.rho), g.r_max)
+    return clip((v_p - w_n) / (x + g.rho), g.r_max)
 
 
 @kernel
