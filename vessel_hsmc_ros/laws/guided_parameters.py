@@ -201,7 +201,7 @@ def _thresholds(vessel: KnownVessel) -> dict[str, float]:
         "U_s": 0.029 * speed,
         "U_xi": 0.0144 * speed,
         "leak": 0.046 / T,
-        "W_0": 0.06 * speed,
+        "W_0": 0.12 * speed,
         "e_b": 0.001 * vessel.length,
         "x_p": vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0,
     }
