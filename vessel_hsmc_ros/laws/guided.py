@@ -42,7 +42,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.station_keeping import nearness, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivot_ahead, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -80,7 +80,7 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow = m.filter
+    rate, integral, s, xi, slow, near = m.filter
     relative = motion.r - desired.r
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     low, high = relative - g.S1_max, relative + g.S1_max
@@ -102,21 +102,23 @@ def command(
     r_w = course_rate(w, v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
     square = w.w_t * w.w_t + w.w_n * w.w_n
-    if x > 0.0:
-        turning += nearness(square, g) * (pivoting_rate(w.w_n, v, x, g) - turning)
+    near = keeps_station(near, square, velocity.reference_squared, g)
+    largest = 2.0 * g.a_max
+    if near and x > 0.0:
+        turning, largest = pivoting_rate(w.w_n, v, x, g), g.dr_rest
 
     calm = calmness(square, motion.v, f.fu, f.fv, g)
     alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.k_p * g.e_b / (x + g.rho))
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
-    drate = clip(demand, 2.0 * g.a_max)
+    drate = clip(demand, largest)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
-    psi_c, r_c = motion.psi + epsilon, desired.r + rate
-    command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, w.w_t, w.dw_t + motion.r * w.w_n)
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow)
+    psi_c, r_c, u_c = motion.psi + epsilon, desired.r + rate, w.w_t + (despinning(motion, g) if near else 0.0)
+    command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, u_c, w.dw_t + motion.r * w.w_n)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near)
 
 
 @kernel
