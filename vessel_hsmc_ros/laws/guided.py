@@ -61,7 +61,7 @@ def bounded(m: Motion) -> Motion:
 
 @kernel
 def command(
-    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, m: Memory, g: Gains
+    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, x: float, m: Memory, g: Gains
 ) -> tuple[Command, Filter]:
     """Guidance and command filter.
 
@@ -74,6 +74,7 @@ def command(
         desired: State of the reference.
         acceleration: Derivatives of the reference's body velocities.
         f: Outputs of the networks.
+        x: Distance of the pivot ahead of the controlled point, m.
         m: Internal state of the law.
         g: Gains.
 
@@ -90,8 +91,7 @@ def command(
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
     # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
-    x = pivot_ahead(velocity.reference_squared, g)
-    v, sway = motion.v + x * motion.r, f.fv + x * (f.fr + m.tau_2 / g.m33)
+    v, sway = motion.v + x * motion.r, f.fv + x * f.fr
     epsilon = heading_error(w, v, s, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
@@ -173,11 +173,12 @@ def step(
     forget_across(f, HH, m, g)
     coming = forecast(f, m, g)
     n_1, n_2 = delays(age, m, g)
-    later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
+    x = pivot_ahead(desired.u * desired.u + desired.v * desired.v, g)
+    later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, x, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
         goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
-    c, filtered = command(later, goal, acceleration, f, m, g)
+    c, filtered = command(later, goal, acceleration, f, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
     wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - g.k2 * S2), tau_1, g.surge.limit, g)
@@ -187,7 +188,8 @@ def step(
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
-    predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
+    turning = tau_2 / g.m33
+    predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv - x * turning, f.fr + turning, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
