@@ -67,3 +67,12 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench
     for _ in range(20):
         spin()
     assert plant.wrenches()[-1] == (0.0, 0.0)
+
+
+def test_a_crash_of_native_code_leaves_its_stack_in_the_output(start: Any) -> None:
+    command = start("python", "-m", "vessel_hsmc_ros.nodes.markers")
+    command.until(lambda: "real time" in command.text, 60.0)
+    command.popen.send_signal(signal.SIGSEGV)
+    assert command.wait(20.0) == -signal.SIGSEGV
+    assert "Segmentation fault" in command.text
+    assert "vessel_hsmc_ros/nodes/process.py" in command.text

@@ -71,7 +71,37 @@ def test_a_refused_sample_does_not_prolong_the_last_one() -> None:
     odom = fresh()
     odom.accept(odometry(NOW), NOW, 0)
     odom.accept(odometry(NOW + MS, frame="map"), NOW, 400 * MS)
-    assert odom.overdue(NOW, 501 * MS) is Reason.OVERDUE
+    assert odom.overdue(NOW, 500 * MS) is Reason.NONE
+    assert odom.overdue(NOW, 501 * MS) is Reason.WRONG_FRAME, "the reason why the last one is overdue"
+    assert odom.overdue(NOW, 901 * MS) is Reason.OVERDUE, "none has come since, not even a wrong one"
+
+
+def test_a_repetition_that_is_too_old_counts_as_late() -> None:
+    odom = fresh()
+    odom.accept(odometry(NOW), NOW, 10_000 * MS)
+    assert odom.accept(odometry(NOW - 5000 * MS), NOW, 10_100 * MS) is Reason.STAMP_OLD
+    assert odom.accept(odometry(NOW), NOW + 501 * MS, 10_501 * MS) is Reason.STAMP_OLD
+    assert odom.overdue(NOW + 501 * MS, 10_501 * MS) is Reason.STAMP_OLD
+
+
+def test_an_input_that_was_refused_from_the_first_sample_on_names_the_refusal() -> None:
+    odom = fresh()
+    odom.accept(odometry(values=(math.nan,)), NOW, 10_000 * MS)
+    assert odom.overdue(NOW, 10_100 * MS) is Reason.NOT_FINITE
+    assert odom.overdue(NOW, 10_501 * MS) is Reason.NOT_RECEIVED
+
+
+def test_repetitions_are_no_reason_why_an_input_is_overdue() -> None:
+    odom = fresh()
+    odom.accept(odometry(NOW), NOW, 10_000 * MS)
+    odom.accept(odometry(NOW), NOW, 10_400 * MS)
+    assert odom.overdue(NOW, 10_501 * MS) is Reason.OVERDUE
+
+
+def test_a_silent_input_is_overdue_although_its_last_stamp_is_a_little_older_than_its_receipt() -> None:
+    odom = fresh()
+    odom.accept(odometry(NOW), NOW + MS, 7000 * MS)
+    assert odom.overdue(NOW + 501 * MS, 7500 * MS) is Reason.OVERDUE
 
 
 def test_earlier_stamps_are_taken_again_after_a_reset() -> None:

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 from vessel_hsmc_ros.messages.topics import WATCHED_TOPICS
 
 POLICY = ElementTree.parse(share_directory() / "config" / "security" / "policy.xml").getroot()  # noqa: S314 - our own file
@@ -20,7 +20,8 @@ CHILDREN = {
     "actions": {"action"},
 }
 QUALIFIERS = {"topics": {"publish", "subscribe"}, "services": {"reply", "request"}, "actions": {"call", "execute"}}
-BEYOND = {"thrusters/*", "watched_wrench", "~/transition_event"}
+NODES = (*LOOP, *WATCHERS, *AUXILIARY, "replay")
+BEYOND = {"thrusters/*", "watched_wrench", "~/transition_event", "relayed/*"}
 """Topics that are not in the lists of recorded and watched ones."""
 
 
@@ -42,21 +43,21 @@ def test_the_policy_has_the_form_of_version_0_2_0() -> None:
 
 def test_every_node_has_a_profile_in_an_enclave_of_its_own() -> None:
     profiles = {enclave.get("path"): [p.get("node") for p in enclave.iter("profile")] for enclave in POLICY.iter("enclave")}
-    missing = (LOOP | WATCHERS).keys() - {node for nodes in profiles.values() for node in nodes}
+    missing = set(NODES) - {node for nodes in profiles.values() for node in nodes}
     assert not missing
     assert profiles == {f"/vessel_hsmc/{node}": [node] for nodes in profiles.values() for node in nodes}
 
 
 def test_the_policy_names_no_topic_that_the_package_does_not_have() -> None:
-    for node in LOOP | WATCHERS:
+    for node in NODES:
         for rule in ("publish", "subscribe"):
             assert allowed(node, rule) <= WATCHED_TOPICS.keys() | BEYOND
 
 
 def test_only_the_controller_may_command_the_ship() -> None:
-    assert [node for node in LOOP | WATCHERS if "cmd_wrench" in allowed(node, "publish")] == ["controller"]
+    assert [node for node in NODES if "cmd_wrench" in allowed(node, "publish")] == ["controller"]
 
 
-@pytest.mark.parametrize("node", LOOP | WATCHERS)
+@pytest.mark.parametrize("node", NODES)
 def test_no_rule_admits_everything(node: str) -> None:
     assert not {"*", "/*"} & (allowed(node, "publish") | allowed(node, "subscribe") | allowed(node, "reply"))

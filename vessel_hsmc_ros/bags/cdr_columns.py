@@ -21,6 +21,10 @@ Array = NDArray[Any]
 ENCAPSULATION = 4
 """Bytes of the encapsulation header before the first field; alignment counts from its end."""
 
+UNUSED = 3
+"""Bytes at the end of a message that a writer may add to align what follows. rclpy reserves the alignment of each empty list of
+numbers besides, which it does not use."""
+
 WIDEST = 1 << 20
 """Bytes of the largest field that is decoded together with those of other messages: their index takes eight times as much."""
 
@@ -79,6 +83,8 @@ class Layout:
         for location, expected in self.lengths.items():
             if not (_gather(data, starts, location) == expected).all():
                 return None
+        if not all(_ended(data, starts, each) for each in self.fields.values() if each.dtype[0] == "S"):
+            return None
         return {name: _gather(data, starts, self.fields[name]) for name in names}
 
 
@@ -87,6 +93,12 @@ def _gather(data: Array, starts: Array, location: Location) -> Array:
     chosen = data[starts[:, None] + np.arange(location.offset, location.offset + location.size)]
     column = chosen.view(location.dtype) if location.size else np.empty((len(starts), 0), location.dtype)
     return column.reshape((len(starts), *location.shape))
+
+
+def _ended(data: Array, starts: Array, text: Location) -> bool:
+    """Whether a text ends with one zero in all messages; NumPy would take others for the same text."""
+    last = starts + text.offset + text.size - 1
+    return not data[last].any() and (text.size == 1 or bool(data[last - 1].all()))
 
 
 class MessageType:
@@ -139,7 +151,7 @@ class MessageType:
             walk.struct(self.name, "")
         except (struct.error, KeyError):
             raise NoLayout from None
-        if walk.position > len(message):
+        if not walk.position <= len(message) <= walk.position + walk.unused:
             raise NoLayout
         return walk.layout
 
@@ -153,6 +165,7 @@ class _Walk:
     layout: Layout
     types: Mapping[str, Any]
     position: int = ENCAPSULATION
+    unused: int = UNUSED
 
     def struct(self, kind: str, prefix: str) -> None:
         for name, (node, detail) in self.types[kind][1]:
@@ -183,6 +196,8 @@ class _Walk:
         code = NUMBERS[kind]
         if shape != (0,):  # an empty sequence is not followed by padding
             self.align(np.dtype(code).itemsize)
+        else:
+            self.unused += np.dtype(code).itemsize
         location = Location(self.position, code if code in ("?", "u1", "i1") else self.order + code, shape)
         if location.size > WIDEST:
             raise NoLayout

@@ -14,12 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 
-from vessel_hsmc_ros.bags.cdr_columns import ENCAPSULATION, NUMBERS
+from vessel_hsmc_ros.bags.cdr_columns import ENCAPSULATION, NUMBERS, UNUSED
 from vessel_hsmc_ros.bags.message_definition import MOST_FIELDS
-
-UNUSED = 3
-"""Bytes at the end of a message that a writer may add to align what follows. rclpy reserves the alignment of each empty list of
-numbers besides, which it does not use."""
 
 _CODES = {"?": "?", "u1": "B", "i1": "b", "u2": "H", "i2": "h", "u4": "I", "i4": "i", "u8": "Q", "i8": "q", "f4": "f", "f8": "d"}
 

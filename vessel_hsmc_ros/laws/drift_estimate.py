@@ -1,19 +1,21 @@
-"""The drift of the ship: what carries it over ground, learnt from its sway velocity while it turns.
+"""The drift of the water, learnt from the sway velocity of the ship while it turns.
 
 | symbol | meaning | unit |
 |---|---|---|
-| c | drift of the water, east and north; also what wind moves the ship by | m/s |
-| h, n | unit vectors ahead and to port; c_h = h·c, c_n = n·c | - |
-| theta | sway velocity through the water by u·r, about -m11/d_v | s |
-| phi | (u - c_h)·r | m/s² |
-| e | v - c_n - theta·phi, what the two do not explain | m/s |
-| mu, mu_theta | gains of the adaptation for a turn by 1 rad | - |
+| c | drift, east and north: the current, and what the wind moves the ship by | m/s |
+| c_h, c_n | the same ahead and to port | m/s |
+| theta | sway velocity through the water per unit of phi, -m11/d_v | s |
+| phi | (u - c_h)·r + (m22/m11)·dv, dv being the sway acceleration through the water | m/s² |
+| e | v - c_n - theta·phi, what drift and turn leave unexplained | m/s |
+| mu, mu_t | gains of the adaptation per radian of turn | - |
+| c_0 | drift of which half is used, see `credible` | m/s |
 | U, W | speed of the reference over ground and through the water, |dp_d| and |dp_d - c| | m/s |
-| chi | course of the reference, over ground; chi_c through the water minus that over ground | rad |
+| chi_c | course of the reference through the water minus that over ground | rad |
 
-A ship that turns at r sees c_n change by -r·c_h. That is kinematics: a law that knows c need not wait for the measured sway. With
-the angle of the turn in place of time, dc/d|psi| = mu·n·e and dtheta/d|psi| = mu_theta·phi·e/(phi² + (u/10)²): a turn shows c
-from all sides; on a straight line, where c cannot be told from a force on the hull, nothing is learnt and nothing is lost.
+In a turn at the yaw rate r an earth-fixed drift changes c_n by -r·c_h. That is kinematics: a law that knows c need not wait for
+the measured sway velocity. m22·dv = -m11·u·r - d_v·v gives v = c_n + theta·phi, whose unknowns are learnt with the angle of turn
+in place of time: dc/d|psi| = mu·e to port, dtheta/d|psi| = mu_t·e/phi. A turn shows the drift from all sides. On a straight path,
+where it cannot be told from a force on the hull, nothing is learnt and nothing forgotten.
 """
 
 import math
@@ -24,7 +26,7 @@ from vessel_hsmc_ros.core.kinematics import Motion, magnitude
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
-MU, MU_THETA = 1.54, 0.19
+MU, MU_T = 1.54, 0.19
 """Gains of the adaptation: they place three poles at 1/sqrt(3) per radian in a steady turn, so that an error decays within a
 turn."""
 
@@ -67,9 +69,8 @@ NO_DRIFT = Drift(0.0, 0.0, 0.0)
 
 @kernel
 def credible(drift: Drift, g: Gains) -> Drift:
-    """The estimate to use."""
-    square = drift.east * drift.east + drift.north * drift.north
-    doubt = g.c_doubt * g.c_doubt
+    """The part c⁴/(c⁴ + c_0⁴) of the estimate that is used: until theta has converged, still water seems to drift a little."""
+    square, doubt = drift.east * drift.east + drift.north * drift.north, g.c_doubt * g.c_doubt
     share = square * square / (square * square + doubt * doubt)
     return Drift(share * drift.east, share * drift.north, drift.theta)
 
@@ -83,7 +84,7 @@ def in_body(drift: Drift, psi: float) -> BodyDrift:
 
 @kernel
 def learn_drift(drift: Drift, motion: Motion, f_v: float, feedback_squared: float, reference_squared: float, g: Gains) -> Drift:
-    """The estimate one period later; it is not used for a ship that declares `drift_decay`, where c_max = 0.
+    """The estimate one period later; none for a ship that declares `drift_decay`, whose c_max is 0.
 
     Args:
         drift: The estimate.
@@ -108,7 +109,7 @@ def learn_drift(drift: Drift, motion: Motion, f_v: float, feedback_squared: floa
     most = min(g.c_max, SHARE * math.sqrt(reference_squared))
     shrink = min(1.0, most / max(magnitude(east, north), 1e-9))
     slowest = u * SLOWEST * g.e_r_max
-    theta = drift.theta + MU_THETA * turned * e * phi / (phi * phi + slowest * slowest + 1e-9)
+    theta = drift.theta + MU_T * turned * e * phi / (phi * phi + slowest * slowest + 1e-9)
     return Drift(shrink * east, shrink * north, clip(theta, g.theta_max))
 
 

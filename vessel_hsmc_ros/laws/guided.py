@@ -44,6 +44,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
+from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivot_ahead, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -62,7 +63,7 @@ def bounded(m: Motion) -> Motion:
 
 @kernel
 def command(
-    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, m: Memory, g: Gains
+    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, x: float, m: Memory, g: Gains
 ) -> tuple[Command, Filter]:
     """Guidance and command filter.
 
@@ -75,13 +76,14 @@ def command(
         desired: State of the reference.
         acceleration: Derivatives of the reference's body velocities.
         f: Outputs of the networks.
+        x: Distance of the pivot ahead of the controlled point, m.
         m: Internal state of the law.
         g: Gains.
 
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow, drift = m.filter
+    rate, integral, s, xi, slow, near, drift = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
     used = credible(drift, g)
     added = turn_in_water(used, desired, acceleration.dr, g)
@@ -93,32 +95,38 @@ def command(
     velocity = velocity_command(motion, desired, acceleration, xi, g)
     drift = learn_drift(drift, motion, f.fv, velocity.feedback_squared, velocity.reference_squared, g)
     water = in_body(used, motion.psi)
-    w, v = resolve(through_water(velocity, used), motion.psi), motion.v - water.port
+    w = resolve(through_water(velocity, used), motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
+    # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
+    v, sway = motion.v - water.port + x * motion.r, f.fv + x * f.fr
     epsilon = heading_error(w, v, s, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
     # the sway from following the turn, and all of it is fed forward.
-    beyond = f.fv - dv_d
+    beyond = sway - dv_d
     dv = dv_d + slow + g.eta * (beyond - slow)
     slow += g.step_s * (beyond - slow)
     r_w = course_rate(w, v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
+    square = w.w_t * w.w_t + w.w_n * w.w_n
+    near = keeps_station(near, square, velocity.reference_squared, g)
+    largest = 2.0 * g.a_max
+    if near and x > 0.0:
+        turning, largest = pivoting_rate(w.w_n, v, x, g), g.dr_rest
 
-    calm = calmness(w.w_t * w.w_t + w.w_n * w.w_n, v, f.fu, f.fv, g)
-    alignment = g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN)
+    calm = calmness(square, motion.v, f.fu, f.fv, g)
+    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.k_p * g.e_b / (x + g.rho))
     error = clip(turning + alignment - r_d, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
-    drate = clip(demand, 2.0 * g.a_max)
+    drate = clip(demand, largest)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
-    psi_c, r_c = motion.psi + epsilon, r_d + rate
-    du_c = w.dw_t + motion.r * (w.w_n + water.port)
-    command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, w.w_t + water.ahead, du_c)
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow, drift)
+    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + water.ahead + (despinning(motion, g) if near else 0.0)
+    command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + water.port))
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift)
 
 
 @kernel
@@ -177,11 +185,12 @@ def step(
     by_turn = motion.r * water.port
     f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * water.ahead, f.fr)
     n_1, n_2 = delays(age, m, g)
-    later, tau_1, tau_2 = ahead(motion, f_ground, n_1, n_2, m, g)
+    x = pivot_ahead(desired.u * desired.u + desired.v * desired.v, g)
+    later, tau_1, tau_2 = ahead(motion, f_ground, n_1, n_2, x, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
         goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
-    c, filtered = command(later, goal, acceleration, f, m, g)
+    c, filtered = command(later, goal, acceleration, f, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
     wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), tau_1, g.surge.limit, g)
@@ -191,7 +200,8 @@ def step(
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
-    predicted = predict(motion, f_ground.fu + tau_1 / g.m11, f_ground.fv, f.fr + tau_2 / g.m33, g.T)
+    turning = tau_2 / g.m33
+    predicted = predict(motion, f_ground.fu + tau_1 / g.m11, f_ground.fv - x * turning, f.fr + turning, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,

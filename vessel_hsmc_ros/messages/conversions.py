@@ -237,5 +237,6 @@ def not_finite(motion: Motion, acceleration: Acceleration | None = None) -> str 
 
 def _motion(pose: Any, twist: Any) -> Motion:
     position, q = pose.position, pose.orientation  # heave, roll and pitch are not part of the 3-DOF model
-    psi = heading_from_quaternion(q.x, q.y, q.z, q.w)
+    none = q.x == q.y == q.z == q.w == 0.0  # an orientation that was not filled in is not a heading of zero
+    psi = math.nan if none else heading_from_quaternion(q.x, q.y, q.z, q.w)
     return Motion(position.x, position.y, psi, twist.linear.x, twist.linear.y, twist.angular.z)

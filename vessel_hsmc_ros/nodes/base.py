@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
+from vessel_hsmc_ros.nodes.foreign_requests import survive_requests
 from vessel_hsmc_ros.nodes.prompt_executor import PromptExecutor
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
 from vessel_hsmc_ros.nodes.ros_parameters import declare, take_changes
@@ -60,6 +61,7 @@ class VesselNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(self.NAME, **options)
+        survive_requests(self, self.services)
         self.parameters: Any = declare(self, self.PARAMETERS)
         self.add_on_set_parameters_callback(partial(take_changes, self))
         self.finished = False

@@ -53,7 +53,7 @@ class Desired(NamedTuple):
 def read_odometry(message: Odometry) -> Measured:
     """The motion in an odometry message, and what its checks take."""
     motion, header, covariance = conversions.read_odometry(message), message.header, message.pose.covariance
-    variance = max(float(covariance[i]) for i in POSITION_VARIANCES)
+    variance = max((float(covariance[i]) for i in POSITION_VARIANCES), key=lambda v: math.inf if math.isnan(v) else v)
     stamp = conversions.nanoseconds(header.stamp)
     return Measured(Sample(stamp, header.frame_id, message.child_frame_id, motion, variance), motion)
 
@@ -142,7 +142,7 @@ class ControllerInputs:
         Raises:
             LawError: the code of the law failed.
         """
-        missing = self.monitor.overdue(now, received_now)
+        missing = self.monitor.overdue(now, received_now) or self._held_out(now)
         if missing or self._measured is None or self._desired is None:
             name, why = missing or ("odometry", Reason.NOT_RECEIVED)
             self.monitor.report_overdue(name, why, now)
@@ -160,3 +160,8 @@ class ControllerInputs:
         except ControlError as error:
             self.monitor.report(f"{error}; the safe action is commanded")
             return None
+
+    def _held_out(self, now: int) -> tuple[str, Reason] | None:
+        """That all odometry for the time-out was held out as jumps, so that its last good sample is too old."""
+        old = self._measured is not None and seconds(now - self._measured[0]) > self._node.parameters.input_timeout
+        return ("odometry", Reason.JUMP) if old else None

@@ -24,6 +24,13 @@ FASTEST = 20
 """Highest speed of a simulated clock, as a multiple of the steady clock's: a node that could not run for a while sees no step."""
 
 
+STANDSTILL = 3.0
+"""Time after which a simulated clock that does not advance is reported, s."""
+
+WAITING = "waiting for /clock: the node is on simulated time, and nothing publishes it"
+STANDING = "/clock stands still: nothing is computed or commanded until it goes on"
+
+
 class RealTime:
     """Runs the law half a period after the odometry, with the reference extrapolated to the stamp of the odometry.
 
@@ -41,6 +48,7 @@ class RealTime:
         self._timer: Timer | None = None
         self._alone = True
         self._seen: tuple[int, int] | None = None
+        self._ticked = -1, 0
 
     @property
     def pending(self) -> int | None:
@@ -124,11 +132,20 @@ class RealTime:
         node, now = self._node, self._node.now()
         self._alone = not node.second_publisher()
         if self._simulated:
-            node.clock_problem = "" if now else "waiting for /clock: the node is on simulated time, and nothing publishes it"
+            node.clock_problem = self._standstill(now)
             if node.clock_problem:
                 node.get_logger().warning(node.clock_problem, throttle_duration_sec=WARNING_PERIOD)
             return
         self._watch_clock(now)  # here too: a timer waits for its time on a clock that was set back, perhaps for hours
+
+    def _standstill(self, now: int) -> str:
+        """That the simulated clock has not begun or does not advance; empty if it does."""
+        steady = time.monotonic_ns()
+        if now != self._ticked[0]:
+            self._ticked = now, steady
+        if not now:
+            return WAITING
+        return STANDING if seconds(steady - self._ticked[1]) > STANDSTILL else ""
 
     def _watch_clock(self, now: int) -> None:
         """Find a step of the clock by its progress since the last call, beside that of the steady clock."""

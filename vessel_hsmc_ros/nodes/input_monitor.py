@@ -6,18 +6,15 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
 from vessel_hsmc_ros.nodes.reporting import Concern
-from vessel_hsmc_ros.safety.freshness import Freshness, Sample
+from vessel_hsmc_ros.safety.freshness import REPEATED, Freshness, Sample
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
 
 WARNING_PERIOD = 5.0
 """Least time between two warnings of an input that was never received, s."""
-
-REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
-"""Samples that a network may repeat or reorder are dropped and counted, and are no error."""
 
 
 class Expected(NamedTuple):
@@ -92,8 +89,6 @@ class InputMonitor:
             self.fresh[name] += 1
             return ""
         text = wrong if reason is Reason.NOT_FINITE and wrong else self._refused(name, sample, reason, now)
-        if reason in REPEATED and sample.stamp < now - round(self._timeout * NANOSECONDS):
-            reason, text = Reason.STAMP_OLD, self._refused(name, sample, Reason.STAMP_OLD, now)  # too late to be a repetition
         if reason not in REPEATED:
             self.fresh[name] = 0
             self._refusal.report(DiagnosticStatus.ERROR, text)
@@ -121,8 +116,8 @@ class InputMonitor:
         """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error."""
         self.fresh[name] = 0
         topic = self._topics[name]
-        if reason is Reason.NOT_RECEIVED:
-            return  # `check` names it
+        if reason in (Reason.NOT_RECEIVED, Reason.JUMP):
+            return  # `check` names the former, and each sample that is held out is reported
         if not self._node.count_publishers(topic):
             text = f"no {name}: {topic} no longer has a publisher; the safe action is commanded"
             self._problem.report(DiagnosticStatus.WARN, text)

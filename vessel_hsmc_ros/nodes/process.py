@@ -1,8 +1,10 @@
 """A node as a process: command line, signals, reported failures and exit codes."""
 
+import faulthandler
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from types import FrameType
 
@@ -45,6 +47,7 @@ def run_node(
     Returns:
         The exit code: 0, or 1 when the node failed, or 2 when it could not start.
     """
+    trace_crashes()
     if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments, take_options)) is not None:
         return code
     received: list[int] = []  # the numbers of the signals, appended by the handler
@@ -59,6 +62,13 @@ def run_node(
     finally:
         for number in STOP_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
+
+
+def trace_crashes() -> None:
+    """Let a crash of native code, such as the middleware's, print the stacks of all threads before it ends the process."""
+    if not faulthandler.is_enabled():
+        with suppress(OSError, RuntimeError):  # a standard error that is not a file, or none
+            faulthandler.enable()
 
 
 def _answer(

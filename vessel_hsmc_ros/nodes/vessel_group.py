@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
-from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS
+from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS, trace_crashes
 from vessel_hsmc_ros.nodes.scheduling import spare_collections
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 
@@ -58,6 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
     for number in STOP_SIGNALS:
         signal.signal(number, lambda number, _frame: received.append(number))
     nodes: list[VesselNode] = []
+    trace_crashes()
     rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
     try:
         names, *namespaces = load_named_files(given[:end])

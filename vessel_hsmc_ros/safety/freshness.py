@@ -13,6 +13,9 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
 
+REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
+"""Samples that a network may repeat or reorder are dropped and counted, and are no error."""
+
 
 class Sample(NamedTuple):
     """What the checks take of a message.
@@ -56,6 +59,7 @@ class Freshness:
         """Forget the last sample, as after the clock was set back; the counts go on."""
         self.last: int | None = None
         self._received = 0
+        self._refusal = Reason.NONE, 0  # of the latest sample, unless that is a repetition, and when it was received
 
     def accept(self, sample: Sample, now: int, received: int) -> Reason:
         """Take a sample, or refuse and count it.
@@ -71,8 +75,10 @@ class Freshness:
         reason = self._check(sample, now)
         if reason:
             self.refused[reason] += 1
+            if reason not in REPEATED:
+                self._refusal = reason, received
         else:
-            self.last, self._received = sample.stamp, received
+            self.last, self._received, self._refusal = sample.stamp, received, (Reason.NONE, 0)
         return reason
 
     def overdue(self, now: int, received_now: int) -> Reason:
@@ -83,13 +89,20 @@ class Freshness:
             received_now: The present time on the clock of its receipt, ns.
 
         Returns:
-            NONE, NOT_RECEIVED, OVERDUE, STAMP_OLD or STAMP_FUTURE.
+            NONE, or why not: NOT_RECEIVED, OVERDUE, STAMP_OLD, STAMP_FUTURE, or why those that came since were refused.
         """
+        refusal, refused_at = self._refusal
+        if received_now - refused_at > self.timeout:
+            refusal = Reason.NONE
         if self.last is None:
-            return Reason.NOT_RECEIVED
-        if received_now - self._received > self.timeout:
-            return Reason.OVERDUE
-        return self._check_stamp(self.last, now)
+            return refusal or Reason.NOT_RECEIVED
+        silence = received_now - self._received
+        if silence > self.timeout:
+            return refusal or Reason.OVERDUE
+        reason = self._check_stamp(self.last, now)
+        if reason is Reason.STAMP_OLD:  # mostly by silence, or by the delay with which the sample came
+            return refusal or (Reason.OVERDUE if 2 * silence > self.timeout else reason)
+        return reason
 
     def _check(self, sample: Sample, now: int) -> Reason:
         if self.parameters.frames_checked and not self._has_frames(sample):
@@ -98,9 +111,11 @@ class Freshness:
             return Reason.NOT_FINITE
         if not sample.covariance <= self.parameters.covariance_limit:
             return Reason.UNCERTAIN
+        if reason := self._check_stamp(sample.stamp, now):  # first: what is too old is late, and no repetition
+            return reason
         if self.last is not None and sample.stamp <= self.last:
             return Reason.DUPLICATE if sample.stamp == self.last else Reason.OUT_OF_ORDER
-        return self._check_stamp(sample.stamp, now)
+        return Reason.NONE
 
     def _check_stamp(self, stamp: int, now: int) -> Reason:
         if stamp < now - self.timeout:
