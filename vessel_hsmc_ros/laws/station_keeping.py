@@ -45,7 +45,7 @@ def pivoting_rate(w_n: float, v_p: float, x: float, g: Gains) -> float:
 def keeps_station(near: bool, square: float, reference_squared: float, g: Gains) -> bool:
     """Whether the ship keeps station: W²/W_0² + U_d²/U_s² below 1/2, or below 2 if it did so in the last period.
 
-    Approach and station keeping turn the ship to opposite sides, bow and stern first: a mixture of both would leave it on the beam.
+    Approach and station keeping turn the ship to opposite sides, bow and stern first: a mixture would leave it abeam.
 
     Args:
         near: Whether it did.
