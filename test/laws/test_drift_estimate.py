@@ -1,0 +1,95 @@
+"""The estimate of the drift against ships and references whose drift is known."""
+
+import math
+
+import pytest
+
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
+from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, SHARE, Drift, credible, in_body, learn_drift, turn_in_water
+from vessel_hsmc_ros.laws.guided_parameters import gains
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+
+G = gains(GuidedParameters(), KnownVessel(surge_lag=2.0, yaw_lag=2.0), 0.02)
+SPEED, RATE, THETA = 2.0, 0.07, -0.8
+CURRENT = Drift(0.3, -0.4, THETA)
+
+
+def turned(drift: Drift, angle: float, g=G, current: Drift = CURRENT, near: bool = True) -> Drift:
+    """The estimate after a steady turn through the water by an angle, from still water."""
+    for k in range(round(angle / (RATE * g.T))):
+        psi = k * RATE * g.T
+        ahead, port = in_body(current, psi)
+        motion = Motion(0.0, 0.0, psi, SPEED + ahead, THETA * SPEED * RATE + port, RATE)
+        drift = learn_drift(drift, motion, 0.0, 0.0 if near else g.v_max**2, SPEED**2, g)
+    return drift
+
+
+def test_a_drift_to_the_east_is_ahead_of_a_ship_heading_east_and_to_starboard_of_one_heading_north() -> None:
+    assert in_body(Drift(1.0, 0.0, 0.0), 0.0) == pytest.approx((1.0, 0.0))
+    assert in_body(Drift(1.0, 0.0, 0.0), math.pi / 2) == pytest.approx((0.0, -1.0))
+
+
+def test_three_turns_show_the_drift_and_the_sway_of_the_turn() -> None:
+    assert turned(NO_DRIFT, 6 * math.pi) == pytest.approx(CURRENT, abs=0.02)
+
+
+def test_a_ship_of_still_water_has_no_drift_after_three_turns() -> None:
+    found = turned(NO_DRIFT, 6 * math.pi, current=Drift(0.0, 0.0, THETA))
+    assert math.hypot(found.east, found.north) < 0.01
+
+
+def test_on_a_straight_path_and_far_from_the_reference_nothing_is_learned_or_forgotten() -> None:
+    straight = Motion(0.0, 0.0, 0.3, 2.0, 0.2, 0.0)
+    assert learn_drift(CURRENT, straight, 0.0, 0.0, SPEED**2, G) == CURRENT
+    assert turned(CURRENT, 1.0, near=False, current=NO_DRIFT) == CURRENT
+
+
+def test_a_ship_that_declares_the_decay_of_its_drift_learns_none() -> None:
+    slow = gains(GuidedParameters(), KnownVessel(drift_decay=0.05), 0.02)
+    assert turned(NO_DRIFT, 1.0, slow) == NO_DRIFT
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.3])
+def test_the_estimate_stays_below_the_speed_of_the_reference_and_vanishes_at_rest(speed: float) -> None:
+    found = learn_drift(CURRENT, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05), 0.0, 0.0, speed**2, G)
+    assert math.hypot(found.east, found.north) <= SHARE * speed * (1 + 1e-12)
+
+
+def test_half_of_an_estimate_of_the_doubt_is_used_and_next_to_nothing_of_a_small_one() -> None:
+    half, small = credible(Drift(G.c_doubt, 0.0, THETA), G), credible(Drift(0.1 * G.c_doubt, 0.0, THETA), G)
+    assert half == pytest.approx((0.5 * G.c_doubt, 0.0, THETA))
+    assert abs(small.east) < 1e-4 * 0.11 * G.c_doubt
+
+
+@pytest.mark.parametrize("u", [2.0, -2.0])
+@pytest.mark.parametrize("psi", [0.0, 1.0, 2.5, -2.0])
+def test_the_turn_through_the_water_has_the_derivatives_that_it_states(psi: float, u: float) -> None:
+    r, dr, h = 0.08, 0.01, 1e-3
+    g = G._replace(v_0=0.0)
+
+    def course_beyond(t: float) -> float:
+        heading = psi + r * t + 0.5 * dr * t * t + (math.pi if u < 0.0 else 0.0)
+        x, y = abs(u) * math.cos(heading), abs(u) * math.sin(heading)
+        return math.remainder(math.atan2(y - CURRENT.north, x - CURRENT.east) - heading, 2.0 * math.pi)
+
+    before, now, after = (course_beyond(t) for t in (-h, 0.0, h))
+    added = turn_in_water(CURRENT, Motion(0.0, 0.0, psi, u, 0.0, r), dr, g)
+    assert added.rate == pytest.approx((after - before) / (2.0 * h), abs=1e-6)
+    assert added.acceleration == pytest.approx((after - 2.0 * now + before) / h**2, abs=1e-5)
+
+
+def test_still_water_adds_nothing_to_the_turn_of_the_reference() -> None:
+    assert turn_in_water(NO_DRIFT, Motion(0.0, 0.0, 0.4, 2.0, -0.1, 0.05), 0.01, G) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("lag", [0.7, 2.0])
+def test_a_circle_in_half_a_metre_per_second_of_current_is_tracked_to_five_centimetres(lag: float) -> None:
+    changes = {f"{node}.{each}_lag": lag for node in ("vessel_sim.actuators", "controller.vessel") for each in ("surge", "yaw")}
+    changes |= {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}
+    changes |= {"controller.law": "guided", "vessel_sim.disturbance.current.east": 0.5, "vessel_sim.duration": 250.0}
+    run = simulate(load_scenario("case2_tracking", changes))
+    late = run.time > 200.0
+    error = rms(position_error(run.state[late], run.reference[late]))
+    assert error < 0.05
