@@ -86,7 +86,9 @@ def test_still_water_adds_nothing_to_the_turn_of_the_reference() -> None:
 
 @pytest.mark.parametrize("lag", [0.7, 2.0])
 def test_a_circle_in_half_a_metre_per_second_of_current_is_tracked_to_five_centimetres(lag: float) -> None:
-    changes = {f"{node}.{each}_lag": lag for node in ("vessel_sim.actuators", "controller.vessel") for each in ("surge", "yaw")}
+    changes: dict[str, object] = {
+        f"{node}.{each}_lag": lag for node in ("vessel_sim.actuators", "controller.vessel") for each in ("surge", "yaw")
+    }
     changes |= {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}
     changes |= {"controller.law": "guided", "vessel_sim.disturbance.current.east": 0.5, "vessel_sim.duration": 250.0}
     run = simulate(load_scenario("case2_tracking", changes))

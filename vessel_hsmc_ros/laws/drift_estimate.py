@@ -15,7 +15,7 @@
 In a turn at the yaw rate r an earth-fixed drift changes c_n by -r·c_h. That is kinematics: a law that knows c need not wait for
 the measured sway velocity. m22·dv = -m11·u·r - d_v·v gives v = c_n + theta·phi, whose unknowns are learnt with the angle of turn
 in place of time: dc/d|psi| = mu·e to port, dtheta/d|psi| = mu_t·e/phi. A turn shows the drift from all sides. On a straight path,
-where it cannot be told from a force on the hull, nothing is learnt and nothing forgotten.
+where it cannot be separated from a force on the hull, nothing is learnt and nothing forgotten.
 """
 
 import math

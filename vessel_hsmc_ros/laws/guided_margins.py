@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class Carriage(NamedTuple):
-    """How the reference is carried to the point that the law controls: delta_f' = omega·(psi - delta_f) + b, b' = q·(psi - delta_f).
+    """How the reference is carried to the controlled point: delta_f' = omega·(psi - delta_f) + b, b' = q·(psi - delta_f).
 
     Attributes:
         ahead: Distance of the point ahead of the origin, m.

@@ -14,9 +14,7 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d, whether the
-    ship keeps station, and the estimated drift.
-    """
+    """State of command filter and guidance: rho_c, zeta, s, xi, slow part of f_v - dv_d, whether it keeps station, drift."""
 
     rate: float
     integral: float
