@@ -11,7 +11,6 @@
 """
 
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
@@ -57,14 +56,15 @@ def keeps_station(near: bool, square: float, reference_squared: float, g: Gains)
 
 
 @kernel
-def despinning(motion: Motion, g: Gains) -> float:
-    """Surge speed k_s·v·r/(r² + k_p²) that takes energy out of a spin.
+def despinning(v_p: float, r: float, g: Gains) -> float:
+    """Surge speed k_s·v_p·r/(r² + (k_p/4)²) that takes energy out of a spin.
 
     A hull that spins with the sway velocity v circles at the radius v/r, and the surge speed k_p·v/r that would pull it in feeds
-    v by the Coriolis force m11·u·r, faster than a hull with little damping loses it.
+    v by the Coriolis force m11·u·r: it spirals out where m11/m22·k_p exceeds the decay rate of the sway.
 
     Args:
-        motion: State of the ship.
+        v_p: Sway velocity of the pivot, m/s.
+        r: Yaw rate, rad/s.
         g: Gains.
     """
-    return g.k_s * motion.v * motion.r / (motion.r * motion.r + g.k_p * g.k_p)
+    return g.k_s * v_p * r / (r * r + 0.0625 * g.k_p * g.k_p)
