@@ -228,7 +228,7 @@ def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, for any state of the filter: anti-windup at the moment limit."""
     m = initial(1, 0)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
-    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), m, G)
+    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), 0.0, m, G)
     assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 
 

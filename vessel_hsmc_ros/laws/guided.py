@@ -103,16 +103,15 @@ def command(
     turning = approach_rate(epsilon, g) + r_w
     square = w.w_t * w.w_t + w.w_n * w.w_n
     near = keeps_station(near, square, velocity.reference_squared, g)
-    largest = 2.0 * g.a_max
     if near and x > g.x_far:
-        turning, largest = pivoting_rate(w.w_n, v, x, g), g.dr_rest
+        turning = pivoting_rate(w.w_n, v, x, g)
 
     calm = calmness(square, motion.v, f.fu, f.fv, g)
     alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
-    drate = clip(demand, largest)
+    drate = clip(demand, g.dr_rest if near else 2.0 * g.a_max)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)

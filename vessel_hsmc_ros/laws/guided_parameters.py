@@ -205,7 +205,7 @@ def _station_keeping(vessel: KnownVessel, given: dict[str, float], a_max: float)
     """
     x_p = vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0
     # An offset of r_h·lever/k_p across the hull stops the turn to the reference's heading.
-    lever = given["rho"] + abs(x_p or vessel.pivot)
+    lever = given["rho"] + abs(x_p or vessel.sway_yaw_inertia / vessel.sway_inertia)
     return {
         "x_p": x_p,
         "x_far": 0.01 * vessel.length,

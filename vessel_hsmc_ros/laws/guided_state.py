@@ -13,8 +13,9 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d, and whether
-    the ship keeps station.
+    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d, near.
+
+    `near`, whether the ship keeps station, is False while it approaches or follows a moving reference.
     """
 
     rate: float
