@@ -1,6 +1,8 @@
 """Station keeping about a pivot ahead of the origin: known answers, stability of its parts."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +16,8 @@ from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivo
 speeds = st.floats(-0.2, 0.2)
 
 
-def known(**changes: float) -> Gains:
-    vessel = KnownVessel(surge_lag=0.0, yaw_lag=0.0, **changes)
+def known(**changes: Any) -> Gains:
+    vessel = replace(KnownVessel(surge_lag=0.0, yaw_lag=0.0), **changes)
     return gains(GuidedParameters(), vessel.as_controlled(), 0.02)
 
 
