@@ -1,4 +1,4 @@
-"""Station keeping in closed loop, compiled: a pivot ahead of the origin, the vessels of the library, a current."""
+"""Station keeping in closed loop, compiled: a pivot ahead of the origin, the vessels of the library."""
 
 import math
 
@@ -56,12 +56,6 @@ def test_a_force_that_only_the_damping_of_a_circle_can_balance_is_balanced_on_a_
     """Without cross damping: r = F_v/(d_v·rho)."""
     undamped = {f"vessel_sim.vessel.{name}": 0.0 for name in ("sway_damping_from_yaw", "yaw_damping_from_sway")}
     assert error_at_rest(coupled(6e5, **{**IDEAL, **undamped})) < 0.25
-
-
-def test_a_ship_of_which_nothing_is_declared_keeps_its_position_in_a_current() -> None:
-    calm = {f"vessel_sim.disturbance.periodic.{name}": 0.0 for name in ("surge_force", "sway_force", "yaw_moment")}
-    current = {"vessel_sim.disturbance.current.north": 0.5, "vessel_sim.duration": 400.0}
-    assert error_at_rest(load_scenario("case2_tracking", {**REST, **calm, **current})) < 0.1
 
 
 @pytest.mark.parametrize("name", vessel_names())

@@ -42,7 +42,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, largest_turn, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivot_ahead, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -103,15 +103,16 @@ def command(
     turning = approach_rate(epsilon, g) + r_w
     square = w.w_t * w.w_t + w.w_n * w.w_n
     near = keeps_station(near, square, velocity.reference_squared, g)
+    largest = 2.0 * g.a_max
     if near and x > g.x_far:
-        turning = pivoting_rate(w.w_n, v, x, g)
+        turning, largest = pivoting_rate(w.w_n, v, x, g), g.dr_rest
 
     calm = calmness(square, motion.v, f.fu, f.fv, g)
     alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
-    drate = clip(demand, largest_turn(near, v - w.w_n, x, g))
+    drate = clip(demand, largest)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)

@@ -62,26 +62,6 @@ def keeps_station(near: bool, square: float, reference_squared: float, g: Gains)
 
 
 @kernel
-def largest_turn(near: bool, mismatch: float, x: float, g: Gains) -> float:
-    """Largest rate of the yaw-rate command, rad/s²: twice that of planned turns, and up to 30 % of the moment at rest.
-
-    With the acceleration of planned turns, 5 % with slow actuators, the heading cannot follow the drift in a current, and
-    oscillates for ever. Where the drift is small, a faster turn would only widen the circle under a hull-fixed force.
-
-    Args:
-        near: Whether the ship keeps station.
-        mismatch: Actual minus commanded sway velocity, m/s.
-        x: Distance of the pivot ahead of the controlled point, m.
-        g: Gains.
-    """
-    planned = 2.0 * g.a_max
-    if not near:
-        return planned
-    share = 1.0 if x > g.x_far else min(abs(mismatch) / g.m_max, 1.0)
-    return planned + share * share * (g.dr_rest - planned)
-
-
-@kernel
 def despinning(v_p: float, r: float, g: Gains) -> float:
     """Surge speed k_s·v_p·r/(r² + (k_p/4)²) that takes energy out of a spin.
 
