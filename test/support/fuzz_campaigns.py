@@ -17,7 +17,7 @@ DRAWS = 5
 
 
 def campaign(data: bytes, scenario: str) -> Campaign | None:
-    """A campaign that is accepted; what it draws is what the file says, and within the declared ranges.
+    """A campaign that is accepted; what it draws is what the file states, and within the declared ranges.
 
     Args:
         data: The file.
