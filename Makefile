@@ -5,6 +5,9 @@ BIN := $(VENV)/bin
 MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
+# Commands and tests start many processes: the modules are compiled once, also where the environment would forbid it.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .PHONY: help setup demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
 	benchmark benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site lock clean

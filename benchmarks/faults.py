@@ -54,7 +54,6 @@ def main() -> int:
     parser.add_argument("--bags", type=Path, help="folder that keeps the runs; those that are there are not repeated")
     chosen = parser.parse_args()
     os.environ.setdefault("ROS_DOMAIN_ID", "88")
-    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
     supervisor.SILENCE_LIMIT = 30.0  # the machine may be busy; whether a node hangs is not what is examined here
     began = time.monotonic()
     cells: list[Cell] = []
@@ -133,7 +132,7 @@ def carry_out(cells: Sequence[Cell], scenario: Scenario, folder: RunFolder) -> s
     folder.path.mkdir(parents=True, exist_ok=True)
     folder.write_parameters(injection.relayed(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
     with exclusive("", scenario.controller.lockstep):
-        status = supervise(folder, "", lambda _: None, injection=injection)
+        status = supervise(folder, scenario, "", lambda _: None, injection=injection)
     folder.write_summary({"failure": status.failure})
     return status.failure
 

@@ -151,7 +151,6 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--picture", type=Path)
     arguments = parser.parse_args()
-    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
     console = Console()
     if arguments.vessels:
         costs = lockstep(arguments.vessels, arguments.steps, console)

@@ -25,7 +25,7 @@ from geometry_msgs.msg import WrenchStamped
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
+from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
@@ -159,7 +159,7 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=20, help="trials of each node and signal")
     parser.add_argument("--nodes", default=",".join(NODES), help="nodes to kill and stop")
     arguments = parser.parse_args()
-    os.environ.setdefault(PROFILES, str(share_directory() / "config" / "fastdds.xml"))
+    os.environ.setdefault(PROFILES, discovery_profiles(real_time=True))
     table = Table("node", "signal", "trials", "oldest command applied", "zero after, at most", "recovered after, at most")
     worst = 0.0
     rclpy.init(args=[])

@@ -33,6 +33,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 
 PERIOD = 0.01
 START_AND_END = 60.0
@@ -51,7 +52,7 @@ def main() -> None:
     if arguments.echo:
         echo()
         return
-    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
+    os.environ.setdefault(PROFILES, discovery_profiles(real_time=True))
     # One unit in the head, and short words: the table fits a terminal of 80 columns.
     table = Table("ms", *(Column(name, justify="right") for name in ("p50", "p99", "largest", "missed", "lost")), box=None)
     for _ in range(arguments.rounds):

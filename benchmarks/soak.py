@@ -6,6 +6,8 @@ by more than the limit; open files and threads must stay as they are, no control
     python benchmarks/soak.py                                    # 2 h of ship time in lockstep
     python benchmarks/soak.py --real-time --duration 600         # 10 minutes in real time
 
+In real time a plain timer of the same period runs beside the nodes: the periods that it misses are the machine's.
+
 The exit code is 1 where one of that is violated. The picture of the memory over time is written to soak.png, or to `--picture`.
 """
 
@@ -31,6 +33,12 @@ SAMPLE_PERIOD = 0.5
 WARM_UP = 0.2
 """Share of the run before which memory may grow."""
 
+PERIOD = 0.01
+"""Control period of the run, s."""
+
+START = 10.0
+"""Time that the nodes take to start, s, in which a timer of any process is late."""
+
 START_AND_END = 300.0
 """Time that a run may take besides its duration, s."""
 
@@ -51,10 +59,15 @@ def main() -> int:
     parser.add_argument("--real-time", action="store_true", help="at the pace of the clock instead of in lockstep")
     parser.add_argument("--growth", type=float, default=1.0, help="allowed growth of the memory of a node, percent")
     parser.add_argument("--picture", type=Path, default=Path("soak.png"), help="file of the picture")
+    parser.add_argument("--timer", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
+    if arguments.timer:
+        timer(arguments.duration)
+        return 0
     with tempfile.TemporaryDirectory() as output:
         samples, summary = run(arguments.duration, arguments.real_time, Path(output))
-    problems = [f"{summary['missed_periods']} missed periods"] if summary["missed_periods"] else []
+    beside = f", {summary['timer']} of the timer beside it" if arguments.real_time else ""
+    problems = [f"{summary['missed_periods']} missed periods{beside}"] if summary["missed_periods"] else []
     problems += [f"{summary['messages_dropped']} lost messages"] if summary["messages_dropped"] else []
     table = Table("node", "memory after warm-up", "at the end", "growth", "open files", "threads")
     for name, of_node in samples.items():
@@ -78,7 +91,11 @@ def run(duration: float, real_time: bool, output: Path) -> tuple[dict[str, list[
     samples: dict[str, list[Sample]] = defaultdict(list)
     began = time.monotonic()
     command += ["--real-time"] if real_time else []
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, env=environment) as process:
+    plain = [sys.executable, __file__, "--timer", "--duration", str(duration if real_time else 0.0)]
+    with (
+        subprocess.Popen(plain, stdout=subprocess.PIPE, text=True) as beside,
+        subprocess.Popen(command, stdout=subprocess.DEVNULL, env=environment) as process,
+    ):
         while process.poll() is None:
             if time.monotonic() - began > duration + START_AND_END:
                 process.terminate()
@@ -86,10 +103,24 @@ def run(duration: float, real_time: bool, output: Path) -> tuple[dict[str, list[
                 with suppress(OSError, KeyError):  # a process that has just ended
                     samples[name].append(sample(pid, time.monotonic() - began))
             time.sleep(SAMPLE_PERIOD)
+        missed, _ = beside.communicate(timeout=START_AND_END)
     if process.returncode:
         raise SystemExit(f"the run failed with exit code {process.returncode}")
     (folder,) = output.iterdir()
-    return dict(samples), json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    return dict(samples), {**json.loads((folder / "run.json").read_text(encoding="utf-8")), "timer": int(missed)}
+
+
+def timer(duration: float) -> None:
+    """Wake up once a control period for a time, s, and print how many periods had passed without that."""
+    time.sleep(min(START, duration))
+    begin = time.monotonic()
+    missed = done = 0
+    while done < round((duration - START) / PERIOD):
+        time.sleep(max(0.0, begin + (done + 1) * PERIOD - time.monotonic()))
+        passed = int((time.monotonic() - begin) / PERIOD)
+        missed += max(0, passed - done - 1)
+        done = max(passed, done + 1)
+    print(missed)
 
 
 def nodes(parent: int) -> dict[str, int]:

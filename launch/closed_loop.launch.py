@@ -49,7 +49,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     HELD.enter_context(exclusive(namespace, scenario.controller.lockstep))
     folder = make_run_folder(Path(arguments["output"]), scenario.name)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    return [
+    nodes = [
         Node(
             package="vessel_hsmc_ros",
             executable=LOOP[name].executable,
@@ -63,6 +63,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
         for name in taking_part(scenario.vessel_sim.by_thrusters)
         if flags["record"] or name != "recorder"
     ]
+    return [SetEnvironmentVariable(PROFILES, discovery_profiles(flags["real_time"])), *nodes]
 
 
 def end_with(name: str) -> Callable[[ProcessExited, LaunchContext], Any]:
@@ -106,7 +107,6 @@ def generate_launch_description() -> LaunchDescription:
                 description="Namespace of the vessel; the names of its frames are prefixed with it.",
             ),
             DeclareLaunchArgument("output", default_value="runs", description="Folder of the run folders."),
-            SetEnvironmentVariable(PROFILES, discovery_profiles()),
             OpaqueFunction(function=start_nodes),
         ]
     )

@@ -94,7 +94,7 @@ KINDS = {
 
 LONG = (
     *("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "laws/test_guided.py", "nodes"),
-    *("control", "simulation", "manoeuvres", "runs", "identification", "laws"),
+    *("control", "simulation", "manoeuvres", "runs", "identification", "laws", "report", "tuning", "campaign", "plant", "bags"),
 )
 """Folders and files with the longest tests: they come first, so that both processes end at about the same time."""
 

@@ -33,6 +33,7 @@ class WrenchDrive:
     Attributes:
         topics: The topics of the commands.
         first_command_at: System time of the first message, s; 0 before it.
+        heard_at: Steady time of the latest message, s; 0 before the first.
         answer: In lockstep, the command of the present step once it has been received.
     """
 
@@ -40,7 +41,7 @@ class WrenchDrive:
 
     def __init__(self, node: VesselNode, answered: Callable[[], None]) -> None:
         p: Any = node.parameters
-        self.first_command_at = 0.0
+        self.first_command_at = self.heard_at = 0.0
         self.answer: tuple[float, float] | None = None
         self._node, self._answered, self._parameters = node, answered, p
         self._input = CommandInput(node, "cmd_wrench", p.command_timeout)
@@ -68,7 +69,7 @@ class WrenchDrive:
         return self._input.values()
 
     def _on_command(self, message: WrenchStamped) -> None:
-        self.first_command_at = self.first_command_at or time.time()
+        self.first_command_at, self.heard_at = self.first_command_at or time.time(), time.monotonic()
         if not self._parameters.lockstep:
             self._input.take(message)
         elif not self._node.finished:
@@ -97,7 +98,7 @@ class ThrusterDrive:
 
     def __init__(self, node: VesselNode, answered: Callable[[], None]) -> None:
         p: Any = node.parameters
-        self.first_command_at = 0.0
+        self.first_command_at = self.heard_at = 0.0
         self.answer: Demand | None = None
         self._node, self._answered, self._parameters = node, answered, p
         self._demands = ThrusterDemands(p.vessel.thrusters)
@@ -135,7 +136,7 @@ class ThrusterDrive:
 
     def _on_demand(self, topic: str, message: Float64) -> None:
         """Take the demand of a thrust or an angle; in lockstep, the messages of all topics make up the command of a step."""
-        self.first_command_at = self.first_command_at or time.time()
+        self.first_command_at, self.heard_at = self.first_command_at or time.time(), time.monotonic()
         if not self._parameters.lockstep:
             if not self._conflict() and (problem := self._demands.hold(topic, message.data, self._now())):
                 self._refused += 1

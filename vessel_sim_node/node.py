@@ -21,6 +21,7 @@ from vessel_sim_node.drives import ThrusterDrive, WrenchDrive
 from vessel_sim_node.fleet_clock import BEFORE_START, FleetClock
 from vessel_sim_node.ground_truth import GroundTruth
 from vessel_sim_node.hull_check import bounded
+from vessel_sim_node.other_loop import OtherLoop
 from vessel_sim_node.thruster_plant import make_plant
 
 
@@ -72,6 +73,7 @@ class VesselSimNode(VesselNode):
         if lockstep:
             for topic in self._drive.topics:
                 self.connections.allow_one_publisher(topic)
+            self.connections.add_condition(OtherLoop(self._drive).sign)
             self._create_clock(follows)
             # A wall-clock timer: simulated time stands still while the command is awaited.
             self.create_timer(0.1, self._check_lockstep, clock=self._wall)
@@ -187,8 +189,8 @@ class VesselSimNode(VesselNode):
         waited = time.monotonic() - self._answer_at
         limit = self.parameters.command_timeout
         if self.connected and not self._paused and self._drive.answer is None and waited > limit:
-            when = seconds(self.stamp)
-            raise SimulationError(f"no command came for t = {when:g} s within {limit:g} s: is the controller alive?")
+            found = f"no command came for t = {seconds(self.stamp):g} s within {limit:g} s: is the controller alive?"
+            raise SimulationError(self.connections.conflict() or found)
 
     def _on_timer(self) -> None:
         """Real time: take every step that is due; a command holds from the odometry it answers, as in lockstep."""

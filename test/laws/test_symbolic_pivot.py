@@ -89,20 +89,22 @@ def test_the_heading_is_stable_while_a_point_behind_the_pivot_is_not_steered_ahe
 
 
 def test_a_filter_slower_than_the_heading_keeps_the_loop_stable() -> None:
-    """The point of the reference at x·delta_f, delta_f' = omega·(delta - delta_f), with the pivot kept on it.
+    """The point of the reference at x·delta_f, delta_f' = omega·(delta - delta_f) + b, b' = q·omega²·(delta - delta_f), is kept.
 
-    The polynomial has positive coefficients, so that both roots are negative, where x·omega < U·(1 - mu).
+    With p = x·omega, the loop is A·s³ + B·s² + C·s + D. Where p < U·(1 - mu), mu >= 0 and q <= 1/2, all of A, D, B - A·omega and
+    omega·C - D are positive, hence B·C > A·D and all roots are negative (Routh-Hurwitz).
     """
-    U, k, mu, omega, s, delta, slack = sp.symbols("U k mu omega s delta slack", positive=True)
-    filtered = omega / (s + omega) * delta
-    kept = x * s * filtered - U * delta
-    loop = sp.Poly(sp.together((-(s * kept + k * kept + mu * U * s * delta)) / delta * (s + omega)), s)
-    a, b, c = loop.coeffs()
-    assert is_zero(a - (U * (1 - mu) - x * omega))
-    assert is_zero(b - (U * (1 - mu) * omega + k * (U - x * omega)))
-    assert is_zero(c - k * U * omega)
-    # With x·omega = U·(1 - mu) - slack: U - x·omega = mu·U + slack.
-    assert is_zero(b.subs(x, (U * (1 - mu) - slack) / omega) - (U * (1 - mu) * omega + k * (mu * U + slack)))
+    U, k, mu, omega, q, p, s, delta = sp.symbols("U k mu omega q p s delta", positive=True)
+    closing = s**2 + omega * s + q * omega**2
+    filtered = (omega * s + q * omega**2) / closing * delta
+    kept = p / omega * s * filtered - U * delta
+    loop = sp.Poly(sp.expand(sp.simplify(-(s * kept + k * kept + mu * U * s * delta) / delta * closing)), s)
+    A, B, C, D = loop.all_coeffs()
+    assert is_zero(A - (U * (1 - mu) - p))
+    assert is_zero(D - U * k * q * omega**2)
+    # p < U·(1 - mu) <= U makes each term on the right positive.
+    assert is_zero(B - A * omega - ((U - p) * k + (1 - q) * p * omega))
+    assert is_zero(omega * C - D - omega**2 * ((U * (1 - 2 * q) + q * (U - p)) * k + U * (1 - mu) * q * omega))
 
 
 @pytest.mark.parametrize(

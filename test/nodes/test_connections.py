@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.connections import Connections
+from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 
 
 def endpoint(name: str, profile: Any = qos.LOSSLESS) -> SimpleNamespace:
@@ -55,3 +55,24 @@ def test_a_recorded_topic_waits_for_the_reliable_reader_of_the_recorder(profile:
 
 def test_without_partner_and_recorder_nothing_is_waited_for() -> None:
     assert missing([endpoint("onlooker")], connected=0, partner="") == ""
+
+
+def test_a_condition_counts_only_once_everything_else_is_there() -> None:
+    found: list[str] = []
+    calls: list[str] = []
+
+    def silence() -> str:
+        calls.append("called")
+        return "silence"
+
+    node: Any = SimpleNamespace(
+        count_publishers=lambda _topic: len(found), resolve_topic_name=str, create_subscription=lambda *_, **__: None
+    )
+    connections = Connections(node, recorded=False)
+    connections.add_condition(silence)
+    connections.add_subscription(Awaited(None, "/odom", lambda _: None, qos.LOSSLESS))
+    assert connections.missing() == ["a publisher of /odom"]
+    assert not calls
+    found.append("a publisher")
+    assert connections.missing() == ["silence"]
+    assert calls == ["called"]

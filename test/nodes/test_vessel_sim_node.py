@@ -135,6 +135,28 @@ def test_a_plant_refuses_to_start_beside_another_which_goes_on(bench: Any, helm:
     assert first.connected
 
 
+def test_a_plant_does_not_begin_where_commands_answer_another_that_the_graph_does_not_show_yet(
+    bench: Any, helm: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.start(VesselSimNode, command_timeout=60.0)
+    bench.until(lambda: helm.odometry)
+    second = bench.start(VesselSimNode)
+    monkeypatch.setattr(second.connections, "conflict", lambda: "")
+    statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    waiting = "waiting for the end of another run, whose commands come on cmd_wrench"
+
+    def shown() -> bool:
+        helm.command(1)  # no step of either plant: nothing moves
+        return any(each.status[0].message == waiting for each in statuses)
+
+    bench.until(shown)
+    assert not second.connected
+    assert helm.stamps() == [0]
+    monkeypatch.undo()
+    with pytest.raises(SimulationError, match="/odom has 2 publishers and takes one"):
+        bench.until(lambda: second.connected)
+
+
 def test_a_second_publisher_of_commands_is_reported_and_the_lockstep_run_goes_on(bench: Any, helm: Any) -> None:
     statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
     bench.start(VesselSimNode, command_timeout=60.0)

@@ -42,7 +42,7 @@ def exists(pattern: str) -> Moment:
 MOMENTS = {
     "while the package is imported": (SIMULATE, imports("vessel_hsmc_ros.core.exceptions")),
     "while NumPy is imported": (SIMULATE, imports("numpy.linalg")),
-    "while the verbs are imported": (SIMULATE, imports("vessel_hsmc_ros.cli.simulate")),
+    "while the verb is imported": (SIMULATE, imports("vessel_hsmc_ros.cli.options")),
     "before the nodes are connected": (RUN, exists("runs/*/logs/controller.log")),
     "during a run": (RUN, exists("runs/*/bag/bag_0.mcap")),
     "during a simulation": (SIMULATE, prints("simulating case2_tracking: ")),

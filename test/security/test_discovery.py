@@ -1,16 +1,18 @@
 """Nodes that this package starts stay on the local host unless the user chooses otherwise."""
 
+import os
 import socket
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 from harness import Command
 from sockets import sockets_of
 
-from vessel_hsmc_ros.core.install_paths import PEERS, PROFILES, RANGE, TRANSPORTS, discovery_profiles, share_directory
+from vessel_hsmc_ros.core.install_paths import PEERS, PROFILES, RANGE, TRANSPORTS, discovery, discovery_profiles, share_directory
 from vessel_hsmc_ros.core.node_list import LOOP
 
 DEADLINE = 60.0
@@ -52,23 +54,61 @@ def test_profiles_of_the_user_come_before_those_of_the_package(monkeypatch: pyte
     assert discovery_profiles() == "mine.xml"
 
 
-def test_both_profiles_differ_in_the_transports_only() -> None:
-    local, network = (
-        ElementTree.parse(share_directory() / "config" / name).getroot()  # noqa: S314 - our own files
-        for name in ("fastdds.xml", "fastdds_network.xml")
-    )
-    space = "{http://www.eprosima.com}"
-    transports = [f"{space}{tag}" for tag in ("transport_descriptors", "useBuiltinTransports", "userTransports")]
-    removed = [(parent, child) for parent in local.iter() for child in parent if child.tag in transports]
-    assert len(removed) == 3
-    for parent, child in removed:
+SPACE = "{http://www.eprosima.com}"
+
+
+def profiles(name: str) -> Any:
+    return ElementTree.parse(share_directory() / "config" / name).getroot()  # noqa: S314 - our own files
+
+
+def contents(root: Any) -> list[Any]:
+    return [(each.tag, each.attrib, (each.text or "").strip()) for each in root.iter()]
+
+
+def remove(root: Any, unwanted: Callable[[Any], bool]) -> int:
+    """Remove the elements that match; returns how many did."""
+    found = [(parent, child) for parent in root.iter() for child in parent if unwanted(child)]
+    for parent, child in found:
         parent.remove(child)
-    contents = [[(each.tag, each.attrib, (each.text or "").strip()) for each in root.iter()] for root in (local, network)]
-    assert contents[0] == contents[1]
+    return len(found)
 
 
-def test_a_node_has_no_socket_beyond_the_loopback_interface(node: Callable[[str, dict[str, str]], Command]) -> None:
-    command = node("controller", {PROFILES: str(share_directory() / "config" / "fastdds.xml")})
+def test_the_profiles_for_other_machines_differ_in_the_transports_only() -> None:
+    local = profiles("fastdds.xml")
+    transports = [f"{SPACE}{tag}" for tag in ("transport_descriptors", "useBuiltinTransports", "userTransports")]
+    assert remove(local, lambda each: each.tag in transports) == 3
+    assert contents(local) == contents(profiles("fastdds_network.xml"))
+
+
+def test_the_profiles_for_real_time_differ_in_shared_memory_only() -> None:
+    local = profiles("fastdds.xml")
+    described = f"{SPACE}transport_descriptor"
+    assert remove(local, lambda each: each.tag == described and each.find(f"{SPACE}type").text == "SHM") == 1
+    assert remove(local, lambda each: each.text == "shared_memory") == 1
+    assert contents(local) == contents(profiles("fastdds_real_time.xml"))
+
+
+@pytest.mark.usefixtures("_unset")
+def test_nodes_in_real_time_have_no_shared_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Path(discovery_profiles(real_time=True)).name == "fastdds_real_time.xml"
+    monkeypatch.setenv(RANGE, "SUBNET")
+    assert Path(discovery_profiles(real_time=True)).name == "fastdds_network.xml"
+
+
+@pytest.mark.usefixtures("_unset")
+def test_a_node_of_this_process_leaves_the_environment_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    with discovery():
+        assert Path(os.environ[PROFILES]).name == "fastdds.xml"
+    assert PROFILES not in os.environ
+    monkeypatch.setenv(PROFILES, "mine.xml")
+    with discovery():
+        assert os.environ[PROFILES] == "mine.xml"
+    assert os.environ[PROFILES] == "mine.xml"
+
+
+@pytest.mark.parametrize("name", ["fastdds.xml", "fastdds_real_time.xml"])
+def test_a_node_has_no_socket_beyond_the_loopback_interface(node: Callable[[str, dict[str, str]], Command], name: str) -> None:
+    command = node("controller", {PROFILES: str(share_directory() / "config" / name)})
     command.until(lambda: "waiting for" in command.text or "subscribes to" in command.text, DEADLINE)
     found = command.until(lambda: sockets_of(command.popen.pid), DEADLINE)
     # A socket bound to the group of discovery hears it where it was joined: with the whitelist on the loopback interface.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.fallback import Fallback
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.pivot import ORIGIN, Pivot, at_origin, carry
+from vessel_hsmc_ros.control.pivot import ORIGIN, START, Pivot, at_origin, carry
 from vessel_hsmc_ros.control.watch import Watch
 from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
@@ -60,7 +60,7 @@ class ControlLoop:
     Attributes:
         commands: The last commands, where there is an observer.
         estimate: The last state estimate that the law has received; None without an observer.
-        delta: Filtered difference between the headings of ship and reference, along which references are carried to the pivot.
+        delta: State of the filter along whose heading references are carried to the pivot.
         missed_periods: Control periods for which neither `step` nor `skip` was called.
     """
 
@@ -119,7 +119,7 @@ class ControlLoop:
     def _forget(self) -> None:
         with guarded(self.law):
             self.law.reset()
-        self.delta = 0.0
+        self.delta = START
         self.estimate: Motion | None = None
         if self.observer:
             self.observer.reset()

@@ -23,15 +23,20 @@ and the origin is what is to be kept. docs/pivot.md derives both.
 import math
 from typing import NamedTuple
 
+from vessel_hsmc_ros.control.turning_offset import Turning, turning_offset
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, wrap
+from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.terms import Terms
 
 FROUDE, GRAVITY = 0.06, 9.81
 """The speed U_0 as a Froude number; gravity, m/s²."""
 
-MARGIN = 0.85
+INTEGRAL, LARGEST = 0.3, 0.1
+"""Integral gain of the filter in terms of omega², and largest slow rate in terms of omega."""
+
+MARGIN = 1.5
 """Factor on the shortest distance l with which the heading is stable on a hull that does not damp sway; below 1 the filter
 relies on damping, of which six tenths of the paper ship's suffice."""
 
@@ -39,13 +44,26 @@ ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
 """The terms of a law that are carried back to the origin."""
 
 
+class Heading(NamedTuple):
+    """State of the filter of the headings: delta_f, its slow rate b, and what the sideways offset has learned."""
+
+    delta: float = 0.0
+    rate: float = 0.0
+    turning: Turning = Turning()
+
+
+START = Heading()
+"""Before the first period."""
+
+
 class Pivot(NamedTuple):
-    """The controlled point: x_p, 1/l, U_0 and T."""
+    """The controlled point: x_p, 1/l, U_0, T and 1/L."""
 
     x_p: float
     per_distance: float
     U_0: float
     T: float
+    per_length: float
 
 
 class Carried(NamedTuple):
@@ -56,14 +74,14 @@ class Carried(NamedTuple):
         desired: The reference.
         acceleration: Derivatives of the body velocities of `desired`.
         back: What the ERRORS at the origin exceed those at the point by, m, m, m/s, m/s.
-        delta: delta_f for the next period.
+        delta: State of the filter for the next period.
     """
 
     motion: Motion
     desired: Motion
     acceleration: Acceleration
     back: tuple[float, float, float, float]
-    delta: float
+    delta: Heading
 
 
 def pivot_of(vessel: KnownVessel, period: float) -> Pivot:
@@ -76,10 +94,10 @@ def pivot_of(vessel: KnownVessel, period: float) -> Pivot:
     # A faster filter would make the heading unstable: its loop is damped by 1 - m11/m22, and more on a hull that damps sway.
     share = 1.0 - vessel.surge_inertia / vessel.sway_inertia
     distance = min(length, max(length / 3.0, MARGIN * x_p / share)) if share > 0.0 else length
-    return Pivot(x_p, 1.0 / distance, FROUDE * math.sqrt(GRAVITY * length), period)
+    return Pivot(x_p, 1.0 / distance, FROUDE * math.sqrt(GRAVITY * length), period, 1.0 / length)
 
 
-ORIGIN = Pivot(0.0, 1.0, 0.0, 1.0)
+ORIGIN = Pivot(0.0, 1.0, 0.0, 1.0, 1.0)
 """No other point than the origin."""
 
 
@@ -100,7 +118,7 @@ def position(desired: Motion, acceleration: Acceleration, p: Pivot) -> tuple[flo
 
 
 @kernel
-def carry(motion: Motion, desired: Motion, acceleration: Acceleration, delta: float, p: Pivot) -> Carried:
+def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered: Heading, p: Pivot) -> Carried:
     """Carry the inputs of a law to its point; at the origin they are returned as they are.
 
     d1 = omega·(delta - delta_f), d2 = omega·(r - r_d - d1)
@@ -110,34 +128,41 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, delta: fl
         motion: State of the ship.
         desired: State of the reference.
         acceleration: Derivatives of the reference's body velocities.
-        delta: delta_f.
+        filtered: State of the filter.
         p: The point.
 
     Returns:
         The same at the point.
     """
     if p.x_p == 0.0:
-        return Carried(motion, desired, acceleration, (0.0, 0.0, 0.0, 0.0), delta)
+        return Carried(motion, desired, acceleration, (0.0, 0.0, 0.0, 0.0), filtered)
+    delta, slow, turning = filtered
     x_o, y_o, psi, u, v, r = motion
     x_d, y_d, psi_d, u_d, v_d, r_d = desired
     x, dx = position(desired, acceleration, p)
     speed = magnitude(u_d, v_d)
-    omega = (speed if speed > p.U_0 else p.U_0) * p.per_distance
-    omega = omega if omega * p.T < 1.0 else 1.0 / p.T
-    d1 = omega * wrap(psi - psi_d - delta)
-    d2 = omega * (r - r_d - d1)
+    speed = speed if speed > p.U_0 else p.U_0
+    omega, turns = speed * p.per_distance, speed * p.per_length
+    omega, turns = omega if omega * p.T < 1.0 else 1.0 / p.T, turns if turns * p.T < 1.0 else 1.0 / p.T
+    beyond = wrap(psi - psi_d - delta)
+    d1 = omega * beyond + slow
+    slower = clip(slow + p.T * INTEGRAL * omega * omega * beyond, LARGEST * omega)
+    d2 = omega * (r - r_d - d1) + (slower - slow) / p.T
 
-    c, s = math.cos(delta), math.sin(delta)
-    q1, q2 = x * c, x * s
-    dq1, dq2 = dx * c - q2 * d1, dx * s + q1 * d1
-    ddq1, ddq2 = -dx * s * d1 - dq2 * d1 - q2 * d2, dx * c * d1 + dq1 * d1 + q1 * d2
     c, s = math.cos(psi_d), math.sin(psi_d)
+    e = ((y_o - y_d) * c - (x_o - x_d) * s) / x if x != 0.0 else 1.0
+    o = turning_offset(turning, e, r_d, acceleration.dr, turns, p.T)
+    cos, sin = math.cos(delta), math.sin(delta)
+    q1, q2 = x * cos, x * sin
+    dq1, dq2 = dx * cos - q2 * d1, dx * sin + q1 * d1
+    ddq1, ddq2 = -dx * sin * d1 - dq2 * d1 - q2 * d2, dx * cos * d1 + dq1 * d1 + q1 * d2
+    q2, dq2, ddq2 = q2 + x * o.o, dq2 + dx * o.o + x * o.do, ddq2 + 2.0 * dx * o.do + x * o.ddo
     point = Motion(x_d + q1 * c - q2 * s, y_d + q1 * s + q2 * c, psi_d, u_d + dq1 - r_d * q2, v_d + dq2 + r_d * q1, r_d)
     du, dv, dr = acceleration
     rate = Acceleration(du + ddq1 - dr * q2 - r_d * dq2, dv + ddq2 + dr * q1 + r_d * dq1, dr)
 
     ship = Motion(x_o + x * math.cos(psi), y_o + x * math.sin(psi), psi, u + dx, v + x * r, r)
-    return Carried(ship, point, rate, (q1 - x, q2, dq1 - dx, dq2), wrap(delta + p.T * d1))
+    return Carried(ship, point, rate, (q1 - x, q2, dq1 - dx, dq2), Heading(wrap(delta + p.T * d1), slower, o.turning))
 
 
 def at_origin(terms: Terms, back: tuple[float, float, float, float]) -> Terms:

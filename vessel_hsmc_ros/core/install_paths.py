@@ -2,6 +2,8 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
@@ -47,15 +49,33 @@ def share_directory() -> Path:
     raise InstallationError("the package's config folder is in none of " + ", ".join(map(str, candidates)))
 
 
-def discovery_profiles() -> str:
+def discovery_profiles(real_time: bool = False) -> str:
     """The Fast DDS profiles of the nodes that this package starts: the user's own, or those of the package.
 
     Without a word from the user the nodes use the loopback interface only. A discovery range beyond it, static peers or
     transports of his choice take effect as ROS documents them.
+
+    Args:
+        real_time: Whether the nodes run in real time, and therefore without shared memory, whose locks outlive a killed process.
     """
     given = os.environ.get
     beyond = given(RANGE, "LOCALHOST").upper() != "LOCALHOST" or given(PEERS) or given(TRANSPORTS)
-    return given(PROFILES) or str(share_directory() / "config" / ("fastdds_network.xml" if beyond else "fastdds.xml"))
+    name = "fastdds_network.xml" if beyond else "fastdds_real_time.xml" if real_time else "fastdds.xml"
+    return given(PROFILES) or str(share_directory() / "config" / name)
+
+
+@contextmanager
+def discovery() -> Iterator[None]:
+    """A context that creates a ROS node of this process with `discovery_profiles`; the environment is restored after it."""
+    before = os.environ.get(PROFILES)
+    os.environ[PROFILES] = discovery_profiles()
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[PROFILES]
+        else:
+            os.environ[PROFILES] = before
 
 
 def missing_module(error: ModuleNotFoundError) -> str:

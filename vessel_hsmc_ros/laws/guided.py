@@ -42,6 +42,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
+from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivot_ahead, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -60,7 +61,7 @@ def bounded(m: Motion) -> Motion:
 
 @kernel
 def command(
-    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, m: Memory, g: Gains
+    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, x: float, m: Memory, g: Gains
 ) -> tuple[Command, Filter]:
     """Guidance and command filter.
 
@@ -73,13 +74,14 @@ def command(
         desired: State of the reference.
         acceleration: Derivatives of the reference's body velocities.
         f: Outputs of the networks.
+        x: Distance of the pivot ahead of the controlled point, m.
         m: Internal state of the law.
         g: Gains.
 
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow = m.filter
+    rate, integral, s, xi, slow, near = m.filter
     relative = motion.r - desired.r
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     low, high = relative - g.S1_max, relative + g.S1_max
@@ -88,28 +90,35 @@ def command(
     w = resolve(velocity, motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
-    epsilon = heading_error(w, motion.v, s, g)
+    # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
+    v, sway = motion.v + x * motion.r, f.fv + x * f.fr
+    epsilon = heading_error(w, v, s, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
     # the sway from following the turn, and all of it is fed forward.
-    beyond = f.fv - acceleration.dv
+    beyond = sway - acceleration.dv
     dv = acceleration.dv + slow + g.eta * (beyond - slow)
     slow += g.step_s * (beyond - slow)
-    r_w = course_rate(w, motion.v, dv, desired.r, s, g)
+    r_w = course_rate(w, v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
+    square = w.w_t * w.w_t + w.w_n * w.w_n
+    near = keeps_station(near, square, velocity.reference_squared, g)
+    largest = 2.0 * g.a_max
+    if near and x > 0.0:
+        turning, largest = pivoting_rate(w.w_n, v, x, g), g.dr_rest
 
-    calm = calmness(w.w_t * w.w_t + w.w_n * w.w_n, motion.v, f.fu, f.fv, g)
-    alignment = g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN)
+    calm = calmness(square, motion.v, f.fu, f.fv, g)
+    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.k_p * g.e_b / (x + g.rho))
     error = clip(turning + alignment - desired.r, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
-    drate = clip(demand, 2.0 * g.a_max)
+    drate = clip(demand, largest)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
-    psi_c, r_c = motion.psi + epsilon, desired.r + rate
-    command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, w.w_t, w.dw_t + motion.r * w.w_n)
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow)
+    psi_c, r_c, u_c = motion.psi + epsilon, desired.r + rate, w.w_t + (despinning(motion, g) if near else 0.0)
+    command = Command(psi_c, motion.r - turning, r_c, acceleration.dr + drate, u_c, w.dw_t + motion.r * w.w_n)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near)
 
 
 @kernel
@@ -164,11 +173,12 @@ def step(
     forget_across(f, HH, m, g)
     coming = forecast(f, m, g)
     n_1, n_2 = delays(age, m, g)
-    later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, m, g)
+    x = pivot_ahead(desired.u * desired.u + desired.v * desired.v, g)
+    later, tau_1, tau_2 = ahead(motion, f, n_1, n_2, x, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
         goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
-    c, filtered = command(later, goal, acceleration, f, m, g)
+    c, filtered = command(later, goal, acceleration, f, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
     wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - g.k2 * S2), tau_1, g.surge.limit, g)
@@ -178,7 +188,8 @@ def step(
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
-    predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33, g.T)
+    turning = tau_2 / g.m33
+    predicted = predict(motion, f.fu + tau_1 / g.m11, f.fv - x * turning, f.fr + turning, g.T)
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,

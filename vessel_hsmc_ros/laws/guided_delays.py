@@ -29,7 +29,7 @@ def delays(age: float, m: Memory, g: Gains) -> tuple[int, int]:
 
 
 @kernel
-def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
+def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, x: float, m: Memory, g: Gains) -> tuple[Motion, float, float]:
     """The motion at which the present command arrives at the hull, and the wrench that acts just before.
 
     All commands that arrive until then are known, and the networks' outputs are held: the motion is predicted through the delay
@@ -39,6 +39,7 @@ def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains)
         motion: State of the ship at the time of the measurement.
         f: Outputs of the networks.
         n_1, n_2: Delays of force and moment from `delays`.
+        x: Distance of the pivot ahead of the controlled point, m.
         m: Internal state with the queue of commands.
         g: Gains.
     """
@@ -50,6 +51,7 @@ def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains)
         tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
         count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
         if count == stride or i == n - 1:
-            motion = predict(motion, f.fu + sum_1 / count / g.m11, f.fv, f.fr + sum_2 / count / g.m33, g.T * count)
+            turning = sum_2 / count / g.m33
+            motion = predict(motion, f.fu + sum_1 / count / g.m11, f.fv - x * turning, f.fr + turning, g.T * count)
             count, sum_1, sum_2 = 0, 0.0, 0.0
     return motion, tau_1, tau_2

@@ -24,6 +24,19 @@ from vessel_hsmc_ros.laws.linear_loop import Form, Forms, System, exact_step, qu
 Array = NDArray[np.float64]
 
 
+class Carriage(NamedTuple):
+    """How the reference is carried to the point that the law controls: delta_f' = omega·(psi - delta_f) + b, b' = q·(psi - delta_f).
+
+    Attributes:
+        ahead: Distance of the point ahead of the origin, m.
+        omega, q: Gains of the filter of the headings, 1/s, 1/s².
+    """
+
+    ahead: float
+    omega: float
+    q: float
+
+
 class Hull(NamedTuple):
     """A hull about a straight path, at the point that the law controls.
 
@@ -33,6 +46,7 @@ class Hull(NamedTuple):
         surge_gain: g_u, the inertia that the law knows divided by the true one.
         lateral: A_vr, shape (2, 2).
         lateral_gain: g_vr, shape (2,): zero and one for a law that knows inertia and pivot.
+        carriage: None where the point is the origin.
     """
 
     speed: float
@@ -40,6 +54,7 @@ class Hull(NamedTuple):
     surge_gain: float
     lateral: Array
     lateral_gain: Array
+    carriage: Carriage | None = None
 
 
 class Actuator(NamedTuple):
@@ -152,8 +167,9 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     """
     c, T, U, n = g.yaw, g.T, hull.speed, max(g.surge.delay, g.yaw.delay)
     states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral", "slow", "sr"]
-    forms = Forms(names_of(states, law, c, actuator, T))
+    forms = Forms(names_of(states, law + (["delta", "b"] if hull.carriage else []), c, actuator, T))
     s = forms.now
+    y_d, v_d, a_d = _point(forms, hull.carriage, T)
     poles = {"y": g.z_p, "psi": g.z_h, "v": g.z_v**2, "r": g.z_r**2}
     y, psi, v, r = (s["p" + name] + (1.0 - pole) * (s[name] - s["p" + name]) for name, pole in poles.items())
     fv = s["fv"] + (1.0 - g.z_v) ** 2 / T * (s["v"] - s["pv"])
@@ -162,14 +178,16 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     later: tuple[Form, ...] = (y, psi, v, r)
     for each in a[1:]:
         later = _predicted(later, fv, fr + each, U, T)
-    turning = _turning(later, s["slow"] + g.eta * (fv - s["slow"]), g, U, s["xi"])
+    goal = y_d + n * T * (v_d + 0.5 * n * T * a_d), v_d + n * T * a_d, a_d
+    beyond = fv - a_d
+    turning = _turning(later, goal, a_d + s["slow"] + g.eta * (beyond - s["slow"]), g, U, s["xi"])
     error = (forms.free if at_guidance else turning) - s["rate"]
     drate = s["integral"] + g.step_c * error
     command = command_of(forms, drate - fr - g.lead_r * (fr - s["sr"]) - g.k1 * (later[3] - s["rate"]), a[-1], c)
     model = _predicted((y, psi, v, r), fv, fr + forms.next["model"], U, T)
     forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
-        "fv": fv, "slow": s["slow"] + g.step_s * (fv - s["slow"]), "fr": fr, "sr": s["sr"] + g.step_f * (fr - s["sr"]),
-        "xi": s["xi"] + _drift(g, hull) * later[0], "rate": s["rate"] + T * drate,
+        "fv": fv, "slow": s["slow"] + g.step_s * (beyond - s["slow"]), "fr": fr, "sr": s["sr"] + g.step_f * (fr - s["sr"]),
+        "xi": s["xi"] + _drift(g, hull) * (later[0] - goal[0]), "rate": s["rate"] + T * drate,
         "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
     }  # fmt: skip
     A = np.zeros((4, 4))
@@ -186,10 +204,30 @@ def _predicted(motion: tuple[Form, ...], dv: Form, dr: Form, U: float, T: float)
     return y + T * (U * middle + v + 0.5 * T * dv), psi + T * (r + 0.5 * T * dr), v + T * dv, r + T * dr
 
 
-def _turning(motion: tuple[Form, ...], dv: Form, g: Gains, U: float, xi: Form) -> Form:
-    """The yaw rate c·epsilon + r_w that the guidance commands about a straight path."""
-    y, psi, v, _ = motion
+def _point(forms: Forms, carriage: Carriage | None, T: float) -> tuple[Form, Form, Form]:
+    """The point of the reference across the path, its velocity and acceleration, which follow the true heading and yaw rate."""
+    if carriage is None:
+        return 0.0 * forms.free, 0.0 * forms.free, 0.0 * forms.free
+    s, (x, omega, q) = forms.now, carriage
+    beyond = s["psi"] - s["delta"]
+    rate = omega * beyond + s["b"]
+    forms.next |= {"delta": s["delta"] + T * rate, "b": s["b"] + T * q * beyond}
+    return x * s["delta"], x * rate, x * (omega * (s["r"] - rate) + q * beyond)
+
+
+def _turning(motion: tuple[Form, ...], goal: tuple[Form, Form, Form], dv: Form, g: Gains, U: float, xi: Form) -> Form:
+    """The yaw rate c·epsilon + r_w that the guidance commands about a straight path, towards a point that moves across it.
+
+    Args:
+        motion: y, psi, v, r.
+        goal: Position, velocity and acceleration of the point.
+        dv: Sway acceleration.
+        g: Constants of the law.
+        U: Speed, m/s.
+        xi: The integral.
+    """
+    (y, psi, v, _), (y_d, v_d, a_d) = motion, goal
     q2 = (g.c * g.rho) ** 2
     W2 = U * U + q2
-    epsilon = (-(g.k_p * y + xi) - U * psi - v) / math.sqrt(W2)
-    return g.c * epsilon - U * g.k_p * (U * psi + v) / W2 - U * U / W2 * dv / math.sqrt(W2)
+    epsilon = (v_d - g.k_p * (y - y_d) - xi - U * psi - v) / math.sqrt(W2)
+    return g.c * epsilon + U * (a_d - g.k_p * (U * psi + v - v_d)) / W2 - U * U / W2 * dv / math.sqrt(W2)

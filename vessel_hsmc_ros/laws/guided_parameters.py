@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.applied_wrench import Channel, channel
 from vessel_hsmc_ros.laws.guided_rule import DERIVED, Dynamics, Input, derived_gains, dynamics, unit_time
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.known_vessel import ControlledVessel, KnownVessel
 from vessel_hsmc_ros.laws.network import NetworkParameters
 
 POSITIVE = (
@@ -109,6 +109,12 @@ class Gains(NamedTuple):
     U_s: float
     U_xi: float
     leak: float
+    W_0: float
+    e_b: float
+    x_p: float
+    r_rest: float
+    dr_rest: float
+    k_s: float
     m11: float
     m33: float
     surge: Channel
@@ -167,6 +173,7 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     inputs = dynamics(vessel)
     constants |= _forecast(constants.pop("w_f"), bandwidths, inputs, T)
     constants["step_s"] = -math.expm1(-constants.pop("w_s") * T)
+    constants |= _station_keeping(vessel, given["k_p"], given["r_max"], a_max)
     constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
     surge, yaw = (_channel(each, limit, T) for each, limit in zip((inputs.surge, inputs.yaw), limits, strict=True))
@@ -187,6 +194,24 @@ def _channel(known: Input, limit: float, period: float) -> Channel:
     return channel(limit, known.lag, known.remaining, known.rate, known.dead_time, period)
 
 
+def _station_keeping(vessel: KnownVessel, k_p: float, r_max: float, a_max: float) -> dict[str, float]:
+    """The constants of station keeping about a pivot ahead, and of the decay of a spin.
+
+    Args:
+        vessel: What is declared of the ship.
+        k_p: Position gain, 1/s.
+        r_max: Largest yaw rate of a heading change, rad/s.
+        a_max: Yaw acceleration that turns are planned with, rad/s².
+    """
+    full = vessel.yaw_moment_limit / vessel.yaw_inertia
+    return {
+        "x_p": vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0,
+        "r_rest": max(r_max, 0.8 / unit_time(vessel)),
+        "dr_rest": max(2.0 * a_max, 0.3 * full),
+        "k_s": 2.0 * k_p if vessel.drift_decay >= 0.0 else 0.0,
+    }
+
+
 def _thresholds(vessel: KnownVessel) -> dict[str, float]:
     """Thresholds and the leakage of the weights, in the units of the ship."""
     T = unit_time(vessel)
@@ -198,4 +223,6 @@ def _thresholds(vessel: KnownVessel) -> dict[str, float]:
         "U_s": 0.029 * speed,
         "U_xi": 0.0144 * speed,
         "leak": 0.046 / T,
+        "W_0": 0.12 * speed,
+        "e_b": 0.001 * vessel.length,
     }

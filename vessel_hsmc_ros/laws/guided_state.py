@@ -13,13 +13,16 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d."""
+    """State of command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d, and whether
+    the ship keeps station.
+    """
 
     rate: float
     integral: float
     s: float
     xi: tuple[float, float]
     slow: float = 0.0
+    near: bool = False
 
 
 class Memory(NamedTuple):
@@ -66,7 +69,7 @@ class Constants(NamedTuple):
 def initial(neurons: int, delay: int) -> Memory:
     """The internal state before the first step, for a number of neurons and the longest delay in periods."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False)
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),

@@ -48,6 +48,7 @@ class Connections:
         self._publishers: list[tuple[Publisher, tuple[str, ...]]] = []
         self._awaited: list[Awaited] = []
         self._exclusive: list[str] = []
+        self._conditions: list[Callable[[], str]] = []
 
     def add_publisher(self, publisher: Publisher, *partners: str) -> None:
         """Wait for the subscribers of a topic; the node of one of them must publish one of `partners`, if there are any."""
@@ -56,6 +57,10 @@ class Connections:
     def add_subscription(self, awaited: Awaited) -> None:
         """Wait for the publisher of a topic, and subscribe as soon as it exists."""
         self._awaited.append(awaited)
+
+    def add_condition(self, unmet: Callable[[], str]) -> None:
+        """Wait, once all publishers and subscribers are there, until a function no longer returns what is awaited."""
+        self._conditions.append(unmet)
 
     def allow_one_publisher(self, topic: str) -> None:
         """Let `conflict` report a second publisher of a topic."""
@@ -82,6 +87,7 @@ class Connections:
                 self.subscriptions.append(self._node.create_subscription(*arguments, raw=raw))
         found = [f"a publisher of {self._node.resolve_topic_name(awaited.topic)}" for awaited in self._awaited]
         found += [lack for publisher, partner in self._publishers if (lack := self.missing_reader(publisher, *partner))]
+        found = found or [text for unmet in self._conditions if (text := unmet())]
         return list(dict.fromkeys(found))
 
     def missing_reader(self, publisher: Publisher, *partners: str) -> str:

@@ -13,7 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
+from vessel_hsmc_ros.core.install_paths import discovery
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.security import start_error
@@ -50,14 +50,14 @@ class Remote:
     """
 
     def __init__(self, namespace: str = "") -> None:
-        os.environ[PROFILES] = discovery_profiles()
         self._prefix = f"/{namespace}/" if namespace else "/"
         self._context = rclpy.Context()
         try:
             rclpy.init(context=self._context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-            self.node = rclpy.create_node(
-                f"_vessel_hsmc_{os.getpid()}", context=self._context, start_parameter_services=False, enable_rosout=False
-            )
+            with discovery():
+                self.node = rclpy.create_node(
+                    f"_vessel_hsmc_{os.getpid()}", context=self._context, start_parameter_services=False, enable_rosout=False
+                )
         except RuntimeError as error:
             raise RunError(f"cannot connect: {start_error(error)}") from None
         self._executor = SingleThreadedExecutor(context=self._context)

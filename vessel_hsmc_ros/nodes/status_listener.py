@@ -9,6 +9,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_msgs.msg import Event
 
+from vessel_hsmc_ros.core.install_paths import discovery
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
@@ -37,7 +38,8 @@ class StatusListener:
         # No signal handlers: rclpy's would end this context at Ctrl-C, before the nodes have reported their shutdown.
         self._context = rclpy.Context()
         rclpy.init(context=self._context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self._node = rclpy.create_node("run_monitor", context=self._context, start_parameter_services=False)
+        with discovery():
+            self._node = rclpy.create_node("run_monitor", context=self._context, start_parameter_services=False)
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, qos.DIAGNOSTICS)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)

@@ -16,11 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.pivot import INTEGRAL, pivot_of
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws.guided_margins import Actuator, Hull, surge_loop, yaw_loop
+from vessel_hsmc_ros.laws.guided_margins import Actuator, Carriage, Hull, surge_loop, yaw_loop
 from vessel_hsmc_ros.laws.guided_parameters import Gains, by_hand_or_derived, gains
 from vessel_hsmc_ros.laws.guided_rule import RULES, dynamics
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.linear_loop import Margins, margins
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -86,7 +88,14 @@ def hull_about(scenario: Scenario, speed: float) -> Hull:
     turn = np.array(acceleration((0.0, declared.sway_force_per_yaw_moment, 1.0), ship)[1:]) * known.yaw_inertia
     to_point = np.array([[1.0, known.ahead], [0.0, 1.0]])
     lateral = to_point @ slopes[1:, 1:] @ np.linalg.inv(to_point)
-    return Hull(speed, float(slopes[0, 0]), thrust, lateral, to_point @ turn)
+    return Hull(speed, float(slopes[0, 0]), thrust, lateral, to_point @ turn, _carriage(declared, speed))
+
+
+def _carriage(declared: KnownVessel, speed: float) -> Carriage | None:
+    """How the reference is carried to the controlled point of a vessel at a speed, m/s."""
+    point = pivot_of(declared, 1.0)
+    omega = max(speed, point.U_0) * point.per_distance
+    return Carriage(point.x_p, omega, INTEGRAL * omega**2) if point.x_p else None
 
 
 def true_actuators(scenario: Scenario) -> tuple[Actuator, Actuator]:

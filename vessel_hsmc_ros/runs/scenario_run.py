@@ -92,7 +92,7 @@ def run_nodes(
         origin |= {"faults": [fault.describe() for fault in faults.faults]}
     recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
     folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
-    status = supervisor.supervise(folder, namespace, progress, live_port, scenario.vessel_sim.by_thrusters, injection)
+    status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection)
     result = Result(folder, status.code, status.failure)
     try:
         _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted

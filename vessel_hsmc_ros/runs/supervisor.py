@@ -22,7 +22,7 @@ from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.fault_injection import Injection, ProcessFaults
 from vessel_hsmc_ros.runs.processes import MODULES, NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario
 
 CONNECT_LIMIT = 20.0
 """Time limit for the discovery of the nodes, and for the start of the live view, s."""
@@ -69,32 +69,33 @@ class Interrupts:
 
 def supervise(
     folder: RunFolder,
+    scenario: Scenario,
     namespace: str,
     progress: Progress,
     live_port: int | None = None,
-    by_thrusters: bool = False,
     injection: Injection | None = None,
 ) -> ExitStatus:
     """Start the nodes, wait until the plant ends the run, stop them.
 
     Args:
         folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
+        scenario: What they run.
         namespace: Namespace of the nodes, without leading and trailing slashes.
         progress: Called with the simulated time in the diagnostics of the plant.
         live_port: Port of the live view; None for no live view.
-        by_thrusters: Whether thrusters drive the ship, so that their allocation takes part.
         injection: The scripted faults of the run; None for none.
 
     Returns:
         How the run ended; a failure is not raised.
     """
     extra = injection.arguments() if injection else {}
+    names, lockstep = taking_part(scenario.vessel_sim.by_thrusters), scenario.controller.lockstep
     # The processes come first: they start while this one creates its own node, and before it has threads (they are forked).
     with (
         Interrupts() as interrupts,
-        live_view(folder, namespace, live_port, interrupts),
-        relaying(injection, folder, namespace) as relay,
-        NodeGroup(folder.parameters, folder.logs, namespace, taking_part(by_thrusters), extra) as nodes,
+        live_view(folder, namespace, lockstep, live_port, interrupts),
+        relaying(injection, folder, namespace, lockstep) as relay,
+        NodeGroup(folder.parameters, folder.logs, namespace, names, extra, real_time=not lockstep) as nodes,
         StatusListener(namespace) as listener,
     ):
         faults = ProcessFaults(injection.script if injection else FaultScript(), nodes)
@@ -111,33 +112,33 @@ def supervise(
     return status
 
 
-def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> NodeGroup:
+def relaying(injection: Injection | None, folder: RunFolder, namespace: str, lockstep: bool) -> NodeGroup:
     """The process of the relay, if there are faults."""
     if injection is None:
         return NodeGroup(folder.parameters, folder.logs, namespace, ())
-    return NodeGroup(injection.write(folder.path), folder.logs, namespace, (RELAY,))
+    return NodeGroup(injection.write(folder.path), folder.logs, namespace, (RELAY,), real_time=not lockstep)
 
 
 @contextmanager
-def live_view(folder: RunFolder, namespace: str, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
+def live_view(folder: RunFolder, namespace: str, lockstep: bool, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
     """A context in which the nodes of the live view run; ready when it is entered; their failure does not affect the run.
 
     Args:
         folder: The run folder.
         namespace: Namespace of the nodes.
+        lockstep: Whether the run is one in lockstep.
         live_port: Port of the live view; None for no live view.
         interrupts: An interrupt ends the wait for the port.
     """
     if live_port is None:
         yield
         return
-    lockstep = load_scenario(folder.parameters).controller.lockstep
     settings = {"live": {"port": live_port, "lockstep": lockstep}, "markers": {"lockstep": lockstep}}
     document = {f"/**/{node}": {"ros__parameters": parameters} for node, parameters in settings.items()}
     folder.logs.mkdir(parents=True, exist_ok=True)
     parameters = folder.logs / "watchers.yaml"
     parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
-    with NodeGroup(parameters, folder.logs, namespace, tuple(settings)) as group:
+    with NodeGroup(parameters, folder.logs, namespace, tuple(settings), real_time=not lockstep) as group:
         deadline = time.monotonic() + CONNECT_LIMIT
         while not (_is_listening(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
             time.sleep(0.05)

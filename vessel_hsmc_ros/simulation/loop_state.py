@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState
-from vessel_hsmc_ros.control.pivot import Pivot
+from vessel_hsmc_ros.control.pivot import Heading, Pivot
 from vessel_hsmc_ros.core.delay_line import DelayLine
 from vessel_sim_node.step import PlantConstants, PlantState
 
@@ -65,7 +65,7 @@ class State(NamedTuple):
         memory: Internal state of the law.
         observer: State of the observer.
         plant: State of the plant.
-        delta: Filtered difference of headings of `control.pivot`.
+        delta: State of the filter of the headings of `control.pivot`.
         commands: The last commands, where there is an observer.
     """
 
@@ -74,7 +74,7 @@ class State(NamedTuple):
     memory: Any
     observer: ObserverState
     plant: PlantState
-    delta: float
+    delta: Heading
     commands: DelayLine
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ages, past_commands
 from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.pivot import START
 from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, published
@@ -72,7 +73,7 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)
     commands = past_commands(RateGrid(controller.rate_hz).period)
-    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state(), 0.0, commands)
+    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state(), START, commands)
     return Prepared(state, constants, Inputs(*instants, reference, noise, gusts))
 
 

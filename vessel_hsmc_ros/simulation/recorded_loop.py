@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
-from vessel_hsmc_ros.control.pivot import Pivot, carry
+from vessel_hsmc_ros.control.pivot import Heading, Pivot, carry
 from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
@@ -57,7 +57,7 @@ class Answered(NamedTuple):
     wrench: tuple[float, float]
     memory: Any
     observer: ObserverState
-    delta: float
+    delta: Heading
     commands: DelayLine
 
 

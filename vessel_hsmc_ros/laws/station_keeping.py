@@ -1,0 +1,70 @@
+"""Station keeping of a ship whose yaw moment turns it about a pivot ahead of the origin, and the heading in calm water.
+
+| symbol | meaning | unit |
+|---|---|---|
+| x_p | distance of the pivot ahead of the origin | m |
+| v_p | sway velocity of the pivot, v + x_p·r, which the yaw moment does not accelerate | m/s |
+| rho | lever arm of station keeping: here the held point is that far behind the origin | m |
+| w_n | velocity command across the hull | m/s |
+| W | magnitude of the velocity command | m/s |
+| W_0 | the same at which station keeping takes over from the approach | m/s |
+"""
+
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.laws.guided_parameters import Gains
+
+
+@kernel
+def pivot_ahead(reference_squared: float, g: Gains) -> float:
+    """Distance x of the pivot ahead of the controlled point, x_p/(1 + (U_d/U_s)⁴): under way the pivot itself is controlled.
+
+    Args:
+        reference_squared: U_d², m²/s².
+        g: Gains.
+    """
+    ratio = reference_squared / (g.U_s * g.U_s)
+    return g.x_p / (1.0 + ratio * ratio)
+
+
+@kernel
+def pivoting_rate(w_n: float, v_p: float, x: float, g: Gains) -> float:
+    """The yaw rate (v_p - w_n)/(x + rho), at which the point rho behind the origin moves across the hull at w_n.
+
+    Args:
+        w_n: Velocity command across the hull, m/s.
+        v_p: Sway velocity of the pivot, m/s.
+        x: Distance of the pivot ahead of the controlled point, m.
+        g: Gains.
+    """
+    return clip((v_p - w_n) / (x + g.rho), g.r_rest)
+
+
+@kernel
+def keeps_station(near: bool, square: float, reference_squared: float, g: Gains) -> bool:
+    """Whether the ship keeps station: W²/W_0² + U_d²/U_s² below 1/2, or below 2 if it did so in the last period.
+
+    Approach and station keeping turn the ship to opposite sides, bow and stern first: a mixture of both would leave it on the beam.
+
+    Args:
+        near: Whether it did.
+        square: W², m²/s².
+        reference_squared: U_d², m²/s².
+        g: Gains.
+    """
+    return square / (g.W_0 * g.W_0) + reference_squared / (g.U_s * g.U_s) < (2.0 if near else 0.5)
+
+
+@kernel
+def despinning(motion: Motion, g: Gains) -> float:
+    """Surge speed k_s·v·r/(r² + k_p²) that takes energy out of a spin.
+
+    A hull that spins with the sway velocity v circles at the radius v/r, and the surge speed k_p·v/r that would pull it in feeds
+    v by the Coriolis force m11·u·r, faster than a hull with little damping loses it.
+
+    Args:
+        motion: State of the ship.
+        g: Gains.
+    """
+    return g.k_s * motion.v * motion.r / (motion.r * motion.r + g.k_p * g.k_p)
