@@ -223,12 +223,12 @@ def test_odometry_without_a_reference_of_its_stamp_is_reported_with_both_stamps(
 
 def test_references_without_matching_odometry_are_limited_in_number(bench: Any, plant: Any) -> None:
     node = plant.connect(bench.start(ControllerNode))
-    for k in range(2500):
+    for k in range(2100):
         plant.send_reference(k)
-    plant.send_odometry(2499)
-    bench.until(lambda: plant.stamps() == [2499])
+    plant.send_odometry(2099)
+    bench.until(lambda: plant.stamps() == [2099])
     plant.send_odometry(10 * STEP)
-    for k in range(2500):
+    for k in range(2100):
         plant.send_reference(STEP + k)
-    bench.until(lambda: STEP + 2499 in node._steps._references)
+    bench.until(lambda: STEP + 2099 in node._steps._references)
     assert node.status()[2]["references_waiting"] == 2000
