@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 
-DEADLINE = 20.0
+DEADLINE = 60.0
 
 T = TypeVar("T")
 

@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.kinematics import as_published
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
 from vessel_hsmc_ros.laws.terms import diagnosed
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes import controller_steps, qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
@@ -221,14 +221,17 @@ def test_odometry_without_a_reference_of_its_stamp_is_reported_with_both_stamps(
     bench.until(lambda: statuses[-1].status[0].message == "running")
 
 
-def test_references_without_matching_odometry_are_limited_in_number(bench: Any, plant: Any) -> None:
+def test_references_without_matching_odometry_are_limited_in_number(
+    bench: Any, plant: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(controller_steps, "REFERENCES_KEPT", 50)
     node = plant.connect(bench.start(ControllerNode))
-    for k in range(2500):
+    for k in range(60):
         plant.send_reference(k)
-    plant.send_odometry(2499)
-    bench.until(lambda: plant.stamps() == [2499])
+    plant.send_odometry(59)
+    bench.until(lambda: plant.stamps() == [59])
     plant.send_odometry(10 * STEP)
-    for k in range(2500):
+    for k in range(60):
         plant.send_reference(STEP + k)
-    bench.until(lambda: STEP + 2499 in node._steps._references)
-    assert node.status()[2]["references_waiting"] == 2000
+    bench.until(lambda: STEP + 59 in node._steps._references)
+    assert node.status()[2]["references_waiting"] == 50

@@ -26,8 +26,8 @@ def change(bench: Any) -> Any:
     """Request a transition; returns whether it took place."""
 
     def request(transition: int) -> bool:
-        asked = ChangeState.Request(transition=Transition(id=transition))
-        return bool(bench.call(ChangeState, "/controller/change_state", asked).success)
+        wanted = ChangeState.Request(transition=Transition(id=transition))
+        return bool(bench.call(ChangeState, "/controller/change_state", wanted).success)
 
     return request
 

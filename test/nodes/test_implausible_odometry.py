@@ -50,7 +50,7 @@ def test_jumps_that_never_agree_lead_to_the_safe_action_once_the_last_good_sampl
         (lambda odometry: setattr(odometry.header, "frame_id", "map"), ControlState.WRONG_FRAME),
     ],
 )
-def test_odometry_without_orientation_variance_or_frame_is_refused_and_the_state_says_why(
+def test_odometry_without_orientation_variance_or_frame_is_refused_and_the_state_gives_the_reason(
     sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, spoil: Any, reason: int
 ) -> None:
     sea.start(ControllerNode, law="guided", input_timeout=TIMEOUT)

@@ -62,7 +62,7 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench
 
     command.until(lambda: spin() and plant.commands and any(plant.wrenches()[-1]), 60.0)
     command.popen.send_signal(number)
-    command.until(lambda: spin() and command.popen.poll() is not None, 20.0)
+    command.until(lambda: spin() and command.popen.poll() is not None, 60.0)
     assert command.popen.returncode == 0
     for _ in range(20):
         spin()

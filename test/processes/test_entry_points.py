@@ -26,7 +26,7 @@ def test_without_the_message_package_a_node_names_the_build_command_in_one_line(
     blocked = ("vessel_hsmc_msgs",)
     if executable in ("vessel_sim_node", "recorder_node"):
         blocked = ("rclpy",)  # these two use no message of the package itself
-    done = subprocess.run(code_without(blocked, code), capture_output=True, text=True, timeout=60.0)
+    done = subprocess.run(code_without(blocked, code), capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert f"{blocked[0]} is not installed: " in line
@@ -39,7 +39,7 @@ def test_without_the_message_package_a_node_names_the_build_command_in_one_line(
 )
 def test_the_command_run_names_a_missing_module_and_its_remedy(tmp_path: Path, module: str, remedy: str) -> None:
     code = "sys.argv[1:] = ['run', 'case2_tracking']; from vessel_hsmc_ros.cli.main import main; sys.exit(main())"
-    done = subprocess.run(code_without((module,), code), cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+    done = subprocess.run(code_without((module,), code), cwd=tmp_path, capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"error: {module} is not installed: {remedy}")
@@ -60,6 +60,6 @@ def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_p
         "threading.Thread(target=interrupt, daemon=True).start()\n"
         "sys.exit(main())"
     )
-    done = subprocess.run(code_without(ANALYSIS, code), cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+    done = subprocess.run(code_without(ANALYSIS, code), cwd=tmp_path, capture_output=True, text=True, timeout=120.0)
     assert "ModuleNotFoundError" not in done.stderr
     assert done.returncode == 0, done.stderr

@@ -51,7 +51,7 @@ def test_in_the_c_locale_every_verb_works_and_spells_units_out(start: Start, tmp
 @pytest.mark.parametrize("redirection", ["<&-", "<&- >&- 2>&-"])
 def test_closed_standard_streams_do_not_disturb_a_simulation(tmp_path: Path, redirection: str) -> None:
     line = f'"$0" compare case2_tracking --set vessel_sim.duration=1 --laws pd --jobs 1 {redirection}'
-    done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, timeout=60.0)
+    done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, timeout=120.0)
     assert done.returncode == 0
     assert b"Traceback" not in done.stderr
     assert list(tmp_path.glob("runs/*/compare.json"))
@@ -59,7 +59,7 @@ def test_closed_standard_streams_do_not_disturb_a_simulation(tmp_path: Path, red
 
 def test_a_run_of_the_nodes_works_with_closed_standard_input(tmp_path: Path) -> None:
     line = '"$0" run case2_tracking --set vessel_sim.duration=1 <&-'
-    done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, text=True, timeout=90.0)
+    done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 0, done.stderr
     assert "run folder: " in done.stdout
 

@@ -35,7 +35,7 @@ def started(start: Any, *arguments: Any) -> Any:
     """Start a run and wait until its bag grows; returns the command and its run folder."""
     command = start("vessel-hsmc", "run", "case2_tracking", *arguments)
     runs = command.output.parent / "runs"
-    command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > WELL_UNDER_WAY, 30.0)
+    command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > WELL_UNDER_WAY, 60.0)
     return command, run_folder(runs)
 
 
@@ -74,7 +74,7 @@ def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     nodes = nodes_of(command)
     assert nodes.keys() == set(taking_part(by_thrusters=False))
     os.kill(nodes[name], signal.SIGKILL)
-    assert command.wait(20.0) == 1
+    assert command.wait(60.0) == 1
     assert f"error: {name} was killed by SIGKILL" in command.text
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
@@ -88,7 +88,7 @@ def test_an_interrupted_run_ends_in_order_with_a_complete_bag(start: Any, number
     command, folder = started(start)
     nodes = nodes_of(command)
     send(command.popen.pid, number)
-    assert command.wait(20.0) == 128 + number
+    assert command.wait(60.0) == 128 + number
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
@@ -99,7 +99,7 @@ def test_a_hanging_node_ends_the_run_and_is_named(start: Any) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)
     os.kill(nodes["controller"], signal.SIGSTOP)
-    assert command.wait(20.0) == 1
+    assert command.wait(60.0) == 1
     assert "controller has been silent" in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
@@ -110,7 +110,7 @@ def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start:
     nodes = nodes_of(command)
     command.popen.kill()
     command.popen.wait(5.0)
-    end = time.monotonic() + 10.0
+    end = time.monotonic() + 60.0
     while any(Path(f"/proc/{pid}").exists() for pid in nodes.values()):
         assert time.monotonic() < end, "nodes outlive the command that started them"
         time.sleep(0.05)
@@ -120,7 +120,7 @@ def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start:
 def test_run_without_ros_names_what_is_missing(start: Any) -> None:
     code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
     command = start("python", "-c", code + "from vessel_hsmc_ros.cli.main import main; sys.exit(main())")
-    assert command.wait(20.0) == 1
+    assert command.wait(60.0) == 1
     assert (
         "error: rclpy is not installed: nodes need ROS 2, source a Jazzy workspace; `vessel-hsmc simulate` does without"
         in command.text
@@ -171,7 +171,7 @@ def test_a_node_that_cannot_start_logs_one_line_with_the_reason(
     start: Any, executable: str, arguments: list[str], reason: str
 ) -> None:
     command = start(executable, "--ros-args", *arguments)
-    assert command.wait(20.0) == 2
+    assert command.wait(60.0) == 2
     (line,) = [line for line in command.text.splitlines() if "[rcl]" not in line]
     assert line.startswith("[FATAL]")
     assert reason in line
@@ -199,7 +199,7 @@ def test_the_error_that_ends_a_node_is_logged_as_fatal_and_reaches_rosout_and_di
     sensor.create_subscription(DiagnosticArray, "/diagnostics", statuses.append, qos.DIAGNOSTICS)
     publisher = sensor.create_publisher(Odometry, "odom", qos.LOSSLESS)
     connected = (publisher.get_subscription_count, lambda: sensor.count_publishers("/diagnostics"))
-    command.until(lambda: sensor.executor.spin_once(0.02) or (all(each() for each in connected) and statuses), 10.0)
+    command.until(lambda: sensor.executor.spin_once(0.02) or (all(each() for each in connected) and statuses), 60.0)
     message = conversions.new_odometry()
     message.pose.pose.position.y = math.nan
     publisher.publish(message)
@@ -210,7 +210,7 @@ def test_the_error_that_ends_a_node_is_logged_as_fatal_and_reaches_rosout_and_di
         sensor.executor.spin_once(0.05)
     assert logs[-1].level == 50  # FATAL
     assert statuses[-1].status[0].level == DiagnosticStatus.ERROR
-    assert command.wait(10.0) == 1
+    assert command.wait(60.0) == 1
     lines = command.text.splitlines()
     assert lines[-1].startswith("[FATAL]")
     assert lines[-1].endswith(f"[controller]: {reason}")

@@ -41,12 +41,12 @@ def last_log_line(folder: Path, node: str) -> str:
 @pytest.mark.parametrize("suddenly", [False, True])
 def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(start: Start, small_disk: Path, suddenly: bool) -> None:
     command = start("vessel-hsmc", "run", "case2_tracking", "--output", small_disk)
-    folder = command.until(lambda: run_folder(small_disk), 30.0)
+    folder = command.until(lambda: run_folder(small_disk), 60.0)
     assert folder
     bag = folder / "bag"
     if suddenly:
         recording = bag / "bag_0.mcap"
-        command.until(lambda: recording.exists() and recording.stat().st_blocks * 512 > MEGABYTE, 30.0)
+        command.until(lambda: recording.exists() and recording.stat().st_blocks * 512 > MEGABYTE, 60.0)
         fill(small_disk)
     began = time.monotonic()
     assert command.wait(60.0) == 1
@@ -63,7 +63,7 @@ def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(start: Start, 
 def test_a_disk_that_is_full_from_the_start_is_one_line(start: Start, small_disk: Path, arguments: list[str]) -> None:
     fill(small_disk)
     command = start("vessel-hsmc", *arguments, "--output", small_disk)
-    assert command.wait(30.0) == 1
+    assert command.wait(60.0) == 1
     (line,) = command.text.splitlines()
     assert line.startswith("error: ")
     assert line.endswith(NO_SPACE)

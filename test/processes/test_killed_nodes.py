@@ -94,9 +94,9 @@ def test_no_command_outlives_its_timeout_when_the_controller_is_killed_or_stoppe
     commander = start("python", "-c", COMMANDER)
     plant.until(witness.drives, 90.0)
     commander.popen.send_signal(number)
-    plant.until(witness.rests, 30.0)
+    plant.until(witness.rests, 60.0)
     assert all(witness.greatest_age(topic) <= TIMEOUT for topic in witness.heard)
     if number == signal.SIGSTOP:
         commander.popen.send_signal(signal.SIGCONT)
-        plant.until(witness.drives, 30.0)
+        plant.until(witness.drives, 60.0)
         assert all(witness.greatest_age(topic) <= TIMEOUT for topic in witness.heard)

@@ -27,6 +27,6 @@ def test_the_boat_of_the_example_follows_its_reference(start: Callable[..., Comm
     nodes = children(command.popen.pid)
     assert len(nodes) == 2
     command.popen.send_signal(signal.SIGINT)
-    assert command.wait(20.0) == 0
+    assert command.wait(60.0) == 0
     assert "Traceback" not in command.text
     assert not [pid for pid in nodes if Path(f"/proc/{pid}").exists()]

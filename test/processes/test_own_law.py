@@ -40,7 +40,7 @@ Verb = Callable[..., int]
 def vessel_hsmc(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The command as a process of its own."""
     command = [str(BIN / "vessel-hsmc"), *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60.0)
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120.0)
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ DURATION = 4.0
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Bag:
     folder = tmp_path_factory.mktemp("realistic")
     command = [str(BIN / "vessel-hsmc"), "run", "realistic", "--set", f"vessel_sim.duration={DURATION}"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60.0)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 0, done.stderr
     return open_bag(next((folder / "runs").iterdir()) / "bag")
 

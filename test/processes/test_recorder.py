@@ -36,12 +36,12 @@ def ship() -> Any:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_recorder_completes_its_bag_and_exits_with_0(start: Any, ship: Any, number: int) -> None:
     command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
-    command.until(ship.get_subscription_count, 10.0)
+    command.until(ship.get_subscription_count, 60.0)
     for _ in range(200):
         ship.publish(conversions.new_odometry())
     assert ship.wait_for_all_acked(rclpy.duration.Duration(seconds=5.0))
     command.popen.send_signal(number)
-    assert command.wait(10.0) == 0, command.text
+    assert command.wait(60.0) == 0, command.text
     bag = command.output.parent / "bag"
     assert is_complete(bag)
     assert open_bag(bag)["odom"].count == 200
@@ -49,7 +49,7 @@ def test_an_interrupted_recorder_completes_its_bag_and_exits_with_0(start: Any, 
 
 def test_the_recorder_runs_as_batch_work_that_preempts_no_other_process(start: Any, ship: Any) -> None:
     command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
-    command.until(ship.get_subscription_count, 10.0)
+    command.until(ship.get_subscription_count, 60.0)
     threads = Path(f"/proc/{command.popen.pid}/task")
     assert {os.sched_getscheduler(int(thread.name)) for thread in threads.iterdir()} == {os.SCHED_BATCH}
 

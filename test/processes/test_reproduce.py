@@ -27,7 +27,7 @@ def test_the_nodes_reproduce_the_numbers_of_the_offline_loop(tmp_path: Path) -> 
 
 
 def test_help_describes_the_verb_and_its_options() -> None:
-    done = subprocess.run([BIN / "vessel-hsmc", "reproduce", "--help"], capture_output=True, text=True, timeout=60.0)
+    done = subprocess.run([BIN / "vessel-hsmc", "reproduce", "--help"], capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 0
     assert "--ros" in done.stdout
     assert "Repeat every case and figure of the paper" in done.stdout

@@ -26,7 +26,7 @@ from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_sim_node.plant import VesselParameters
 
 DURATION = 8.0
-COMMAND_LIMIT = 60.0
+COMMAND_LIMIT = 120.0
 """Time limit of a command, s."""
 
 STEPS = 800

@@ -121,7 +121,8 @@ def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path) ->
     assert [r["verdict"] for r in runs] == ["hit", "miss", None, "hit"]
     assert "0.001 m, largest 1 m" in done.output
     assert (
-        "| case | over | limit | rms position error | largest | actuator travel [1/min] |" in (folder / "compare.md").read_text()
+        "| case | over | limit | rms position error | largest position error | actuator travel [1/min] |"
+        in (folder / "compare.md").read_text()
     )
     assert all(r["travel"] >= 0.0 for r in runs)  # 0: saturated during the whole second
 

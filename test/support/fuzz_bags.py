@@ -1,9 +1,11 @@
 """Fuzzing of the readers of messages and bags; the form of a target is that of `fuzz_targets`."""
 
 from functools import cache
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
-from bag_making import TYPES, write_run
+from bag_making import STORE, TYPES, write_run
 from fuzz_findings import Finding, decided, file
 from fuzz_seeds import folder, seeds
 
@@ -18,20 +20,31 @@ def _decoder() -> MessageDecoder:
     return MessageDecoder("/odom", TYPES["odom"], definition(TYPES["odom"]))
 
 
+def _independent(data: bytes) -> Any:
+    """The message as rosbags reads it; None if it refuses it, by whatever exception."""
+    try:
+        return STORE.deserialize_cdr(data, TYPES["odom"])
+    except Exception:
+        return None
+
+
 def message(data: bytes) -> bool:
-    """A serialised message, one by one and in columns, which must agree."""
-    decoder = _decoder()
+    """A serialised message: by itself, in columns behind a valid one, and as rosbags reads it, which must all agree."""
+    decoder, valid = _decoder(), seeds()["message"]
     decoder._layouts, decoder._irregular = {}, False
-    one = decided(lambda: decoder.deserialize(data))
-    many = decided(lambda: decoder.columns(data, np.array([0]), np.array([len(data)]), decoder.fields))
-    if one is not None and many is not None:
-        for name in ("pose.pose.position.x", "twist.twist.angular.z", "header.stamp.sec"):
-            value = one
-            for part in name.split("."):
-                value = getattr(value, part)
-            if not np.array_equal(many[name], [value], equal_nan=True):
-                raise Finding(f"{name} is {value} and in columns {many[name]}")
-    return one is not None and many is not None
+    starts, sizes = np.array([0, len(valid)]), np.array([len(valid), len(data)])
+    one, expected = decided(lambda: decoder.deserialize(data)), _independent(data)
+    many = decided(lambda: decoder.columns(valid + data, starts, sizes, decoder.fields))
+    if not (one is None) == (many is None) == (expected is None):
+        raise Finding(f"read by itself: {one is not None}, in columns: {many is not None}, by rosbags: {expected is not None}")
+    if one is None:
+        return False
+    for name in decoder.fields:
+        values = [attrgetter(name)(one), many[name][1], attrgetter(name)(expected)]
+        arrays = [np.asarray(value) for value in values]
+        if not all(np.array_equal(arrays[0], each, equal_nan=each.dtype.kind == "f") for each in arrays[1:]):
+            raise Finding(f"{name} is {values[0]}, in columns {values[1]}, by rosbags {values[2]}")
+    return True
 
 
 def _used(opened: Bag) -> bool:

@@ -62,7 +62,7 @@ class Layout:
     Attributes:
         size: Bytes of the message with its encapsulation header.
         fields: Locations by dotted names.
-        lengths: Locations of the lengths of strings and sequences, and their values.
+        lengths: Locations of the encapsulation and of the lengths of strings and sequences, and their values.
     """
 
     size: int
@@ -146,7 +146,8 @@ class MessageType:
         """
         if len(message) < ENCAPSULATION or message[0] or message[1] > 1:  # neither CDR_BE nor CDR_LE
             raise NoLayout
-        walk = _Walk(message, "<" if message[1] else ">", Layout(len(message)), self._types)
+        encapsulation = {Location(0, "u1", ()): message[0], Location(1, "u1", ()): message[1]}
+        walk = _Walk(message, "<" if message[1] else ">", Layout(len(message), lengths=encapsulation), self._types)
         try:
             walk.struct(self.name, "")
         except (struct.error, KeyError):

@@ -6,13 +6,16 @@
 | dx | rate of x | m/s |
 | delta | heading of the ship minus that of the reference | rad |
 | delta_f, d1, d2 | the same filtered, with its first and second derivative | rad, rad/s, rad/s² |
+| b | slow rate of delta_f, the integral of the filter | rad/s |
+| o | angle learned from the error that returns with the turns of the reference (`turning_offset`) | rad |
+| alpha, a1, a2 | delta_f + o, with its first and second derivative | rad, rad/s, rad/s² |
 | omega | bandwidth of the filter, max(|nu_d|, U_0)/l | rad/s |
 | l | distance within which the filter follows: MARGIN·x_p/(1 - m11/m22), from L/3 to L | m |
-| q1, q2 | the point of the reference in its own axes, x·(cos delta_f, sin delta_f) | m |
+| q1, q2 | the point of the reference in its own axes, x·(cos alpha, sin alpha) | m |
 | U_0 | speed of the reference below which x goes to 0, FROUDE·sqrt(g·L) | m/s |
 | L, T | length of the hull, control period | m, s |
 
-The ship's point is x ahead along the heading of the ship, that of the reference along psi_d + delta_f. Along psi_d alone, the
+The ship's point is x ahead along the heading of the ship, that of the reference along psi_d + alpha. Along psi_d alone, the
 origin would be off by 2·x·sin(delta/2) wherever the ship has another heading than the reference, as in a side wind; along the
 heading of the ship, the acceleration of the point would contain the yaw acceleration, and with it the moment that the law is to
 compute. delta_f is a state: the carried position, velocity and acceleration are consistent, contain no moment, and leave no error
@@ -37,8 +40,7 @@ INTEGRAL, LARGEST = 0.3, 0.1
 """Integral gain of the filter in terms of omega², and largest slow rate in terms of omega."""
 
 MARGIN = 1.5
-"""Factor on the shortest distance l with which the heading is stable on a hull that does not damp sway; below 1 the filter
-relies on damping, of which six tenths of the paper ship's suffice."""
+"""Factor on the shortest distance l with which the heading is stable on a hull that does not damp sway."""
 
 ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
 """The terms of a law that are carried back to the origin."""
@@ -121,7 +123,7 @@ def position(desired: Motion, acceleration: Acceleration, p: Pivot) -> tuple[flo
 def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered: Heading, p: Pivot) -> Carried:
     """Carry the inputs of a law to its point; at the origin they are returned as they are.
 
-    d1 = omega·(delta - delta_f), d2 = omega·(r - r_d - d1)
+    d1 = omega·(delta - delta_f) + b, d2 = omega·(r - r_d - d1) + db, db = INTEGRAL·omega²·(delta - delta_f)
     (u, v) of the reference's point = (u_d + dq1 - r_d·q2, v_d + dq2 + r_d·q1)
 
     Args:
@@ -152,11 +154,11 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered:
     c, s = math.cos(psi_d), math.sin(psi_d)
     e = ((y_o - y_d) * c - (x_o - x_d) * s) / x if x != 0.0 else 1.0
     o = turning_offset(turning, e, r_d, acceleration.dr, turns, p.T)
-    cos, sin = math.cos(delta), math.sin(delta)
+    alpha, a1, a2 = delta + o.o, d1 + o.do, d2 + o.ddo
+    cos, sin = math.cos(alpha), math.sin(alpha)
     q1, q2 = x * cos, x * sin
-    dq1, dq2 = dx * cos - q2 * d1, dx * sin + q1 * d1
-    ddq1, ddq2 = -dx * sin * d1 - dq2 * d1 - q2 * d2, dx * cos * d1 + dq1 * d1 + q1 * d2
-    q2, dq2, ddq2 = q2 + x * o.o, dq2 + dx * o.o + x * o.do, ddq2 + 2.0 * dx * o.do + x * o.ddo
+    dq1, dq2 = dx * cos - q2 * a1, dx * sin + q1 * a1
+    ddq1, ddq2 = -dx * sin * a1 - dq2 * a1 - q2 * a2, dx * cos * a1 + dq1 * a1 + q1 * a2
     point = Motion(x_d + q1 * c - q2 * s, y_d + q1 * s + q2 * c, psi_d, u_d + dq1 - r_d * q2, v_d + dq2 + r_d * q1, r_d)
     du, dv, dr = acceleration
     rate = Acceleration(du + ddq1 - dr * q2 - r_d * dq2, dv + ddq2 + dr * q1 + r_d * dq1, dr)

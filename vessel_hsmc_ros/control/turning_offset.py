@@ -1,9 +1,9 @@
-"""A sideways offset of the reference's point in step with its turns, learned from the tracking error of the origin.
+"""An angle that varies with the turns of the reference, learned from the tracking error of the origin.
 
 | symbol | meaning | unit |
 |---|---|---|
 | e | tracking error of the origin across the reference's heading, in terms of the point's distance x | - |
-| o | offset of the point across the reference's heading, in terms of x | - |
+| o | angle by which the reference's point is turned about the origin | rad |
 | lambda | bandwidth of the regressors, max(abs(nu_d), U_0)/L | rad/s |
 | a, b, c | the reference's yaw rate after one, two and three first-order lags | rad/s |
 | phi1, phi2 | regressors a - b and a - 3·b + 2·c; at the frequency lambda they are a quarter of a period apart | rad/s |
@@ -14,7 +14,8 @@
 
 A hull whose sway is coupled to its yaw needs another heading than the reference's, which varies as the reference turns. The
 filter of the headings follows it late, and so does the law; what is late in a slalom returns with every turn, and the
-offset cancels it. Both regressors vanish in a steady turn and on a straight path: there nothing is learned and o = 0.
+angle o, which moves the origin across by x·o, cancels it. Both regressors vanish in a steady turn and on a straight path:
+there nothing is learned and o = 0.
 """
 
 from typing import NamedTuple
@@ -50,7 +51,7 @@ class Offset(NamedTuple):
 
 @kernel
 def turning_offset(turning: Turning, e: float, r_d: float, dr_d: float, rate: float, T: float) -> Offset:
-    """The offset and what is learned in a period.
+    """The angle and what is learned in a period.
 
     The derivatives are those for constant coefficients, which change slowly compared with the regressors.
 

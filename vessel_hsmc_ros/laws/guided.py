@@ -112,11 +112,11 @@ def command(
     square = w.w_t * w.w_t + w.w_n * w.w_n
     near = keeps_station(near, square, velocity.reference_squared, g)
     largest = 2.0 * g.a_max
-    if near and x > 0.0:
+    if near and x > g.x_far:
         turning, largest = pivoting_rate(w.w_n, v, x, g), g.dr_rest
 
     calm = calmness(square, motion.v, f.fu, f.fv, g)
-    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.k_p * g.e_b / (x + g.rho))
+    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
     error = clip(turning + alignment - r_d, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
@@ -124,7 +124,7 @@ def command(
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
-    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + water.ahead + (despinning(motion, g) if near else 0.0)
+    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + water.ahead + (despinning(v, motion.r, g) if near else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + water.port))
     return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift)
 

@@ -25,11 +25,11 @@ Array = NDArray[np.float64]
 
 
 class Carriage(NamedTuple):
-    """How the reference is carried to the controlled point: delta_f' = omega·(psi - delta_f) + b, b' = q·(psi - delta_f).
+    """How the reference is carried to the point that the law controls, with delta_f' = omega·(psi - delta_f) + b.
 
     Attributes:
         ahead: Distance of the point ahead of the origin, m.
-        omega, q: Gains of the filter of the headings, 1/s, 1/s².
+        omega, q: Gains of the filter of the headings, 1/s, 1/s²; b' = q·(psi - delta_f).
     """
 
     ahead: float

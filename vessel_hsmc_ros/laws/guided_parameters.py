@@ -117,8 +117,9 @@ class Gains(NamedTuple):
     theta_max: float
     leak: float
     W_0: float
-    e_b: float
+    r_h: float
     x_p: float
+    x_far: float
     r_rest: float
     dr_rest: float
     k_s: float
@@ -180,7 +181,7 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     inputs = dynamics(vessel)
     constants |= _forecast(constants.pop("w_f"), bandwidths, inputs, unit_time(vessel), T)
     constants["step_s"] = -math.expm1(-constants.pop("w_s") * T)
-    constants |= _station_keeping(vessel, given["k_p"], given["r_max"], a_max)
+    constants |= _station_keeping(vessel, given, a_max)
     constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
     surge, yaw = (_channel(each, limit, T) for each, limit in zip((inputs.surge, inputs.yaw), limits, strict=True))
@@ -216,21 +217,24 @@ def _channel(known: Input, limit: float, period: float) -> Channel:
     return channel(limit, known.lag, known.remaining, known.rate, known.dead_time, period)
 
 
-def _station_keeping(vessel: KnownVessel, k_p: float, r_max: float, a_max: float) -> dict[str, float]:
-    """The constants of station keeping about a pivot ahead, and of the decay of a spin.
+def _station_keeping(vessel: KnownVessel, given: dict[str, float], a_max: float) -> dict[str, float]:
+    """The constants of station keeping.
 
     Args:
         vessel: What is declared of the ship.
-        k_p: Position gain, 1/s.
-        r_max: Largest yaw rate of a heading change, rad/s.
+        given: The gains by their symbols.
         a_max: Yaw acceleration that turns are planned with, rad/s².
     """
-    full = vessel.yaw_moment_limit / vessel.yaw_inertia
+    x_p = vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0
+    # An offset of r_h·lever/k_p across the hull stops the turn to the reference's heading.
+    lever = given["rho"] + abs(x_p or vessel.sway_yaw_inertia / vessel.sway_inertia)
     return {
-        "x_p": vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0,
-        "r_rest": max(r_max, 0.8 / unit_time(vessel)),
-        "dr_rest": max(2.0 * a_max, 0.3 * full),
-        "k_s": 2.0 * k_p if vessel.drift_decay >= 0.0 else 0.0,
+        "x_p": x_p,
+        "x_far": 0.01 * vessel.length,
+        "r_rest": max(given["r_max"], 0.8 / unit_time(vessel)),
+        "dr_rest": max(2.0 * a_max, 0.3 * vessel.yaw_moment_limit / vessel.yaw_inertia),
+        "r_h": 0.0005 * vessel.length * given["k_p"] / lever,
+        "k_s": 2.0 * given["k_p"] if vessel.drift_decay >= 0.0 else 0.0,
     }
 
 
@@ -251,5 +255,4 @@ def _thresholds(vessel: KnownVessel) -> dict[str, float]:
         "theta_max": T,
         "leak": 0.046 / T,
         "W_0": 0.12 * speed,
-        "e_b": 0.001 * vessel.length,
     }

@@ -1,17 +1,22 @@
-"""Station keeping of a ship whose yaw moment turns it about a pivot ahead of the origin, and the heading in calm water.
+"""Station keeping of a ship whose yaw moment turns it about a pivot ahead of the origin, and the decay of a spin.
 
 | symbol | meaning | unit |
 |---|---|---|
 | x_p | distance of the pivot ahead of the origin | m |
+| x | distance of the pivot ahead of the controlled point, which is the origin at rest | m |
 | v_p | sway velocity of the pivot, v + x_p·r, which the yaw moment does not accelerate | m/s |
 | rho | lever arm of station keeping: here the held point is that far behind the origin | m |
 | w_n | velocity command across the hull | m/s |
 | W | magnitude of the velocity command | m/s |
 | W_0 | the same at which station keeping takes over from the approach | m/s |
+| U_d | speed of the reference | m/s |
+
+A moment that turns the ship to port moves the origin to starboard, x_p times as fast: the origin is held by turning to the side
+to which the ship drifts. A hull-fixed sway force F_v is then balanced by the damping of the turn, at r = F_v/(d_yr + d_v·rho),
+and an earth-fixed force turns the stern to it. docs/guided.md derives both.
 """
 
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 
@@ -45,7 +50,7 @@ def pivoting_rate(w_n: float, v_p: float, x: float, g: Gains) -> float:
 def keeps_station(near: bool, square: float, reference_squared: float, g: Gains) -> bool:
     """Whether the ship keeps station: W²/W_0² + U_d²/U_s² below 1/2, or below 2 if it did so in the last period.
 
-    Approach and station keeping turn the ship to opposite sides, bow and stern first: a mixture would leave it abeam.
+    Approach and station keeping turn the ship to opposite sides, bow and stern first: a mixture would leave it on the beam.
 
     Args:
         near: Whether it did.
@@ -57,14 +62,15 @@ def keeps_station(near: bool, square: float, reference_squared: float, g: Gains)
 
 
 @kernel
-def despinning(motion: Motion, g: Gains) -> float:
-    """Surge speed k_s·v·r/(r² + k_p²) that takes energy out of a spin.
+def despinning(v_p: float, r: float, g: Gains) -> float:
+    """Surge speed k_s·v_p·r/(r² + (k_p/4)²) that takes energy out of a spin.
 
     A hull that spins with the sway velocity v circles at the radius v/r, and the surge speed k_p·v/r that would pull it in feeds
-    v by the Coriolis force m11·u·r, faster than a hull with little damping loses it.
+    v by the Coriolis force m11·u·r: it spirals out where m11/m22·k_p exceeds the decay rate of the sway.
 
     Args:
-        motion: State of the ship.
+        v_p: Sway velocity of the pivot, m/s.
+        r: Yaw rate, rad/s.
         g: Gains.
     """
-    return g.k_s * motion.v * motion.r / (motion.r * motion.r + g.k_p * g.k_p)
+    return g.k_s * v_p * r / (r * r + 0.0625 * g.k_p * g.k_p)

@@ -69,7 +69,7 @@ def overview_cell(outcome: LawRun) -> str:
 
 CELLS: dict[str, Callable[[LawRun], str]] = {
     "rms position error": overview_cell,
-    "largest": lambda outcome: quantity(outcome.metrics.position_largest, "m") if outcome.metrics else "",
+    "largest position error": lambda outcome: quantity(outcome.metrics.position_largest, "m") if outcome.metrics else "",
     "actuator travel [1/min]": lambda outcome: quantity(outcome.metrics.travel) if outcome.metrics else "",
 }
 """What the tables of all rows show of a run."""

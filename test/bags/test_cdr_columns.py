@@ -1,0 +1,35 @@
+"""Columns of messages: none is accepted that is refused by itself."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from bag_making import TYPES, message, serialized
+
+from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.messages.definitions import definition
+
+KIND = TYPES["odom"]
+VALID = serialized(message(KIND, 0, np.random.default_rng(1)), KIND)
+TEXT_END = VALID.index(b"odom\0") + 4
+NAMES = ("pose.pose.position.x", "header.frame_id")
+
+
+def replaced(at: int, byte: int) -> bytes:
+    return VALID[:at] + bytes([byte]) + VALID[at + 1 :]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [VALID + bytes(4), replaced(TEXT_END, 1), replaced(1, 3), replaced(0, 1)],
+    ids=["bytes behind the last field", "a text without its end", "another encapsulation", "no encapsulation"],
+)
+@pytest.mark.parametrize("place", [lambda wrong: [wrong], lambda wrong: [VALID, wrong], lambda wrong: [wrong, VALID]])
+def test_what_is_refused_by_itself_is_refused_in_columns(wrong: bytes, place: Callable[[bytes], list[bytes]]) -> None:
+    decoder, messages = MessageDecoder("/odom", KIND, definition(KIND)), place(wrong)
+    sizes = np.array([len(each) for each in messages])
+    with pytest.raises(BagError):
+        decoder.deserialize(wrong)
+    with pytest.raises(BagError):
+        decoder.columns(b"".join(messages), np.cumsum(sizes) - sizes, sizes, NAMES)

@@ -1,0 +1,77 @@
+"""Station keeping about a pivot ahead of the origin: known answers, stability of its parts."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivot_ahead, pivoting_rate
+
+speeds = st.floats(-0.2, 0.2)
+
+
+def known(**changes: Any) -> Gains:
+    vessel = replace(KnownVessel(surge_lag=0.0, yaw_lag=0.0), **changes)
+    return gains(GuidedParameters(), vessel.as_controlled(), 0.02)
+
+
+COUPLED = known(sway_yaw_inertia=6e5)
+SLOW = known(drift_decay=0.188)
+
+
+@given(speeds, speeds)
+def test_the_point_behind_the_origin_moves_across_the_hull_as_commanded(w_n: float, v_p: float) -> None:
+    r = pivoting_rate(w_n, v_p, COUPLED.x_p, COUPLED)
+    assert v_p - (COUPLED.x_p + COUPLED.rho) * r == pytest.approx(w_n, abs=1e-12)
+
+
+def test_no_drift_demands_a_faster_turn_than_the_limit() -> None:
+    assert pivoting_rate(0.0, 10.0, COUPLED.x_p, COUPLED) == COUPLED.r_rest
+    assert COUPLED.r_rest >= COUPLED.r_max
+
+
+def test_the_pivot_is_ahead_of_the_controlled_point_at_rest_only() -> None:
+    assert pivot_ahead(0.0, COUPLED) == COUPLED.x_p == pytest.approx(6e5 / 177.9e3)
+    assert pivot_ahead(COUPLED.U_s**2, COUPLED) == 0.5 * COUPLED.x_p
+    assert pivot_ahead(1.0, COUPLED) < 0.01 * COUPLED.x_p
+    assert pivot_ahead(0.0, known()) == 0.0
+
+
+def test_a_ship_that_keeps_station_goes_on_with_it_for_twice_the_threshold() -> None:
+    square = COUPLED.W_0**2
+    kept = [(keeps_station(near, share * square, 0.0, COUPLED)) for near in (False, True) for share in (0.4, 0.6, 1.9, 2.1)]
+    assert kept == [True, False, False, False, True, True, True, False]
+    assert not keeps_station(True, 0.0, 2.1 * COUPLED.U_s**2, COUPLED)
+
+
+@given(speeds, speeds)
+def test_the_surge_speed_of_a_spin_takes_energy_out_of_the_sway(v_p: float, r: float) -> None:
+    """The Coriolis force -m11·u·r does the work -m11·u·r·v_p on it."""
+    assert despinning(v_p, r, SLOW) * r * v_p >= 0.0
+    assert despinning(v_p, r, COUPLED) == 0.0
+
+
+@pytest.mark.parametrize("r", [0.2, 0.5, 1.0, 3.0])
+def test_a_hull_that_hardly_damps_sway_spirals_out_without_that_surge_speed_and_in_with_it(r: float) -> None:
+    """States e_t, e_n, v of a hull with m11 = m22 that spins at r·k_p, with u = -k_p·e_t and a decay rate of half of k_p."""
+    k, d = SLOW.k_p, 0.5 * SLOW.k_p
+    r *= k
+
+    def growth(beta: float) -> float:
+        matrix = [[-k, r, beta], [-r, 0.0, 1.0], [k * r, 0.0, -d - beta * r]]
+        return float(np.linalg.eigvals(np.array(matrix)).real.max())
+
+    assert growth(0.0) > 0.0 > growth(despinning(1.0, r, SLOW))
+
+
+@pytest.mark.parametrize("coupling", [0.0, 6e5, -6e5])
+def test_an_offset_of_half_a_thousandth_of_the_length_stops_the_turn_to_the_heading_of_the_reference(coupling: float) -> None:
+    g = known(sway_yaw_inertia=coupling)
+    lever = g.rho + abs(coupling) / 177.9e3
+    assert math.isclose(g.r_h * lever / g.k_p, 0.0005 * 32.0)

@@ -1,0 +1,90 @@
+"""Each target of the fuzzing finds a bug of its kind that is planted into its reader."""
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import yaml
+from fuzz_seeds import seeds
+from fuzz_targets import TARGETS
+from mutation import mutated
+
+from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.scenario import vessels
+
+EXAMPLES = 600
+
+
+class Equal(int):
+    """A checksum that equals every other."""
+
+    def __eq__(self, other: object) -> bool:
+        return True
+
+    def __ne__(self, other: object) -> bool:
+        return False
+
+    __hash__ = int.__hash__
+
+
+def unwrapped(decoder: Any, data: bytes) -> Any:
+    """A message, with the exceptions of its reader."""
+    return decoder._objects.read(data)
+
+
+def waypoint(row: Any, place: str) -> Any:
+    """A waypoint of any numbers."""
+    del place
+    return tuple(map(float, row))
+
+
+ANY_SUM = SimpleNamespace(crc32=lambda *_: Equal(1))
+ROOM = "vessel_hsmc_ros"
+PLANTED: dict[str, tuple[str, str, Any]] = {
+    "a text without its end": ("message", "bags.cdr_columns._ended", lambda *_: True),
+    "bytes behind the last field": ("message", "bags.cdr_message.UNUSED", 10_000),
+    "no ranges in a scenario": ("scenario", "core.entry._outside", lambda *_: False),
+    "no ranges of changes": ("parameters", "core.entry._outside", lambda *_: False),
+    "no ranges at all": ("ranges", "core.entry._outside", lambda *_: False),
+    "no ranges of faults": ("faults", "core.entry._outside", lambda *_: False),
+    "YAML with its own exceptions in a suite": ("suite", "scenario.suite.read_yaml", yaml.safe_load),
+    "limits of a campaign": ("campaign", "campaign.plan_file._limits", dict),
+    "numbers of a campaign": ("campaign", "campaign.plan_file._integer", lambda entries, key, *_: entries.get(key, 1)),
+    "draws beyond their distribution": ("campaign", "campaign.distributions.Uniform.quantile", lambda self, u: self.high + u),
+    "no ranges of hull data": ("vessel", "core.entry._outside", lambda *_: False),
+    "times that do not increase": ("csv", "identification.measurements.checked", lambda run: run),
+    "a waypoint that is not finite": ("waypoints", "scenario.waypoints._waypoint", waypoint),
+    "no checksums": ("bag", "bags.mcap_scan.zlib", ANY_SUM),
+    "messages with their own exceptions": ("unchecked_bag", "bags.message_decoder.MessageDecoder.deserialize", unwrapped),
+    "metadata that is no YAML": ("metadata", "bags.files.yaml", SimpleNamespace(YAMLError=KeyError)),
+}
+"""Target, what is replaced in its reader, and by what."""
+
+
+@pytest.fixture
+def _forgotten() -> Iterator[None]:
+    """Keep what a planted bug accepted from later tests."""
+    yield
+    vessels._parsed.cache_clear()
+
+
+def test_there_is_a_planted_bug_for_every_target() -> None:
+    assert {target for target, _, _ in PLANTED.values()} == set(TARGETS)
+
+
+@pytest.mark.usefixtures("_forgotten")
+@pytest.mark.parametrize("bug", PLANTED)
+def test_a_planted_bug_is_found(bug: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, place, planted = PLANTED[bug]
+    target, valid = TARGETS[name], seeds()[name]
+    assert target(valid)
+    monkeypatch.setattr(f"{ROOM}.{place}", planted)
+    for seed in range(EXAMPLES):
+        try:
+            target(mutated(valid, seed))
+        except VesselHsmcError:
+            raise
+        except Exception:
+            return
+    pytest.fail(f"{EXAMPLES} examples of {name} have not found it")
