@@ -14,7 +14,8 @@ def help_text(command: click.Command, name: str, parent: click.Context | None = 
     context = click.Context(command, info_name=name, parent=parent, max_content_width=110, terminal_width=110)
     section = f"## {context.command_path}\n\n```text\n{command.get_help(context)}\n```\n\n"
     if isinstance(command, click.Group):
-        section += "".join(help_text(command.commands[verb], verb, context) for verb in command.list_commands(context))
+        verbs = command.list_commands(context)
+        section += "".join(help_text(each, verb, context) for verb in verbs if (each := command.get_command(context, verb)))
     return section
 
 
