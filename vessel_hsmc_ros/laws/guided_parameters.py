@@ -24,9 +24,9 @@ POSITIVE = (
 )
 """The gains that appear in a denominator, so they must not be zero."""
 
-SURGE_FORECAST = 1.0
-"""Least bandwidth of the forecast in surge where there is one, in 1/T; a faster one makes a force that is slower or later than
-declared oscillate, and with nothing declared none helps that suits a force which takes 10 s to build up."""
+SURGE_FORECAST = 1.6, 0.15
+"""Least bandwidth of the forecast in surge where actuators are declared, in 1/T, and in terms of their dead time: a force that
+comes later than declared would oscillate. Where nothing is declared, a force may take 10 s to build up: none is added."""
 
 
 def gain(description: str, unit: str, symbol: str, high: float = 1e3) -> float:
@@ -200,7 +200,8 @@ def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, uni
         T: Control period, s.
     """
     # The surge loop has phase to spare: its forecast also follows the resistance, which varies as a current is turned through.
-    least = SURGE_FORECAST / (unit * inputs.q) if inputs.declared else 0.0
+    least = min(SURGE_FORECAST[0] / (unit * inputs.q), SURGE_FORECAST[1] / max(inputs.surge.dead_time, 1e-9))
+    least = least if inputs.declared else 0.0
     w_fu = max(w_f, least) if w_f > 0.0 else 0.0
     lag_u, lag_r = (
         2.0 / max(w, 1e-9) + each.dead_time + each.remaining
