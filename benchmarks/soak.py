@@ -44,10 +44,11 @@ START_AND_END = 300.0
 
 
 class Sample(NamedTuple):
-    """A node at one moment: time since the start, s; resident memory, MB; open files; threads."""
+    """A node at one moment: time since the start, s; resident memory and the part of it that is its own, MB; open files; threads."""
 
     time: float
     memory: float
+    own: float
     files: int
     threads: int
 
@@ -139,7 +140,11 @@ def sample(pid: int, at: float) -> Sample:
     lines = Path(f"/proc/{pid}/status").read_text(encoding="utf-8").splitlines()
     status = dict(line.split(":", 1) for line in lines if ":" in line)
     return Sample(
-        at, int(status["VmRSS"].split()[0]) / 1024, len(list(Path(f"/proc/{pid}/fd").iterdir())), int(status["Threads"])
+        at,
+        int(status["VmRSS"].split()[0]) / 1024,
+        int(status["RssAnon"].split()[0]) / 1024,
+        len(list(Path(f"/proc/{pid}/fd").iterdir())),
+        int(status["Threads"]),
     )
 
 

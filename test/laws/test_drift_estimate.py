@@ -7,13 +7,20 @@ import pytest
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
-from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, SHARE, Drift, credible, in_body, learn_drift, turn_in_water
+from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, SHARE, Drift, credible, in_body, turn_in_water, water_drift
 from vessel_hsmc_ros.laws.guided_parameters import gains
+from vessel_hsmc_ros.laws.sway_model import first_sway
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 G = gains(GuidedParameters(), KnownVessel(surge_lag=2.0, yaw_lag=2.0), 0.02)
 SPEED, RATE, THETA = 2.0, 0.07, -0.8
 CURRENT = Drift(0.3, -0.4, THETA)
+
+
+def after(drift: Drift, motion: Motion, speed: float, feedback_squared: float = 0.0, g=G) -> Drift:
+    """The estimate one period later, with a reference of a speed."""
+    desired = Motion(0.0, 0.0, motion.psi, speed, 0.0, motion.r)
+    return water_drift(drift, first_sway(g.sway), motion, desired, 0.0, feedback_squared, speed**2, g)
 
 
 def turned(drift: Drift, angle: float, g=G, current: Drift = CURRENT, near: bool = True) -> Drift:
@@ -22,7 +29,7 @@ def turned(drift: Drift, angle: float, g=G, current: Drift = CURRENT, near: bool
         psi = k * RATE * g.T
         ahead, port = in_body(current, psi)
         motion = Motion(0.0, 0.0, psi, SPEED + ahead, THETA * SPEED * RATE + port, RATE)
-        drift = learn_drift(drift, motion, 0.0, 0.0 if near else g.v_max**2, SPEED**2, g)
+        drift = after(drift, motion, SPEED, 0.0 if near else g.v_max**2, g)
     return drift
 
 
@@ -42,18 +49,13 @@ def test_a_ship_of_still_water_has_no_drift_after_three_turns() -> None:
 
 def test_on_a_straight_path_and_far_from_the_reference_nothing_is_learned_or_forgotten() -> None:
     straight = Motion(0.0, 0.0, 0.3, 2.0, 0.2, 0.0)
-    assert learn_drift(CURRENT, straight, 0.0, 0.0, SPEED**2, G) == CURRENT
+    assert after(CURRENT, straight, SPEED) == CURRENT
     assert turned(CURRENT, 1.0, near=False, current=NO_DRIFT) == CURRENT
-
-
-def test_a_ship_that_declares_the_decay_of_its_drift_learns_none() -> None:
-    slow = gains(GuidedParameters(), KnownVessel(drift_decay=0.05), 0.02)
-    assert turned(NO_DRIFT, 1.0, slow) == NO_DRIFT
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.3])
 def test_the_estimate_stays_below_the_speed_of_the_reference_and_vanishes_at_rest(speed: float) -> None:
-    found = learn_drift(CURRENT, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05), 0.0, 0.0, speed**2, G)
+    found = after(CURRENT, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05), speed)
     assert math.hypot(found.east, found.north) <= SHARE * speed * (1 + 1e-12)
 
 

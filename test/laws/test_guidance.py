@@ -11,7 +11,6 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.guidance import (
     BodyCommand,
     approach_rate,
-    calmness,
     course_rate,
     direction_of_travel,
     heading_error,
@@ -22,6 +21,7 @@ from vessel_hsmc_ros.laws.guidance import (
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, by_hand_or_derived, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.predictor import correct, predict
+from vessel_hsmc_ros.laws.station_keeping import calmness
 
 KNOWN = KnownVessel(surge_lag=0.0, yaw_lag=0.0)
 G = gains(GuidedParameters(), KNOWN, 0.02)

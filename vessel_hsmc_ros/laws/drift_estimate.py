@@ -25,6 +25,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, magnitude
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
+from vessel_hsmc_ros.laws.sway_model import Array, learn_sway, turn_slope
 
 MU, MU_T = 1.54, 0.19
 """Gains of the adaptation: they place three poles at 1/sqrt(3) per radian in a steady turn, so that an error decays within a
@@ -38,6 +39,13 @@ SLOWEST = 0.025
 
 SHARE = 0.7
 """Largest estimate of c in terms of the speed of the reference, which therefore travels ahead through the water."""
+
+
+STEADY = 0.4
+"""The same for a hull whose own drift decays slowly: a faster turn through the water takes it to a larger drift angle."""
+
+STEEPEST = 0.4
+"""Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less than STEADY."""
 
 
 class Drift(NamedTuple):
@@ -83,27 +91,57 @@ def in_body(drift: Drift, psi: float) -> BodyDrift:
 
 
 @kernel
-def learn_drift(drift: Drift, motion: Motion, f_v: float, feedback_squared: float, reference_squared: float, g: Gains) -> Drift:
-    """The estimate one period later; none for a ship that declares `drift_decay`, whose c_max is 0.
+def water_drift(
+    drift: Drift,
+    sway: Array,
+    motion: Motion,
+    desired: Motion,
+    f_v: float,
+    feedback_squared: float,
+    reference_squared: float,
+    g: Gains,
+) -> Drift:
+    """The estimate one period later; by `sway_model` for a ship that declares `drift_decay`.
 
     Args:
         drift: The estimate.
-        motion: State of the ship.
+        sway: What `sway_model` has learned, written in place.
+        motion, desired: States of the ship and of the reference.
         f_v: Sway acceleration through the water.
         feedback_squared: |g|² of the guidance, m²/s²; a ship far from the reference turns too hard to learn from.
         reference_squared: U², m²/s².
         g: Gains.
     """
-    if g.c_max == 0.0:
-        return drift
+    # Near rest a force on the hull makes the ship turn, and would look like a drift.
+    moving = reference_squared / (reference_squared + g.U_xi * g.U_xi)
+    turned = 0.0 if 2.0 * feedback_squared > g.v_max * g.v_max else g.T * abs(clip(motion.r, g.e_r_max)) * moving
+    if g.sway.a < 0.0:
+        return learn_drift(drift, motion, f_v, turned, reference_squared, g)
+    learn_sway(sway, motion, f_v - motion.r * in_body(credible(drift, g), motion.psi).ahead, turned, g.sway)
+    # Where the reference drifts nearly as fast sideways as ahead, there is no heading for a much faster turn through the water.
+    most = STEADY * min(math.sqrt(reference_squared), max(0.0, abs(desired.u) - abs(desired.v)) / STEEPEST)
+    east, north = float(sway[6, 0]), float(sway[6, 1])
+    shrink = min(1.0, most / max(magnitude(east, north), 1e-9))
+    return Drift(shrink * east, shrink * north, turn_slope(sway, desired.v, desired.r, g.sway))
+
+
+@kernel
+def learn_drift(drift: Drift, motion: Motion, f_v: float, turned: float, reference_squared: float, g: Gains) -> Drift:
+    """The estimate of c and theta one period later.
+
+    Args:
+        drift: The estimate.
+        motion: State of the ship.
+        f_v: Sway acceleration through the water.
+        turned: Angle of turn of the period; 0 where it shows nothing.
+        reference_squared: U², m²/s².
+        g: Gains.
+    """
     c_h, c_n = in_body(drift, motion.psi)
     u, r = motion.u - c_h, clip(motion.r, g.e_r_max)
     phi = u * r + ADDED * clip(f_v, g.e_max)
-    # An outlier must not dominate; near rest a force on the hull makes the ship turn, and would look like a drift.
+    # An outlier must not dominate.
     e = clip(motion.v - c_n - drift.theta * phi, g.e_max)
-    turned = g.T * abs(r) * reference_squared / (reference_squared + g.U_xi * g.U_xi)
-    if 2.0 * feedback_squared > g.v_max * g.v_max:
-        turned = 0.0
     k = MU * turned * e
     east, north = drift.east - k * math.sin(motion.psi), drift.north + k * math.cos(motion.psi)
     most = min(g.c_max, SHARE * math.sqrt(reference_squared))

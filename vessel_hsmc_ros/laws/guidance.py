@@ -16,6 +16,7 @@
 | psi_c | commanded heading psi + epsilon | rad |
 | r_w | rate of psi_c while the ship has the velocity w | rad/s |
 | a | yaw acceleration that turns are planned with | rad/s² |
+| b | gain on the rate by which the course lags behind | - |
 
 Sway is not actuated, so the ship is turned until the component of w across the hull equals its sway velocity; then the surge
 force alone gives it the velocity w, and e decays. In station keeping this is equivalent to controlling the position of a point
@@ -193,6 +194,27 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Ga
 
 
 @kernel
+def course_damping(
+    w: BodyCommand, v: float, dv: float, r: float, r_d: float, s: float, reference_squared: float, g: Gains
+) -> float:
+    """A yaw rate b·(r_w - r)·U²/(U² + U_xi²) against a course that turns faster than that of w.
+
+    With the measured dv, r_w - r is the rate by which the course lags behind. Fed back, it acts like 1 + b times the decay of the
+    drift.
+
+    Args:
+        w: Velocity command and its derivative.
+        v, dv: Sway velocity and its measured derivative.
+        r, r_d: Yaw rate of the ship and of the reference.
+        s: Direction of travel.
+        reference_squared: U², m²/s².
+        g: Gains.
+    """
+    moving = reference_squared / (reference_squared + g.U_xi * g.U_xi)
+    return g.b * moving * (course_rate(w, v, dv, r_d, s, g) - r)
+
+
+@kernel
 def approach_rate(epsilon: float, g: Gains) -> float:
     """The yaw-rate command for a heading error: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most r_max.
 
@@ -202,25 +224,6 @@ def approach_rate(epsilon: float, g: Gains) -> float:
     # The positive root of rate²/(2·a) + rate/c = |epsilon|, which joins both limits smoothly.
     rate = g.a_max / g.c * (math.sqrt(1.0 + 2.0 * g.c * g.c * abs(epsilon) / g.a_max) - 1.0)
     return math.copysign(min(rate, g.r_max), epsilon)
-
-
-@kernel
-def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
-    """Weight, from 0 to 1, of the reference's heading: 1 for an undisturbed ship at rest.
-
-    calmness = 1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²). Only then may the reference's heading be taken: under a disturbance an
-    underactuated ship must point against it to keep its position.
-
-    Args:
-        square: W², m²/s².
-        v: Sway velocity, m/s.
-        f_u, f_v: Estimated accelerations, m/s²; at rest they are those of the disturbance.
-        g: Gains.
-
-    Returns:
-        The weight, in (0, 1].
-    """
-    return 1.0 / (1.0 + (square + v * v) / (g.v_0 * g.v_0) + (f_u * f_u + f_v * f_v) / (g.a_0 * g.a_0))
 
 
 @kernel

@@ -25,10 +25,10 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead
-from vessel_hsmc_ros.laws.drift_estimate import credible, in_body, learn_drift, turn_in_water
+from vessel_hsmc_ros.laws.drift_estimate import credible, in_body, turn_in_water, water_drift
 from vessel_hsmc_ros.laws.guidance import (
     approach_rate,
-    calmness,
+    course_damping,
     course_rate,
     direction_of_travel,
     heading_error,
@@ -44,7 +44,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.station_keeping import calmness, despinning, keeps_station, pivot_ahead, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -83,7 +83,7 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow, near, drift = m.filter
+    rate, integral, s, xi, slow, near, drift, course = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
     used = credible(drift, g)
     added = turn_in_water(used, desired, acceleration.dr, g)
@@ -93,7 +93,7 @@ def command(
     low, high = relative - g.S1_max, relative + g.S1_max
     rate = low if rate < low else high if rate > high else rate
     velocity = velocity_command(motion, desired, acceleration, xi, g)
-    drift = learn_drift(drift, motion, f.fv, velocity.feedback_squared, velocity.reference_squared, g)
+    drift = water_drift(drift, m.sway, motion, desired, f.fv, velocity.feedback_squared, velocity.reference_squared, g)
     water = in_body(used, motion.psi)
     w = resolve(through_water(velocity, used), motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
@@ -109,6 +109,8 @@ def command(
     slow += g.step_s * (beyond - slow)
     r_w = course_rate(w, v, dv, desired.r, s, g)
     turning = approach_rate(epsilon, g) + r_w
+    if g.b > 0.0:
+        turning += course_damping(w, v, sway, motion.r, desired.r, s, velocity.reference_squared, g)
     square = w.w_t * w.w_t + w.w_n * w.w_n
     near = keeps_station(near, square, velocity.reference_squared, g)
     largest = 2.0 * g.a_max
@@ -126,7 +128,7 @@ def command(
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
     psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + water.ahead + (despinning(v, motion.r, g) if near else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + water.port))
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, course)
 
 
 @kernel
@@ -170,7 +172,21 @@ def step(
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
     if not m.started:
         m = Memory(
-            True, measured, m.filter, m.tau_1, m.tau_2, m.cut_1, m.cut_2, m.head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue
+            True,
+            measured,
+            m.filter,
+            m.tau_1,
+            m.tau_2,
+            m.cut_1,
+            m.cut_2,
+            m.head,
+            m.W,
+            m.H,
+            m.scratch,
+            m.growth,
+            m.slow,
+            m.queue,
+            m.sway,
         )
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
@@ -207,7 +223,9 @@ def step(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
         1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
     )  # fmt: skip
-    left = Memory(True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue)
+    left = Memory(
+        True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue, m.sway
+    )
     return wrench, terms, left
 
 
@@ -237,4 +255,4 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
         g = self.constants.gains
-        self.memory = initial(len(self.neurons.mu), max(g.surge.delay, g.yaw.delay) + math.ceil(LONGEST_AGE / g.T))
+        self.memory = initial(len(self.neurons.mu), max(g.surge.delay, g.yaw.delay) + math.ceil(LONGEST_AGE / g.T), g.sway)

@@ -181,6 +181,7 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     goal = y_d + n * T * (v_d + 0.5 * n * T * a_d), v_d + n * T * a_d, a_d
     beyond = fv - a_d
     turning = _turning(later, goal, a_d + s["slow"] + g.eta * (beyond - s["slow"]), g, U, s["xi"])
+    turning = turning + g.b * U**2 / (U**2 + g.U_xi**2) * (_course_rate(later, goal, fv, g, U) - later[3])
     error = (forms.free if at_guidance else turning) - s["rate"]
     drate = s["integral"] + g.step_c * error
     command = command_of(forms, drate - fr - g.lead_r * (fr - s["sr"]) - g.k1 * (later[3] - s["rate"]), a[-1], c)
@@ -226,8 +227,13 @@ def _turning(motion: tuple[Form, ...], goal: tuple[Form, Form, Form], dv: Form, 
         U: Speed, m/s.
         xi: The integral.
     """
-    (y, psi, v, _), (y_d, v_d, a_d) = motion, goal
-    q2 = (g.c * g.rho) ** 2
-    W2 = U * U + q2
-    epsilon = (v_d - g.k_p * (y - y_d) - xi - U * psi - v) / math.sqrt(W2)
-    return g.c * epsilon + U * (a_d - g.k_p * (U * psi + v - v_d)) / W2 - U * U / W2 * dv / math.sqrt(W2)
+    (y, psi, v, _), (y_d, v_d, _) = motion, goal
+    epsilon = (v_d - g.k_p * (y - y_d) - xi - U * psi - v) / math.sqrt(U * U + (g.c * g.rho) ** 2)
+    return g.c * epsilon + _course_rate(motion, goal, dv, g, U)
+
+
+def _course_rate(motion: tuple[Form, ...], goal: tuple[Form, Form, Form], dv: Form, g: Gains, U: float) -> Form:
+    """The yaw rate r_w at which the course follows the velocity command; the arguments are those of `_turning`."""
+    (_, psi, v, _), (_, v_d, a_d) = motion, goal
+    W2 = U * U + (g.c * g.rho) ** 2
+    return U * (a_d - g.k_p * (U * psi + v - v_d)) / W2 - U * U / W2 * dv / math.sqrt(W2)

@@ -9,8 +9,10 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.applied_wrench import Channel, channel
 from vessel_hsmc_ros.laws.guided_rule import DERIVED, Dynamics, Input, derived_gains, dynamics, unit_time
-from vessel_hsmc_ros.laws.known_vessel import ControlledVessel, KnownVessel
+from vessel_hsmc_ros.laws.guided_thresholds import station_keeping, thresholds
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.network import NetworkParameters
+from vessel_hsmc_ros.laws.sway_model import SwayPrior
 
 POSITIVE = (
     "position_gain",
@@ -124,6 +126,8 @@ class Gains(NamedTuple):
     r_rest: float
     dr_rest: float
     k_s: float
+    b: float
+    sway: SwayPrior
     m11: float
     m33: float
     surge: Channel
@@ -178,11 +182,11 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     # expm1 keeps full precision for k·T near zero, where 1 - exp(-k·T) would cancel.
     for name in ("k1", "k2"):
         given[name] = -math.expm1(-given[name] * T) / T
-    constants = {**given, **poles, **_thresholds(vessel), **schema.symbols(vessel)}
+    constants = {**given, **poles, **thresholds(vessel), **schema.symbols(vessel)}
     inputs = dynamics(vessel)
     constants |= _forecast(constants.pop("w_f"), bandwidths, inputs, unit_time(vessel), T)
     constants["step_s"] = -math.expm1(-constants.pop("w_s") * T)
-    constants |= _station_keeping(vessel, given, a_max)
+    constants |= station_keeping(vessel, given, a_max)
     constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
     surge, yaw = (_channel(each, limit, T) for each, limit in zip((inputs.surge, inputs.yaw), limits, strict=True))
@@ -217,44 +221,3 @@ def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, uni
 
 def _channel(known: Input, limit: float, period: float) -> Channel:
     return channel(limit, known.lag, known.remaining, known.rate, known.dead_time, period)
-
-
-def _station_keeping(vessel: KnownVessel, given: dict[str, float], a_max: float) -> dict[str, float]:
-    """The constants of station keeping.
-
-    Args:
-        vessel: What is declared of the ship.
-        given: The gains by their symbols.
-        a_max: Yaw acceleration that turns are planned with, rad/s².
-    """
-    x_p = vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0
-    # An offset of r_h·lever/k_p across the hull stops the turn to the reference's heading.
-    lever = given["rho"] + abs(x_p or vessel.sway_yaw_inertia / vessel.sway_inertia)
-    return {
-        "x_p": x_p,
-        "x_far": 0.01 * vessel.length,
-        "r_rest": max(given["r_max"], 0.8 / unit_time(vessel)),
-        "dr_rest": max(2.0 * a_max, 0.3 * vessel.yaw_moment_limit / vessel.yaw_inertia),
-        "r_h": 0.0005 * vessel.length * given["k_p"] / lever,
-        "k_s": 2.0 * given["k_p"] if vessel.drift_decay >= 0.0 else 0.0,
-    }
-
-
-def _thresholds(vessel: KnownVessel) -> dict[str, float]:
-    """Thresholds and the leakage of the weights, in the units of the ship."""
-    T = unit_time(vessel)
-    speed = vessel.length / T
-    return {
-        "e_max": 0.144 * speed,
-        "e_r_max": 0.92 / T,
-        "m_max": 0.043 * speed,
-        "U_s": 0.029 * speed,
-        "U_xi": 0.0144 * speed,
-        # Where the drift decays slowly, the sway follows the turn late, and what is left is no drift of the water.
-        "c_max": 0.3 * speed if vessel.drift_decay < 0.0 else 0.0,
-        # Where nothing is declared, coupled inertia looks like a drift until the ship has turned a few times.
-        "c_doubt": (0.023 if dynamics(vessel).declared else 0.05) * speed,
-        "theta_max": T,
-        "leak": 0.046 / T,
-        "W_0": 0.12 * speed,
-    }

@@ -9,6 +9,7 @@ from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, Drift
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 from vessel_hsmc_ros.laws.network import Neurons
+from vessel_hsmc_ros.laws.sway_model import SwayPrior, first_sway
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,7 @@ class Filter(NamedTuple):
     slow: float = 0.0
     near: bool = False
     drift: Drift = NO_DRIFT
+    course: float = 0.0
 
 
 class Memory(NamedTuple):
@@ -44,6 +46,7 @@ class Memory(NamedTuple):
         growth: Working memory, shape (3, 1): the change of the weights, divided by H.
         slow: Slow parts of the outputs of the networks for f_u and f_r, shape (2,), written in place.
         queue: The last commands of surge force and yaw moment, (2, n + 1) for delays up to n periods, written in place.
+        sway: What is learned of a hull that declares `drift_decay`, shape (7, 5), written in place (`sway_model`).
     """
 
     started: bool
@@ -60,6 +63,7 @@ class Memory(NamedTuple):
     growth: Array
     slow: Array
     queue: Array
+    sway: Array
 
 
 class Constants(NamedTuple):
@@ -69,10 +73,10 @@ class Constants(NamedTuple):
     neurons: Neurons
 
 
-def initial(neurons: int, delay: int) -> Memory:
-    """The internal state before the first step, for a number of neurons and the longest delay in periods."""
+def initial(neurons: int, delay: int, prior: SwayPrior) -> Memory:
+    """The internal state before the first step, for a number of neurons, the longest delay in periods and a hull's prior."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, 0.0)
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),
@@ -80,6 +84,7 @@ def initial(neurons: int, delay: int) -> Memory:
         np.zeros((3, 1)),
         np.zeros(2),
         np.zeros((2, delay + 1)),
+        first_sway(prior),
     )
     return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, 0, *arrays)
 

@@ -99,6 +99,13 @@ class KnownVessel(NamedVessel):
         low=NOT_DECLARED,
         high=1e3,
     )
+    drift_ratio: float = parameter(
+        NOT_DECLARED,
+        "Share of a turn that carries such a hull sideways: sway acceleration per surge velocity times yaw rate. Negative:"
+        " surge_inertia/sway_inertia, at most 1.",
+        low=NOT_DECLARED,
+        high=10.0,
+    )
 
     @property
     def pivot(self) -> float:

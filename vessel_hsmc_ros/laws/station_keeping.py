@@ -74,3 +74,22 @@ def despinning(v_p: float, r: float, g: Gains) -> float:
         g: Gains.
     """
     return g.k_s * v_p * r / (r * r + 0.0625 * g.k_p * g.k_p)
+
+
+@kernel
+def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
+    """Weight, from 0 to 1, of the reference's heading: 1 for an undisturbed ship at rest.
+
+    calmness = 1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²). Only then may the reference's heading be taken: under a disturbance an
+    underactuated ship must point against it to keep its position.
+
+    Args:
+        square: W², m²/s².
+        v: Sway velocity, m/s.
+        f_u, f_v: Estimated accelerations, m/s²; at rest they are those of the disturbance.
+        g: Gains.
+
+    Returns:
+        The weight, in (0, 1].
+    """
+    return 1.0 / (1.0 + (square + v * v) / (g.v_0 * g.v_0) + (f_u * f_u + f_v * f_v) / (g.a_0 * g.a_0))

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.laws.guided_rule import derived_gains
 from vessel_hsmc_ros.scenario.parameters import VESSEL
-from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, circle_for, drift_decay, loads, references, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, circle_for, drift_decay, drift_ratio, loads, references, scale_of
 from vessel_sim_node.plant import ShipParameters
 
 WATER_DENSITY = 1025.0
@@ -86,7 +86,8 @@ THRUSTERS = """
 SLOW_DRIFT = """
     vessel:
       drift_decay: {a}              # 1/s; a turn carries this hull sideways as much as it turns its course, so that the law
-                                        # has to wait for the decay of the drift"""
+                                        # has to wait for the decay of the drift
+      drift_ratio: {rho}               # the share of a turn that carries it sideways"""
 
 
 def scenario_text(name: str, data: MainData) -> str:
@@ -188,7 +189,7 @@ def _filled(
         radius_rule=radius,
         cruise_rule=speed,
         actuators=THRUSTERS if thrusters else "",
-        drift=SLOW_DRIFT.format(a=_number(decay)) if decay >= 0.0 else "",
+        drift=SLOW_DRIFT.format(a=_number(decay), rho=_number(_rounded(drift_ratio(ship, circle)))) if decay >= 0.0 else "",
     )
     return "\n".join(map(_aligned, text.splitlines())) + "\n"
 

@@ -40,6 +40,9 @@ LARGEST_RHO = 0.8
 SLOW_RHO, SLOW_DECAY = 0.6, 1.0
 """The same where the decay is slow beside the ship's turns, and the a·T below which it counts as slow."""
 
+STRAIGHT = 2.0
+"""Largest decay rate in terms of that on a straight line, where a faster law would swing about it."""
+
 LARGEST_SHARE = 0.7
 """Largest share of F and of N that a circle takes in calm water: the rest is for wind and for catching up."""
 
@@ -127,16 +130,26 @@ def drift_decay(ship: ShipParameters, scale: Scale, circle: Circle) -> float:
     """The decay rate of the drift if the law must be slower than it, else -1, 1/s.
 
     On a circle, quadratic damping makes the drift decay faster than on a straight line at the same speed: this is the geometric
-    mean of the two. With rho > 1 it is divided by rho².
+    mean of the two, and at most STRAIGHT times the latter. With rho > 1 it is divided by rho².
     """
-    beta = circle.demand.drift
-    turning = sway_at(ship, circle.speed * math.cos(beta), -circle.speed * math.sin(beta), circle.speed / circle.radius)
-    straight = sway_at(ship, circle.speed, 0.0, 0.0)
-    a, rho = math.sqrt(turning.a * straight.a), max(turning.rho, straight.rho)
+    turning, straight = _sways(ship, circle)
+    a, rho = min(math.sqrt(turning.a * straight.a), STRAIGHT * straight.a), max(turning.rho, straight.rho)
     if rho <= (LARGEST_RHO if a * scale.T > SLOW_DECAY else SLOW_RHO):
         return NOT_DECLARED
     # With rho > 1 the course turns the other way first: a zero in the right half-plane at a/(rho - 1).
     return a / max(1.0, rho) ** 2
+
+
+def drift_ratio(ship: ShipParameters, circle: Circle) -> float:
+    """The share rho of a turn that carries the hull sideways: the larger of those on a circle and on a straight line."""
+    return max(each.rho for each in _sways(ship, circle))
+
+
+def _sways(ship: ShipParameters, circle: Circle) -> tuple[Sway, Sway]:
+    """How a hull drifts on a circle, and on a straight line at the same speed."""
+    beta = circle.demand.drift
+    u, v = circle.speed * math.cos(beta), -circle.speed * math.sin(beta)
+    return sway_at(ship, u, v, circle.speed / circle.radius), sway_at(ship, circle.speed, 0.0, 0.0)
 
 
 def sway_at(ship: ShipParameters, u: float, v: float, r: float) -> Sway:
