@@ -44,7 +44,7 @@ START_AND_END = 300.0
 
 
 class Sample(NamedTuple):
-    """A node at one moment: time since the start, s; resident memory and the part of it that is its own, MB; open files; threads."""
+    """A node at one moment: time since the start, s; resident memory and its own part, MB; open files; threads."""
 
     time: float
     memory: float
@@ -70,12 +70,14 @@ def main() -> int:
     beside = f", {summary['timer']} of the timer beside it" if arguments.real_time else ""
     problems = [f"{summary['missed_periods']} missed periods{beside}"] if summary["missed_periods"] else []
     problems += [f"{summary['messages_dropped']} lost messages"] if summary["messages_dropped"] else []
-    table = Table("node", "memory after warm-up", "at the end", "growth", "open files", "threads")
+    table = Table("node", "memory after warm-up", "at the end", "growth", "not shared", "open files", "threads")
     for name, of_node in samples.items():
         kept = settled(of_node)
         first, last = ends([sample.memory for sample in kept])
         files, threads = ({getattr(sample, what) for sample in kept} for what in ("files", "threads"))
-        table.add_row(name, f"{first:.1f} MB", f"{last:.1f} MB", f"{growth(kept):+.2f} %", span(files), span(threads))
+        before, after = ends([sample.own for sample in kept])
+        own = f"{after - before:+.1f} MB"
+        table.add_row(name, f"{first:.1f} MB", f"{last:.1f} MB", f"{growth(kept):+.2f} %", own, span(files), span(threads))
         problems += [f"{name}: {problem}" for problem in found(kept, arguments.growth)]
     Console().print(table)
     draw(samples, arguments.picture)

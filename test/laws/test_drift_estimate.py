@@ -7,7 +7,7 @@ import pytest
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
-from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, SHARE, Drift, credible, in_body, turn_in_water, water_drift
+from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, SHARE, Drift, credible, followed, in_body, turn_in_water, water_drift
 from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.sway_model import first_sway
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
@@ -20,7 +20,7 @@ CURRENT = Drift(0.3, -0.4, THETA)
 def after(drift: Drift, motion: Motion, speed: float, feedback_squared: float = 0.0, g=G) -> Drift:
     """The estimate one period later, with a reference of a speed."""
     desired = Motion(0.0, 0.0, motion.psi, speed, 0.0, motion.r)
-    return water_drift(drift, first_sway(g.sway), motion, desired, 0.0, feedback_squared, speed**2, g)
+    return water_drift(drift, first_sway(g.sway), motion, desired, 0.0, feedback_squared, speed**2, False, g)
 
 
 def turned(drift: Drift, angle: float, g=G, current: Drift = CURRENT, near: bool = True) -> Drift:
@@ -54,9 +54,9 @@ def test_on_a_straight_path_and_far_from_the_reference_nothing_is_learned_or_for
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.3])
-def test_the_estimate_stays_below_the_speed_of_the_reference_and_vanishes_at_rest(speed: float) -> None:
-    found = after(CURRENT, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05), speed)
-    assert math.hypot(found.east, found.north) <= SHARE * speed * (1 + 1e-12)
+def test_what_is_used_of_the_estimate_stays_below_the_speed_of_the_reference_and_vanishes_at_rest(speed: float) -> None:
+    used = followed(CURRENT, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05), G)
+    assert math.hypot(used.east, used.north) <= SHARE * speed * (1 + 1e-12)
 
 
 def test_half_of_an_estimate_of_the_doubt_is_used_and_next_to_nothing_of_a_small_one() -> None:

@@ -64,7 +64,7 @@ def test_a_ship_turned_by_the_heading_error_has_the_commanded_sway_velocity(spee
     wanted = velocity_command(Motion(0, 0, 0, 0, 0, 0), Motion(0, 0, direction, speed, 0, 0), STEADY, (0.0, 0.0), LIGHT)
     psi = 0.3
     for _ in range(60):
-        psi += heading_error(resolve(wanted, psi), v, s, LIGHT)
+        psi += heading_error(resolve(wanted, psi), v, s, LIGHT.rho, LIGHT)
     w = resolve(wanted, psi)
     assert w.w_n == pytest.approx(v, abs=1e-6)
     assert s * w.w_t > 0.0
@@ -85,11 +85,11 @@ def test_the_course_rate_is_the_derivative_of_the_commanded_heading(
     psi = 0.7
     c, sn = math.cos(psi), math.sin(psi)
     w = BodyCommand(wx * c + wy * sn, -wx * sn + wy * c, dwx * c + dwy * sn, -dwx * sn + dwy * c)
-    assert course_rate(w, v, dv, 0.1, s, LIGHT) == pytest.approx(slope, abs=1e-3)
+    assert course_rate(w, v, dv, 0.1, s, LIGHT.rho, LIGHT) == pytest.approx(slope, abs=1e-3)
 
 
 def test_at_rest_the_course_rate_is_the_yaw_rate_of_the_reference() -> None:
-    assert course_rate(BodyCommand(0.0, 0.0, 0.1, 0.1), 0.0, 0.1, 0.05, 1.0, G) == pytest.approx(0.05)
+    assert course_rate(BodyCommand(0.0, 0.0, 0.1, 0.1), 0.0, 0.1, 0.05, 1.0, G.rho, G) == pytest.approx(0.05)
 
 
 @given(st.floats(-math.pi, math.pi))
@@ -106,20 +106,20 @@ def test_a_turn_can_be_stopped_with_the_planned_acceleration(epsilon: float) -> 
 
 def test_in_station_keeping_a_point_ahead_of_midships_has_the_commanded_velocity() -> None:
     w, v = BodyCommand(0.0, 1e-4, 0.0, 0.0), 5e-4
-    rate = approach_rate(heading_error(w, v, 1.0, G), G)
+    rate = approach_rate(heading_error(w, v, 1.0, G.rho, G), G)
     assert v + G.rho * rate == pytest.approx(w.w_n, abs=1e-5)
 
 
 def test_the_direction_of_travel_has_hysteresis_and_follows_the_reference() -> None:
     near, far = 5.0, 2.0 * G.R_b
     edge = G.c * G.rho
-    assert direction_of_travel(1.0, -0.9 * edge, near, 0.0, 1.0, G) == 1.0
-    assert direction_of_travel(1.0, -1.1 * edge, near, 0.0, 1.0, G) == -1.0
-    assert direction_of_travel(-1.0, 0.9 * edge, near, 0.0, 1.0, G) == -1.0
-    assert direction_of_travel(-1.0, 1.1 * edge, near, 0.0, 1.0, G) == 1.0
-    assert direction_of_travel(1.0, -1.1 * edge, far, 0.0, 1.0, G) == 1.0
-    assert direction_of_travel(-1.0, -1.0, near, 2.0, 1.0, G) == 1.0
-    assert direction_of_travel(1.0, 1.0, near, -2.0, 1.0, G) == -1.0
+    assert direction_of_travel(1.0, -0.9 * edge, near, 0.0, 1.0, G.rho, G) == 1.0
+    assert direction_of_travel(1.0, -1.1 * edge, near, 0.0, 1.0, G.rho, G) == -1.0
+    assert direction_of_travel(-1.0, 0.9 * edge, near, 0.0, 1.0, G.rho, G) == -1.0
+    assert direction_of_travel(-1.0, 1.1 * edge, near, 0.0, 1.0, G.rho, G) == 1.0
+    assert direction_of_travel(1.0, -1.1 * edge, far, 0.0, 1.0, G.rho, G) == 1.0
+    assert direction_of_travel(-1.0, -1.0, near, 2.0, 1.0, G.rho, G) == 1.0
+    assert direction_of_travel(1.0, 1.0, near, -2.0, 1.0, G.rho, G) == -1.0
 
 
 def test_the_error_integral_is_limited_and_held_far_from_the_reference() -> None:
@@ -182,6 +182,6 @@ def test_every_motion_and_disturbance_reduces_the_calmness(channel: str) -> None
 @pytest.mark.parametrize("mismatch", [0.01, 0.1, 0.3, 1.0, 10.0])
 def test_the_station_keeping_lever_arm_grows_with_the_sway_mismatch_up_to_a_limit(mismatch: float) -> None:
     """At w_t = 0, epsilon = atan2(m, q_m): q_m/c is the lever arm, sqrt(rho² + (T_m·min(|m|, m_max))²)."""
-    epsilon = heading_error(BodyCommand(0.0, mismatch, 0.0, 0.0), 0.0, 1.0, G)
+    epsilon = heading_error(BodyCommand(0.0, mismatch, 0.0, 0.0), 0.0, 1.0, G.rho, G)
     lever = mismatch / (G.c * math.tan(epsilon))
     assert lever == pytest.approx(math.hypot(G.rho, G.T_m * min(mismatch, G.m_max)))

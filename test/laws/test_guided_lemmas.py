@@ -65,7 +65,7 @@ def test_lemma_4_at_the_commanded_heading_the_hull_has_the_commanded_velocity(ps
     """Where epsilon vanishes, w_n = v: surge alone then gives the ship the velocity w."""
     far = Motion(0.0, 0.0, psi, 0.0, 0.0, 0.0)
     w = resolve(velocity_command(far, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0), (0.0, 0.0), G), psi)
-    assert heading_error(w, w.w_n, 1.0, G) == 0.0
+    assert heading_error(w, w.w_n, 1.0, G.rho, G) == 0.0
 
 
 def test_lemma_5_the_heading_of_a_straight_path_is_stable_up_to_kappa_1_plus_d_over_c() -> None:

@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, lever_arm, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 speeds = st.floats(-0.2, 0.2)
 
@@ -27,12 +29,12 @@ SLOW = known(drift_decay=0.188)
 
 @given(speeds, speeds)
 def test_the_point_behind_the_origin_moves_across_the_hull_as_commanded(w_n: float, v_p: float) -> None:
-    r = pivoting_rate(w_n, v_p, COUPLED.x_p, COUPLED)
+    r = pivoting_rate(w_n, v_p, COUPLED.x_p, COUPLED.rho, COUPLED)
     assert v_p - (COUPLED.x_p + COUPLED.rho) * r == pytest.approx(w_n, abs=1e-12)
 
 
 def test_no_drift_demands_a_faster_turn_than_the_limit() -> None:
-    assert pivoting_rate(0.0, 10.0, COUPLED.x_p, COUPLED) == COUPLED.r_rest
+    assert pivoting_rate(0.0, 10.0, COUPLED.x_p, COUPLED.rho, COUPLED) == COUPLED.r_rest
     assert COUPLED.r_rest >= COUPLED.r_max
 
 
@@ -75,3 +77,28 @@ def test_an_offset_of_half_a_thousandth_of_the_length_stops_the_turn_to_the_head
     g = known(sway_yaw_inertia=coupling)
     lever = g.rho + abs(coupling) / 177.9e3
     assert math.isclose(g.r_h * lever / g.k_p, 0.0005 * 32.0)
+
+
+def test_the_lever_arm_is_long_in_a_drift_and_short_without_one_or_under_way() -> None:
+    assert lever_arm(0.0, 0.0, 0.0, COUPLED) == COUPLED.rho
+    assert lever_arm(10.0 * COUPLED.c_rest, 0.0, 0.0, COUPLED) == pytest.approx(COUPLED.rho_l, rel=1e-3)
+    assert lever_arm(0.0, 10.0 * COUPLED.c_rest, 100.0, COUPLED) == pytest.approx(COUPLED.rho, rel=0.01)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 6e5])
+@pytest.mark.parametrize("speed", [0.1, 0.25])
+@pytest.mark.parametrize("lag", [None, 2.0])
+def test_a_ship_keeps_its_position_in_a_current_from_the_side(coupling: float, speed: float, lag: float | None) -> None:
+    """0.1 and 0.25 m/s of current: 2 to 4 m before the lever arm followed the current."""
+    changes: dict[str, object] = {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}
+    changes |= {"vessel_sim.disturbance.current.north": speed, "vessel_sim.duration": 900.0, "controller.law": "guided"}
+    if coupling:
+        changes |= {f"vessel_sim.vessel.{each}": 0.4 * coupling for each in ("sway_damping_from_yaw", "yaw_damping_from_sway")}
+        changes |= {f"{node}.vessel.sway_yaw_inertia": coupling for node in ("vessel_sim", "controller")}
+    if lag is not None:
+        changes |= {
+            f"{node}.{each}_lag": lag for node in ("vessel_sim.actuators", "controller.vessel") for each in ("surge", "yaw")
+        }
+    run = simulate(load_scenario("case3_stabilisation", changes))
+    last = run.time >= 600.0
+    assert rms(position_error(run.state[last], run.reference[last])) < 0.1

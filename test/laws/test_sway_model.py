@@ -8,7 +8,7 @@ import pytest
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import KnownVessel
-from vessel_hsmc_ros.laws.drift_estimate import STEADY, Drift, water_drift
+from vessel_hsmc_ros.laws.drift_estimate import STEADY, Drift, followed
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, gains
 from vessel_hsmc_ros.laws.sway_model import SLOWEST, decay_rate, first_sway, learn_sway, sway_prior, turn_slope
 from vessel_hsmc_ros.runs.offline import simulate
@@ -99,12 +99,10 @@ def test_the_slope_is_the_change_of_the_sway_of_a_steady_turn(damping: tuple[flo
 
 def test_less_of_the_current_is_used_where_the_reference_drifts_as_fast_as_it_travels() -> None:
     g = gains(GuidedParameters(), FERRY, T)
-    sway = first_sway(PRIOR)
-    sway[6, 0] = 5.0
 
     def used(u: float, v: float) -> float:
         desired = Motion(0.0, 0.0, 0.0, u, v, 0.0)
-        return water_drift(Drift(0.0, 0.0, 0.0), sway, desired, desired, 0.0, 0.0, u * u + v * v, g).east
+        return followed(Drift(5.0, 0.0, 0.0), desired, g).east
 
     assert used(2.0, 0.0) == pytest.approx(STEADY * 2.0)
     assert used(1.5, 1.5) == 0.0

@@ -89,3 +89,24 @@ def arriving(queue: Array, row: int, head: int, age: int) -> float:
     """
     column = head - age
     return float(queue[row, column if column >= 0 else column + queue.shape[1]])
+
+
+@kernel
+def saturate(demand: float, last: float, limit: float, T: float, T_s: float) -> tuple[float, bool]:
+    """Limit what a law wants of an input in magnitude and in slew rate.
+
+    Args:
+        demand: Force or moment that the law demands.
+        last: The input that acts now.
+        limit: Largest magnitude; the slew rate is limited to limit/T_s.
+        T: Control period, s.
+        T_s: Time from zero to the limit, s; 0 for no limit of the slew rate.
+
+    Returns:
+        The input to command, and whether the magnitude was limited.
+    """
+    within = clip(demand, limit)
+    if T_s > 0.0:
+        # Only the limit of the magnitude is reported as saturation, which suspends the adaptation; the slew limit is transient.
+        within = last + clip(within - last, limit * T / T_s)
+    return within, abs(demand) > limit

@@ -38,7 +38,7 @@ SLOWEST = 0.025
 """Yaw rate below which theta adapts less, in terms of the largest innovation in yaw."""
 
 SHARE = 0.7
-"""Largest estimate of c in terms of the speed of the reference, which therefore travels ahead through the water."""
+"""Largest c that is used in terms of the speed of the reference, which therefore travels ahead through the water."""
 
 
 STEADY = 0.4
@@ -46,6 +46,10 @@ STEADY = 0.4
 
 STEEPEST = 0.4
 """Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less than STEADY."""
+
+
+LASTING = 0.08
+"""Share of c by which its mean follows it in a radian; see `station_keeping.lever_arm`."""
 
 
 class Drift(NamedTuple):
@@ -99,34 +103,53 @@ def water_drift(
     f_v: float,
     feedback_squared: float,
     reference_squared: float,
+    near: bool,
     g: Gains,
 ) -> Drift:
     """The estimate one period later; by `sway_model` for a ship that declares `drift_decay`.
 
     Args:
         drift: The estimate.
-        sway: What `sway_model` has learned, written in place.
-        motion, desired: States of the ship and of the reference.
-        f_v: Sway acceleration through the water.
+        sway: What `sway_model` has learned, and the mean of c, written in place.
+        motion, desired: States of the ship, at its pivot, and of the reference.
+        f_v: Sway acceleration of the pivot through the water.
         feedback_squared: |g|² of the guidance, m²/s²; a ship far from the reference turns too hard to learn from.
         reference_squared: U², m²/s².
+        near: Whether the ship keeps station.
         g: Gains.
     """
-    # Near rest a force on the hull makes the ship turn, and would look like a drift.
-    moving = reference_squared / (reference_squared + g.U_xi * g.U_xi)
+    # Beside a slow reference a force on the hull makes the ship turn, and would look like a drift.
+    moving = 1.0 if near else reference_squared / (reference_squared + g.U_xi * g.U_xi)
     turned = 0.0 if 2.0 * feedback_squared > g.v_max * g.v_max else g.T * abs(clip(motion.r, g.e_r_max)) * moving
     if g.sway.a < 0.0:
-        return learn_drift(drift, motion, f_v, turned, reference_squared, g)
-    learn_sway(sway, motion, f_v - motion.r * in_body(credible(drift, g), motion.psi).ahead, turned, g.sway)
-    # Where the reference drifts nearly as fast sideways as ahead, there is no heading for a much faster turn through the water.
-    most = STEADY * min(math.sqrt(reference_squared), max(0.0, abs(desired.u) - abs(desired.v)) / STEEPEST)
-    east, north = float(sway[6, 0]), float(sway[6, 1])
-    shrink = min(1.0, most / max(magnitude(east, north), 1e-9))
-    return Drift(shrink * east, shrink * north, turn_slope(sway, desired.v, desired.r, g.sway))
+        drift = learn_drift(drift, motion, f_v, turned, g)
+        sway[6, 0] += LASTING * turned * (drift.east - sway[6, 0])
+        sway[6, 1] += LASTING * turned * (drift.north - sway[6, 1])
+        return drift
+    learn_sway(sway, motion, f_v - motion.r * in_body(followed(credible(drift, g), desired, g), motion.psi).ahead, turned, g.sway)
+    return Drift(float(sway[6, 0]), float(sway[6, 1]), turn_slope(sway, desired.v, desired.r, g.sway))
 
 
 @kernel
-def learn_drift(drift: Drift, motion: Motion, f_v: float, turned: float, reference_squared: float, g: Gains) -> Drift:
+def followed(drift: Drift, desired: Motion, g: Gains) -> Drift:
+    """The part of a drift with which the reference still travels ahead through the water; none for a reference at rest.
+
+    Args:
+        drift: The estimate.
+        desired: State of the reference.
+        g: Gains.
+    """
+    U = magnitude(desired.u, desired.v)
+    most = SHARE * U
+    if g.sway.a >= 0.0:
+        # Where the reference drifts nearly as fast sideways as ahead, no heading gives a much faster turn through the water.
+        most = STEADY * min(U, max(0.0, abs(desired.u) - abs(desired.v)) / STEEPEST)
+    shrink = min(1.0, most / max(magnitude(drift.east, drift.north), 1e-9))
+    return Drift(shrink * drift.east, shrink * drift.north, drift.theta)
+
+
+@kernel
+def learn_drift(drift: Drift, motion: Motion, f_v: float, turned: float, g: Gains) -> Drift:
     """The estimate of c and theta one period later.
 
     Args:
@@ -134,7 +157,6 @@ def learn_drift(drift: Drift, motion: Motion, f_v: float, turned: float, referen
         motion: State of the ship.
         f_v: Sway acceleration through the water.
         turned: Angle of turn of the period; 0 where it shows nothing.
-        reference_squared: U², m²/s².
         g: Gains.
     """
     c_h, c_n = in_body(drift, motion.psi)
@@ -144,7 +166,7 @@ def learn_drift(drift: Drift, motion: Motion, f_v: float, turned: float, referen
     e = clip(motion.v - c_n - drift.theta * phi, g.e_max)
     k = MU * turned * e
     east, north = drift.east - k * math.sin(motion.psi), drift.north + k * math.cos(motion.psi)
-    most = min(g.c_max, SHARE * math.sqrt(reference_squared))
+    most = g.c_max
     shrink = min(1.0, most / max(magnitude(east, north), 1e-9))
     slowest = u * SLOWEST * g.e_r_max
     theta = drift.theta + MU_T * turned * e * phi / (phi * phi + slowest * slowest + 1e-9)

@@ -113,7 +113,9 @@ def resolve(command: VelocityCommand, psi: float) -> BodyCommand:
 
 
 @kernel
-def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedback_squared: float, g: Gains) -> float:
+def direction_of_travel(
+    s: float, w_t: float, distance: float, u_d: float, feedback_squared: float, lever: float, g: Gains
+) -> float:
     """The direction of travel s, ahead or astern.
 
     It is that of the reference while the reference's speed dominates w. Otherwise it changes with hysteresis: only when w points
@@ -125,6 +127,7 @@ def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedb
         distance: |e|, m; beyond R_b the ship does not go astern.
         u_d: Surge velocity of the reference, m/s.
         feedback_squared: |g|², m²/s².
+        lever: Lever arm rho of station keeping, m.
         g: Gains.
 
     Returns:
@@ -133,14 +136,14 @@ def direction_of_travel(s: float, w_t: float, distance: float, u_d: float, feedb
     # A moving reference decides, because w is then close to its velocity; the error feedback alone must not reverse the ship.
     if u_d * u_d > max(feedback_squared, g.U_s * g.U_s):
         return 1.0 if u_d > 0.0 else -1.0
-    if s * w_t >= -g.c * g.rho:
+    if s * w_t >= -g.c * lever:
         return s
     # Beyond R_b a turn is cheaper than going astern, so the ship goes ahead.
     return -1.0 if s > 0.0 and distance < g.R_b else 1.0
 
 
 @kernel
-def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
+def heading_error(w: BodyCommand, v: float, s: float, lever: float, g: Gains) -> float:
     """The heading error epsilon = s·atan2(m, D) with m = w_n - v, in [-pi, pi].
 
     D is s·w_t, kept away from zero: sqrt((s·w_t)² + q_m²) ahead, s·w_t + q_m astern, with q_m² = q² + (c·T_m·min(|m|, m_max))².
@@ -152,6 +155,7 @@ def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
         w: Velocity command along and across the hull.
         v: Sway velocity, m/s.
         s: Direction of travel.
+        lever: Lever arm rho of station keeping, m.
         g: Gains.
 
     Returns:
@@ -160,12 +164,12 @@ def heading_error(w: BodyCommand, v: float, s: float, g: Gains) -> float:
     m = w.w_n - v
     D = s * w.w_t
     # Without q_m the heading error would be undefined, and its gain unbounded, as w tends to zero.
-    q_m = g.c * magnitude(g.rho, g.T_m * min(abs(m), g.m_max))
+    q_m = g.c * magnitude(lever, g.T_m * min(abs(m), g.m_max))
     return s * math.atan2(m, math.sqrt(D * D + q_m * q_m) if D >= 0.0 else D + q_m)
 
 
 @kernel
-def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Gains) -> float:
+def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, lever: float, g: Gains) -> float:
     """Feedforward yaw rate r_w, the derivative of atan2(w) - s·asin(v/W), which tends to r_d as W tends to zero.
 
     r_w = (w_t·dw_n - w_n·dw_t)/W² - s·(dv - v·(w·dw)/W²)/sqrt(W² - v²), with q² added to every square in a denominator.
@@ -175,13 +179,14 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Ga
         v, dv: Sway velocity and its derivative, m/s, m/s².
         r_d: Yaw rate of the reference, rad/s.
         s: Direction of travel.
+        lever: Lever arm rho of station keeping, m.
         g: Gains.
 
     Returns:
         r_w, rad/s.
     """
     # q, the speed at which station keeping takes over, keeps every quotient finite as w tends to zero.
-    q = g.c * g.rho
+    q = g.c * lever
     q2 = q * q
     square = w.w_t * w.w_t + w.w_n * w.w_n
     W2 = square + q2
@@ -195,7 +200,7 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, g: Ga
 
 @kernel
 def course_damping(
-    w: BodyCommand, v: float, dv: float, r: float, r_d: float, s: float, reference_squared: float, g: Gains
+    w: BodyCommand, v: float, dv: float, r: float, r_d: float, s: float, reference_squared: float, lever: float, g: Gains
 ) -> float:
     """A yaw rate b·(r_w - r)·U²/(U² + U_xi²) against a course that turns faster than that of w.
 
@@ -208,10 +213,11 @@ def course_damping(
         r, r_d: Yaw rate of the ship and of the reference.
         s: Direction of travel.
         reference_squared: U², m²/s².
+        lever: Lever arm rho of station keeping, m.
         g: Gains.
     """
     moving = reference_squared / (reference_squared + g.U_xi * g.U_xi)
-    return g.b * moving * (course_rate(w, v, dv, r_d, s, g) - r)
+    return g.b * moving * (course_rate(w, v, dv, r_d, s, lever, g) - r)
 
 
 @kernel

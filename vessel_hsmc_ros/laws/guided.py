@@ -24,8 +24,8 @@ import math
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead
-from vessel_hsmc_ros.laws.drift_estimate import credible, in_body, turn_in_water, water_drift
+from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead, saturate
+from vessel_hsmc_ros.laws.drift_estimate import credible, followed, in_body, turn_in_water, water_drift
 from vessel_hsmc_ros.laws.guidance import (
     approach_rate,
     course_damping,
@@ -44,7 +44,7 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.station_keeping import calmness, despinning, keeps_station, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.station_keeping import calmness, despinning, keeps_station, lever_arm, pivot_ahead, pivoting_rate
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -83,9 +83,9 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow, near, drift, course = m.filter
+    rate, integral, s, xi, slow, near, drift = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
-    used = credible(drift, g)
+    used = followed(credible(drift, g), desired, g)
     added = turn_in_water(used, desired, acceleration.dr, g)
     r_d, dr_d, dv_d = desired.r + added.rate, acceleration.dr + added.acceleration, acceleration.dv + added.dv
     relative = motion.r - r_d
@@ -93,29 +93,31 @@ def command(
     low, high = relative - g.S1_max, relative + g.S1_max
     rate = low if rate < low else high if rate > high else rate
     velocity = velocity_command(motion, desired, acceleration, xi, g)
-    drift = water_drift(drift, m.sway, motion, desired, f.fv, velocity.feedback_squared, velocity.reference_squared, g)
     water = in_body(used, motion.psi)
     w = resolve(through_water(velocity, used), motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
-    s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, g)
+    lever = lever_arm(float(m.sway[6, 0]), float(m.sway[6, 1]), velocity.reference_squared, g)
+    s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, lever, g)
     # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
     v, sway = motion.v - water.port + x * motion.r, f.fv + x * f.fr
-    epsilon = heading_error(w, v, s, g)
+    at_pivot = Motion(motion.x, motion.y, motion.psi, motion.u, motion.v + x * motion.r, motion.r)
+    drift = water_drift(drift, m.sway, at_pivot, desired, sway, velocity.feedback_squared, velocity.reference_squared, near, g)
+    epsilon = heading_error(w, v, s, lever, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
     # the sway from following the turn, and all of it is fed forward.
     beyond = sway - dv_d
     dv = dv_d + slow + g.eta * (beyond - slow)
     slow += g.step_s * (beyond - slow)
-    r_w = course_rate(w, v, dv, desired.r, s, g)
+    r_w = course_rate(w, v, dv, desired.r, s, lever, g)
     turning = approach_rate(epsilon, g) + r_w
     if g.b > 0.0:
-        turning += course_damping(w, v, sway, motion.r, desired.r, s, velocity.reference_squared, g)
+        turning += course_damping(w, v, sway, motion.r, desired.r, s, velocity.reference_squared, lever, g)
     square = w.w_t * w.w_t + w.w_n * w.w_n
     near = keeps_station(near, square, velocity.reference_squared, g)
     largest = 2.0 * g.a_max
     if near and x > g.x_far:
-        turning, largest = pivoting_rate(w.w_n, v, x, g), g.dr_rest
+        turning, largest = pivoting_rate(w.w_n, v, x, lever, g), g.dr_rest
 
     calm = calmness(square, motion.v, f.fu, f.fv, g)
     alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
@@ -128,27 +130,7 @@ def command(
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
     psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + water.ahead + (despinning(v, motion.r, g) if near else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + water.port))
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, course)
-
-
-@kernel
-def saturate(demand: float, last: float, limit: float, g: Gains) -> tuple[float, bool]:
-    """Limit an input in magnitude and in slew rate.
-
-    Args:
-        demand: Force or moment that the law demands.
-        last: The input that acts now.
-        limit: Largest magnitude; the slew rate is limited to limit/T_s.
-        g: Gains.
-
-    Returns:
-        The input to command, and whether the magnitude was limited.
-    """
-    within = clip(demand, limit)
-    if g.T_s > 0.0:
-        # Only the limit of the magnitude is reported as saturation, which suspends the adaptation; the slew limit is transient.
-        within = last + clip(within - last, limit * g.T / g.T_s)
-    return within, abs(demand) > limit
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift)
 
 
 @kernel
@@ -197,7 +179,7 @@ def step(
     forget_across(f, HH, m, g)
     coming = forecast(f, m, g)
     # The networks learn what the turn of the hull in a drift of the water does not explain.
-    water = in_body(credible(m.filter.drift, g), motion.psi)
+    water = in_body(followed(credible(m.filter.drift, g), desired, g), motion.psi)
     by_turn = motion.r * water.port
     f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * water.ahead, f.fr)
     n_1, n_2 = delays(age, m, g)
@@ -209,8 +191,8 @@ def step(
     c, filtered = command(later, goal, acceleration, f, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
-    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), tau_1, g.surge.limit, g)
-    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - coming.fr - g.k1 * S1), tau_2, g.yaw.limit, g)
+    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), tau_1, g.surge.limit, g.T, g.T_s)
+    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - coming.fr - g.k1 * S1), tau_2, g.yaw.limit, g.T, g.T_s)
     m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
     wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)

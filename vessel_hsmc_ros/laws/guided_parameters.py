@@ -127,6 +127,8 @@ class Gains(NamedTuple):
     dr_rest: float
     k_s: float
     b: float
+    rho_l: float
+    c_rest: float
     sway: SwayPrior
     m11: float
     m33: float

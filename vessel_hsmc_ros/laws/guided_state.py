@@ -27,7 +27,6 @@ class Filter(NamedTuple):
     slow: float = 0.0
     near: bool = False
     drift: Drift = NO_DRIFT
-    course: float = 0.0
 
 
 class Memory(NamedTuple):
@@ -76,7 +75,7 @@ class Constants(NamedTuple):
 def initial(neurons: int, delay: int, prior: SwayPrior) -> Memory:
     """The internal state before the first step, for a number of neurons, the longest delay in periods and a hull's prior."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, 0.0)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT)
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),

@@ -5,7 +5,8 @@
 | x_p | distance of the pivot ahead of the origin | m |
 | x | distance of the pivot ahead of the controlled point, which is the origin at rest | m |
 | v_p | sway velocity of the pivot, v + x_p·r, which the yaw moment does not accelerate | m/s |
-| rho | lever arm of station keeping: here the held point is that far behind the origin | m |
+| rho, rho_l | lever arm of station keeping, and in a drift: the held point is that far ahead, or here behind the origin | m |
+| c | drift of the water | m/s |
 | w_n | velocity command across the hull | m/s |
 | W | magnitude of the velocity command | m/s |
 | W_0 | the same at which station keeping takes over from the approach | m/s |
@@ -34,16 +35,36 @@ def pivot_ahead(reference_squared: float, g: Gains) -> float:
 
 
 @kernel
-def pivoting_rate(w_n: float, v_p: float, x: float, g: Gains) -> float:
-    """The yaw rate (v_p - w_n)/(x + rho), at which the point rho behind the origin moves across the hull at w_n.
+def lever_arm(east: float, north: float, reference_squared: float, g: Gains) -> float:
+    """The lever arm of station keeping: rho, and up to rho_l in a drift of the water.
+
+    A ship at rest in a drift c moves ahead through the water. Turned, it is first carried to the other side by -m11·u·r, which a
+    point less than about (m11/d_v)·c ahead of the hull does not outweigh: it would oscillate about the drift. A force that turns with
+    the hull, on the other hand, moves the ship in proportion to the lever arm. The mean of c distinguishes the two.
+
+    Args:
+        east, north: The mean of c over the angle of turn, m/s.
+        reference_squared: U_d², m²/s².
+        g: Gains.
+    """
+    square, doubt = east * east + north * north, g.c_rest * g.c_rest
+    share = square * square / (square * square + doubt * doubt)
+    resting = g.U_xi * g.U_xi / (reference_squared + g.U_xi * g.U_xi)
+    return g.rho + (max(g.rho_l, g.rho) - g.rho) * share * resting
+
+
+@kernel
+def pivoting_rate(w_n: float, v_p: float, x: float, lever: float, g: Gains) -> float:
+    """The yaw rate (v_p - w_n)/(x + lever), at which the point a lever arm behind the origin moves across the hull at w_n.
 
     Args:
         w_n: Velocity command across the hull, m/s.
         v_p: Sway velocity of the pivot, m/s.
         x: Distance of the pivot ahead of the controlled point, m.
+        lever: Lever arm, m.
         g: Gains.
     """
-    return clip((v_p - w_n) / (x + g.rho), g.r_rest)
+    return clip((v_p - w_n) / (x + lever), g.r_rest)
 
 
 @kernel

@@ -16,8 +16,8 @@
 
     dv + r·c_h + kappa·(u - c_h)·r + A·(v - c_n) = -e
 
-On such a hull the sway that a turn causes is as large as what a current does, and follows the turn late, so that neither can be
-told from the other without the dynamics of both. An extended Kalman filter learns them with the angle of turn in the place of
+On such a hull the sway that a turn causes is as large as what a current does, and follows the turn late, so that the two
+can be distinguished by the dynamics of both only. An extended Kalman filter learns them with the angle of turn in the place of
 time: on a straight path nothing is learned and nothing forgotten. P returns to P_0 as the ship turns, so that damping that does
 not follow the model counts as a change of a1, a2 and a3.
 """

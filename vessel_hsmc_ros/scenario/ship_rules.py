@@ -41,7 +41,7 @@ SLOW_RHO, SLOW_DECAY = 0.6, 1.0
 """The same where the decay is slow beside the ship's turns, and the a·T below which it counts as slow."""
 
 STRAIGHT = 2.0
-"""Largest decay rate in terms of that on a straight line, where a faster law would swing about it."""
+"""Largest decay rate in terms of that on a straight line, where a faster law would oscillate about it."""
 
 LARGEST_SHARE = 0.7
 """Largest share of F and of N that a circle takes in calm water: the rest is for wind and for catching up."""
