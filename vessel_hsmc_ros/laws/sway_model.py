@@ -44,7 +44,7 @@ FORGOTTEN_C, FORGOTTEN_A = 0.05, 0.01
 """Share of P that returns to P_0 in a radian, of c and of the rest. Where a1, a2 and a3 change within a turn, they explain what
 the current does."""
 
-RESIDUAL, LEAST = 0.2, 0.005
+RESIDUAL, LEAST = 0.2, 0.02
 """Deviation of e after a radian in terms of abs(u·r), with at least LEAST·a·sqrt(g·L) in the place of abs(u·r). Much less, and c
 would follow every error of the model round the circle."""
 
