@@ -12,8 +12,8 @@ COURSE_DAMPING = 0.6
 DOUBT = 0.014
 """The drift c_0 of which half is used on such a hull, in sqrt(g·L)."""
 
-REST_DOUBT = 0.01
-"""The drift in which a ship at rest takes half of the long lever arm, in sqrt(g·L)."""
+REST_DOUBT, SLOW_REST_DOUBT = 0.006, 0.01
+"""The drift in which a ship at rest takes half of the long lever arm, in sqrt(g·L), and where `drift_decay` is declared."""
 
 LONG_LEVER = 0.08
 """The lever arm of station keeping in a drift, in L."""
@@ -58,7 +58,7 @@ def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
         "leak": 0.046 / T,
         "W_0": 0.12 * speed,
         "rho_l": LONG_LEVER * vessel.length,
-        "c_rest": REST_DOUBT * math.sqrt(GRAVITY * vessel.length),
+        "c_rest": (SLOW_REST_DOUBT if slow_drift else REST_DOUBT) * math.sqrt(GRAVITY * vessel.length),
         "b": COURSE_DAMPING if slow_drift else 0.0,
         "sway": sway_prior(vessel),
     }
