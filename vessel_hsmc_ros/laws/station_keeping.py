@@ -39,8 +39,8 @@ def lever_arm(east: float, north: float, reference_squared: float, g: Gains) -> 
     """The lever arm of station keeping: rho, and up to rho_l in a drift of the water.
 
     A ship at rest in a drift c moves ahead through the water. Turned, it is first carried to the other side by -m11·u·r, which a
-    point less than about (m11/d_v)·c ahead of the hull does not outweigh: it would oscillate about the drift. A force that turns with
-    the hull, on the other hand, moves the ship in proportion to the lever arm. The mean of c distinguishes the two.
+    point less than about (m11/d_v)·c ahead of the hull does not outweigh: it would oscillate about the drift. A force that turns
+    with the hull, on the other hand, moves the ship in proportion to the lever arm. The mean of c distinguishes the two.
 
     Args:
         east, north: The mean of c over the angle of turn, m/s.
