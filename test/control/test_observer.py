@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from sailing import STEP, rms, sail
 
@@ -126,6 +126,7 @@ def test_after_a_reset_the_next_measurement_initialises_the_filter() -> None:
 
 
 @given(st.sampled_from([0.0, 6.0]), st.sampled_from([10, 50, 200]), st.integers(0, 2**31 - 1))
+@example(0.0, 10, 38)
 def test_the_covariance_stays_positive_and_finite(wave_period: float, rate_hz: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     observer = Observer(ObserverParameters(wave_period=wave_period), KnownVessel())

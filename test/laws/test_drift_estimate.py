@@ -7,9 +7,19 @@ import pytest
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
-from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, SHARE, Drift, credible, followed, in_body, turn_in_water, water_drift
+from vessel_hsmc_ros.laws.drift_estimate import (
+    NO_DRIFT,
+    SHARE,
+    Drift,
+    angle_to_learn_from,
+    credible,
+    followed,
+    in_body,
+    learn_drift,
+    mean,
+    turn_in_water,
+)
 from vessel_hsmc_ros.laws.guided_parameters import gains
-from vessel_hsmc_ros.laws.sway_model import first_sway
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 G = gains(GuidedParameters(), KnownVessel(surge_lag=2.0, yaw_lag=2.0), 0.02)
@@ -19,8 +29,7 @@ CURRENT = Drift(0.3, -0.4, THETA)
 
 def after(drift: Drift, motion: Motion, speed: float, feedback_squared: float = 0.0, g=G) -> Drift:
     """The estimate one period later, with a reference of a speed."""
-    desired = Motion(0.0, 0.0, motion.psi, speed, 0.0, motion.r)
-    return water_drift(drift, first_sway(g.sway), motion, desired, 0.0, feedback_squared, speed**2, False, g)
+    return learn_drift(drift, motion, motion.v, 0.0, angle_to_learn_from(motion.r, feedback_squared, speed**2, False, g), g)
 
 
 def turned(drift: Drift, angle: float, g=G, current: Drift = CURRENT, near: bool = True) -> Drift:
@@ -57,6 +66,15 @@ def test_on_a_straight_path_and_far_from_the_reference_nothing_is_learned_or_for
 def test_what_is_used_of_the_estimate_stays_below_the_speed_of_the_reference_and_vanishes_at_rest(speed: float) -> None:
     used = followed(CURRENT, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05), G)
     assert math.hypot(used.east, used.north) <= SHARE * speed * (1 + 1e-12)
+
+
+def test_the_mean_of_a_drift_that_turns_with_the_ship_vanishes_and_a_steady_one_stays() -> None:
+    turning, steady = (0.0, 0.0), (0.0, 0.0)
+    for k in range(4000):
+        turning = mean(turning, math.cos(0.01 * k), math.sin(0.01 * k), 0.08 * 0.01)
+        steady = mean(steady, 1.0, 0.5, 0.08 * 0.01)
+    assert math.hypot(*turning) < 0.1
+    assert steady == pytest.approx((1.0, 0.5), rel=0.05)
 
 
 def test_half_of_an_estimate_of_the_doubt_is_used_and_next_to_nothing_of_a_small_one() -> None:

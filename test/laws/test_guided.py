@@ -12,8 +12,9 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
+from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT
 from vessel_hsmc_ros.laws.guided import GuidedController, command
-from vessel_hsmc_ros.laws.guided_learning import forget_across, learn
+from vessel_hsmc_ros.laws.guided_learning import learn
 from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_state import Filter, initial
 from vessel_hsmc_ros.laws.network import Estimates
@@ -219,7 +220,8 @@ def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None
     m.H[:], m.W[:] = rng.uniform(0.2, 1.0, 5), rng.normal(size=(3, 5))
     before, outputs = m.W.copy(), m.W @ m.H
     along = np.outer(outputs, m.H) / (m.H @ m.H)
-    forget_across(Estimates(*outputs), float(m.H @ m.H), m, G)
+    found = learn(AT_REST, float(m.H @ m.H), m, G)
+    np.testing.assert_allclose(found, outputs)
     np.testing.assert_allclose(m.W @ m.H, outputs, rtol=1e-6)
     np.testing.assert_allclose(m.W - along, (1.0 - G.leak * G.T) * (before - along), atol=1e-8)
 
@@ -228,7 +230,7 @@ def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, for any state of the filter: anti-windup at the moment limit."""
     m = initial(1, 0, G.sway)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
-    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), 0.0, m, G)
+    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), NO_DRIFT, 0.0, m, G)
     assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 
 

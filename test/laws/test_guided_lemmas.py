@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
 from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, channel, lead
+from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT
 from vessel_hsmc_ros.laws.guidance import heading_error, resolve, velocity_command
 from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_rule import RULES, derived_gains, unit_time
@@ -64,7 +65,9 @@ def test_lemma_4_a_ship_with_the_commanded_velocity_approaches_its_reference(x: 
 def test_lemma_4_at_the_commanded_heading_the_hull_has_the_commanded_velocity(psi: float, speed: float) -> None:
     """Where epsilon vanishes, w_n = v: surge alone then gives the ship the velocity w."""
     far = Motion(0.0, 0.0, psi, 0.0, 0.0, 0.0)
-    w = resolve(velocity_command(far, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0), (0.0, 0.0), G), psi)
+    w = resolve(
+        velocity_command(far, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0), (0.0, 0.0), G), NO_DRIFT, psi
+    )
     assert heading_error(w, w.w_n, 1.0, G.rho, G) == 0.0
 
 

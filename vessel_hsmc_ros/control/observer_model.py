@@ -50,6 +50,10 @@ XI, DXI = 14, 17
 WIDEST = 20.0
 """ln d is limited to this magnitude where it is used, so that its exponential stays finite."""
 
+FASTEST, FASTEST_TURN = 100.0, 10.0
+"""Largest estimated velocities, m/s and rad/s: measurements that jump about would otherwise drive the products of velocities in
+the model to infinity."""
+
 
 class Model(NamedTuple):
     """The constants of the model by its symbols, and whether it has waves."""
@@ -104,9 +108,10 @@ def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
     change_east, change_north = dt * force_east, dt * force_north
     x[0] += dt * (east + 0.5 * change_east)
     x[1] += dt * (north + 0.5 * change_north)
-    x[PSI], x[R] = end, r + dt * turn
+    x[PSI], x[R] = end, clip(r + dt * turn, FASTEST_TURN)
     # Back into the body frame at the new heading.
-    x[U], x[V] = rotated(-end, east + change_east, north + change_north)
+    along, aside = rotated(-end, east + change_east, north + change_north)
+    x[U], x[V] = clip(along, FASTEST), clip(aside, FASTEST)
     if m.waves:
         a, b, c, d = wave_transition(dt, m)
         for i in range(3):

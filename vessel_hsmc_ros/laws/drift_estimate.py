@@ -25,7 +25,6 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, magnitude
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
-from vessel_hsmc_ros.laws.sway_model import Array, learn_sway, turn_slope
 
 MU, MU_T = 1.54, 0.19
 """Gains of the adaptation: they place three poles at 1/sqrt(3) per radian in a steady turn, so that an error decays within a
@@ -48,8 +47,9 @@ STEEPEST = 0.4
 """Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less than STEADY."""
 
 
-LASTING = 0.08
-"""Share of c by which its mean follows it in a radian; see `station_keeping.lever_arm`."""
+LASTING, PASSED = 0.08, 0.4
+"""Share of c by which its mean follows it in a radian; PASSED where `drift_decay` is declared. A c that turns with the ship is no
+drift of the water."""
 
 
 class Drift(NamedTuple):
@@ -58,13 +58,6 @@ class Drift(NamedTuple):
     east: float
     north: float
     theta: float
-
-
-class BodyDrift(NamedTuple):
-    """c_h and c_n, ahead and to port, m/s."""
-
-    ahead: float
-    port: float
 
 
 class TurnInWater(NamedTuple):
@@ -88,46 +81,40 @@ def credible(drift: Drift, g: Gains) -> Drift:
 
 
 @kernel
-def in_body(drift: Drift, psi: float) -> BodyDrift:
-    """The drift along and across a hull of heading psi."""
+def in_body(drift: Drift, psi: float) -> tuple[float, float]:
+    """The drift c_h and c_n, ahead of and to port of a hull of heading psi."""
     c, s = math.cos(psi), math.sin(psi)
-    return BodyDrift(drift.east * c + drift.north * s, -drift.east * s + drift.north * c)
+    return drift.east * c + drift.north * s, -drift.east * s + drift.north * c
 
 
 @kernel
-def water_drift(
-    drift: Drift,
-    sway: Array,
-    motion: Motion,
-    desired: Motion,
-    f_v: float,
-    feedback_squared: float,
-    reference_squared: float,
-    near: bool,
-    g: Gains,
-) -> Drift:
-    """The estimate one period later; by `sway_model` for a ship that declares `drift_decay`.
+def angle_to_learn_from(r: float, feedback_squared: float, reference_squared: float, near: bool, g: Gains) -> float:
+    """The angle of turn of a period, and 0 where it shows nothing of the drift.
 
     Args:
-        drift: The estimate.
-        sway: What `sway_model` has learned, and the mean of c, written in place.
-        motion, desired: States of the ship, at its pivot, and of the reference.
-        f_v: Sway acceleration of the pivot through the water.
+        r: Yaw rate.
         feedback_squared: |g|² of the guidance, m²/s²; a ship far from the reference turns too hard to learn from.
         reference_squared: U², m²/s².
         near: Whether the ship keeps station.
         g: Gains.
     """
+    if 2.0 * feedback_squared > g.v_max * g.v_max:
+        return 0.0
     # Beside a slow reference a force on the hull makes the ship turn, and would look like a drift.
     moving = 1.0 if near else reference_squared / (reference_squared + g.U_xi * g.U_xi)
-    turned = 0.0 if 2.0 * feedback_squared > g.v_max * g.v_max else g.T * abs(clip(motion.r, g.e_r_max)) * moving
-    if g.sway.a < 0.0:
-        drift = learn_drift(drift, motion, f_v, turned, g)
-        sway[6, 0] += LASTING * turned * (drift.east - sway[6, 0])
-        sway[6, 1] += LASTING * turned * (drift.north - sway[6, 1])
-        return drift
-    learn_sway(sway, motion, f_v - motion.r * in_body(followed(credible(drift, g), desired, g), motion.psi).ahead, turned, g.sway)
-    return Drift(float(sway[6, 0]), float(sway[6, 1]), turn_slope(sway, desired.v, desired.r, g.sway))
+    return g.T * abs(clip(r, g.e_r_max)) * moving
+
+
+@kernel
+def mean(steady: tuple[float, float], east: float, north: float, share: float) -> tuple[float, float]:
+    """The mean of the drift over the angle of turn, one period later.
+
+    Args:
+        steady: The mean.
+        east, north: The estimate.
+        share: Share of it that the period contributes.
+    """
+    return steady[0] + share * (east - steady[0]), steady[1] + share * (north - steady[1])
 
 
 @kernel
@@ -149,13 +136,14 @@ def followed(drift: Drift, desired: Motion, g: Gains) -> Drift:
 
 
 @kernel
-def learn_drift(drift: Drift, motion: Motion, f_v: float, turned: float, g: Gains) -> Drift:
+def learn_drift(drift: Drift, motion: Motion, v: float, f_v: float, turned: float, g: Gains) -> Drift:
     """The estimate of c and theta one period later.
 
     Args:
         drift: The estimate.
         motion: State of the ship.
-        f_v: Sway acceleration through the water.
+        v: Its sway velocity, at the pivot.
+        f_v: Sway acceleration of the pivot through the water.
         turned: Angle of turn of the period; 0 where it shows nothing.
         g: Gains.
     """
@@ -163,7 +151,7 @@ def learn_drift(drift: Drift, motion: Motion, f_v: float, turned: float, g: Gain
     u, r = motion.u - c_h, clip(motion.r, g.e_r_max)
     phi = u * r + ADDED * clip(f_v, g.e_max)
     # An outlier must not dominate.
-    e = clip(motion.v - c_n - drift.theta * phi, g.e_max)
+    e = clip(v - c_n - drift.theta * phi, g.e_max)
     k = MU * turned * e
     east, north = drift.east - k * math.sin(motion.psi), drift.north + k * math.cos(motion.psi)
     most = g.c_max

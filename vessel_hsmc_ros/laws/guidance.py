@@ -98,17 +98,11 @@ def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration
 
 
 @kernel
-def through_water(command: VelocityCommand, drift: Drift) -> VelocityCommand:
-    """The velocity command relative to water that moves with a drift; its derivative is the same."""
-    wx, wy, dwx, dwy, feedback_squared, reference_squared = command
-    return VelocityCommand(wx - drift.east, wy - drift.north, dwx, dwy, feedback_squared, reference_squared)
-
-
-@kernel
-def resolve(command: VelocityCommand, psi: float) -> BodyCommand:
-    """Velocity command and its derivative resolved along and across a hull of heading psi."""
+def resolve(command: VelocityCommand, drift: Drift, psi: float) -> BodyCommand:
+    """The velocity command relative to water that drifts, and its derivative, along and across a hull of heading psi."""
     c, s = math.cos(psi), math.sin(psi)
     wx, wy, dwx, dwy, _, _ = command
+    wx, wy = wx - drift.east, wy - drift.north
     return BodyCommand(wx * c + wy * s, -wx * s + wy * c, dwx * c + dwy * s, -dwx * s + dwy * c)
 
 

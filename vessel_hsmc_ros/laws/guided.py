@@ -25,7 +25,18 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead, saturate
-from vessel_hsmc_ros.laws.drift_estimate import credible, followed, in_body, turn_in_water, water_drift
+from vessel_hsmc_ros.laws.drift_estimate import (
+    LASTING,
+    PASSED,
+    Drift,
+    angle_to_learn_from,
+    credible,
+    followed,
+    in_body,
+    learn_drift,
+    mean,
+    turn_in_water,
+)
 from vessel_hsmc_ros.laws.guidance import (
     approach_rate,
     course_damping,
@@ -34,17 +45,17 @@ from vessel_hsmc_ros.laws.guidance import (
     heading_error,
     integrate_error,
     resolve,
-    through_water,
     velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_delays import ahead, delays
-from vessel_hsmc_ros.laws.guided_learning import forecast, forget_across, learn
+from vessel_hsmc_ros.laws.guided_learning import forecast, learn
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Estimates, activate, output, outputs
+from vessel_hsmc_ros.laws.network import Estimates, activate, output
 from vessel_hsmc_ros.laws.predictor import correct, predict
 from vessel_hsmc_ros.laws.station_keeping import calmness, despinning, keeps_station, lever_arm, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.sway_model import learn_sway, turn_slope
 
 LARGEST = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -63,7 +74,7 @@ def bounded(m: Motion) -> Motion:
 
 @kernel
 def command(
-    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, x: float, m: Memory, g: Gains
+    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, used: Drift, x: float, m: Memory, g: Gains
 ) -> tuple[Command, Filter]:
     """Guidance and command filter.
 
@@ -76,6 +87,7 @@ def command(
         desired: State of the reference.
         acceleration: Derivatives of the reference's body velocities.
         f: Outputs of the networks.
+        used: Drift of the water that is reckoned with.
         x: Distance of the pivot ahead of the controlled point, m.
         m: Internal state of the law.
         g: Gains.
@@ -83,9 +95,8 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow, near, drift = m.filter
+    rate, integral, s, xi, slow, near, drift, steady = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
-    used = followed(credible(drift, g), desired, g)
     added = turn_in_water(used, desired, acceleration.dr, g)
     r_d, dr_d, dv_d = desired.r + added.rate, acceleration.dr + added.acceleration, acceleration.dv + added.dv
     relative = motion.r - r_d
@@ -93,15 +104,21 @@ def command(
     low, high = relative - g.S1_max, relative + g.S1_max
     rate = low if rate < low else high if rate > high else rate
     velocity = velocity_command(motion, desired, acceleration, xi, g)
-    water = in_body(used, motion.psi)
-    w = resolve(through_water(velocity, used), motion.psi)
+    c_h, c_n = in_body(used, motion.psi)
+    w = resolve(velocity, used, motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
-    lever = lever_arm(float(m.sway[6, 0]), float(m.sway[6, 1]), velocity.reference_squared, g)
+    lever = lever_arm(steady[0], steady[1], velocity.reference_squared, g)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, lever, g)
     # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
-    v, sway = motion.v - water.port + x * motion.r, f.fv + x * f.fr
-    at_pivot = Motion(motion.x, motion.y, motion.psi, motion.u, motion.v + x * motion.r, motion.r)
-    drift = water_drift(drift, m.sway, at_pivot, desired, sway, velocity.feedback_squared, velocity.reference_squared, near, g)
+    v, sway = motion.v - c_n + x * motion.r, f.fv + x * f.fr
+    turned = angle_to_learn_from(motion.r, velocity.feedback_squared, velocity.reference_squared, near, g)
+    if g.sway.a < 0.0:
+        drift = learn_drift(drift, motion, v + c_n, sway, turned, g)
+        steady = mean(steady, drift.east, drift.north, LASTING * turned)
+    else:
+        learn_sway(m.sway, motion, v + c_n, sway - motion.r * c_h, turned, g.sway)
+        steady = mean(steady, float(m.sway[0, 0]), float(m.sway[0, 1]), PASSED * turned)
+        drift = Drift(steady[0], steady[1], turn_slope(m.sway, desired.v, desired.r, g.sway))
     epsilon = heading_error(w, v, s, lever, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
@@ -128,9 +145,9 @@ def command(
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
-    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + water.ahead + (despinning(v, motion.r, g) if near else 0.0)
-    command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + water.port))
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift)
+    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (despinning(v, motion.r, g) if near else 0.0)
+    command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + c_n))
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, steady)
 
 
 @kernel
@@ -174,27 +191,26 @@ def step(
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
     HH = output(m.H, m.H, m.scratch)
-    learn(measured, HH, m, g)
-    f = outputs(m.W, m.H, m.scratch)
-    forget_across(f, HH, m, g)
+    f = learn(measured, HH, m, g)
     coming = forecast(f, m, g)
     # The networks learn what the turn of the hull in a drift of the water does not explain.
-    water = in_body(followed(credible(m.filter.drift, g), desired, g), motion.psi)
-    by_turn = motion.r * water.port
-    f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * water.ahead, f.fr)
+    used = followed(credible(m.filter.drift, g), desired, g)
+    c_h, c_n = in_body(used, motion.psi)
+    by_turn = motion.r * c_n
+    f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * c_h, f.fr)
     n_1, n_2 = delays(age, m, g)
     x = pivot_ahead(desired.u * desired.u + desired.v * desired.v, g)
     later, tau_1, tau_2 = ahead(motion, f_ground, n_1, n_2, x, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
         goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
-    c, filtered = command(later, goal, acceleration, f, x, m, g)
+    c, filtered = command(later, goal, acceleration, f, used, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
     wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), tau_1, g.surge.limit, g.T, g.T_s)
     wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - coming.fr - g.k1 * S1), tau_2, g.yaw.limit, g.T, g.T_s)
-    m.queue[0, m.head], m.queue[1, m.head] = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
-    wrench = float(m.queue[0, m.head]), float(m.queue[1, m.head])
+    wrench = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
+    m.queue[0, m.head], m.queue[1, m.head] = wrench
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0

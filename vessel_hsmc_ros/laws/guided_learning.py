@@ -6,50 +6,43 @@ from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 from vessel_hsmc_ros.laws.guided_state import Memory
-from vessel_hsmc_ros.laws.network import Estimates, adapt
+from vessel_hsmc_ros.laws.network import Estimates, adapt, outputs
 
 
 @kernel
-def learn(measured: Motion, HH: float, m: Memory, g: Gains) -> None:
-    """Adapt the weights in place, W += (1 - z)²/T·e·H/(HᵀH), to the innovation e.
+def learn(measured: Motion, HH: float, m: Memory, g: Gains) -> Estimates:
+    """Adapt the weights in place to the innovation e, W += (1 - z)²/T·e·H/(HᵀH), and let those across H decay.
 
-    A saturated actuator may not deliver what the prediction assumes, so its network is not adapted.
+    The innovation has no information on the weights across H, but noise drives them: without the decay W -= leak·T·(W -
+    (WᵀH)·H/(HᵀH)), which leaves the outputs as they are, they would grow for ever. A saturated actuator may not deliver what the
+    prediction assumes, so its network is not adapted.
 
     Args:
         measured: Measured state of the ship.
         HH: HᵀH.
         m: Internal state with the activations at this step and the prediction for it.
         g: Gains.
+
+    Returns:
+        The outputs WᵀH after the adaptation.
     """
     p = m.predicted
     # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
     # small constant prevents a division by zero far from all centres, where H vanishes.
-    scale = 1.0 / (g.T * (HH + 1e-6))
+    per_square, share = 1.0 / (HH + 1e-6), g.leak * g.T
+    scale = per_square / g.T
     # Innovations are saturated before the networks adapt to them: an outlier must not dominate.
-    m.growth[0, 0] = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, g.e_max)
-    m.growth[1, 0] = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, g.e_max)
-    m.growth[2, 0] = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, g.e_r_max)
+    e_u = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, g.e_max)
+    e_v = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, g.e_max)
+    e_r = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, g.e_r_max)
+    fu, fv, fr = outputs(m.W, m.H, m.scratch)
+    fu, fv, fr = fu + e_u * HH, fv + e_v * HH, fr + e_r * HH
+    # Both changes in one step, of which the second acts on the weights after the first.
+    kept, back = 1.0 - share, share * per_square
+    multiply(m.W, kept, m.W)
+    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = kept * e_u + back * fu, kept * e_v + back * fv, kept * e_r + back * fr
     adapt(m.W, m.growth, m.H, m.scratch)
-
-
-@kernel
-def forget_across(f: Estimates, HH: float, m: Memory, g: Gains) -> None:
-    """Let the weights across H decay in place, W -= leak·T·(W - (WᵀH)·H/(HᵀH)); the outputs WᵀH stay.
-
-    The innovation has no information on the weights across H, but noise drives them: without the decay they would grow for ever.
-
-    Args:
-        f: Outputs of the networks.
-        HH: HᵀH.
-        m: Internal state.
-        g: Gains.
-    """
-    share = g.leak * g.T
-    scale = share / (HH + 1e-6)
-    for i in range(len(m.W)):
-        multiply(m.W[i], 1.0 - share, m.W[i])
-    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = scale * f.fu, scale * f.fv, scale * f.fr
-    adapt(m.W, m.growth, m.H, m.scratch)
+    return Estimates(fu, fv, fr)
 
 
 @kernel

@@ -15,9 +15,10 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """Command filter and guidance: rho_c, zeta, direction of travel s, integral xi, slow part of f_v - dv_d, near, drift.
+    """Command filter and guidance: rho_c, zeta, direction s, integral xi, slow part of f_v - dv_d, near, drift, and its mean.
 
-    `near`, whether the ship keeps station, is False while it approaches or follows a moving reference.
+    `near`, whether the ship keeps station, is False while it approaches or follows a moving reference. `steady` is the mean of
+    the estimated drift over the angle of turn.
     """
 
     rate: float
@@ -27,6 +28,7 @@ class Filter(NamedTuple):
     slow: float = 0.0
     near: bool = False
     drift: Drift = NO_DRIFT
+    steady: tuple[float, float] = (0.0, 0.0)
 
 
 class Memory(NamedTuple):
@@ -45,7 +47,7 @@ class Memory(NamedTuple):
         growth: Working memory, shape (3, 1): the change of the weights, divided by H.
         slow: Slow parts of the outputs of the networks for f_u and f_r, shape (2,), written in place.
         queue: The last commands of surge force and yaw moment, (2, n + 1) for delays up to n periods, written in place.
-        sway: What is learned of a hull that declares `drift_decay`, shape (7, 5), written in place (`sway_model`).
+        sway: What is learned of a hull that declares `drift_decay`, shape (6, 5), written in place (`sway_model`).
     """
 
     started: bool
@@ -75,7 +77,7 @@ class Constants(NamedTuple):
 def initial(neurons: int, delay: int, prior: SwayPrior) -> Memory:
     """The internal state before the first step, for a number of neurons, the longest delay in periods and a hull's prior."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, (0.0, 0.0))
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),

@@ -8,7 +8,6 @@
 | A | decay rate of v_r, a1 + a2·abs(v_r) + a3·abs(r) | 1/s |
 | a | declared `drift_decay`, the initial a1 | 1/s |
 | p | what is learned: c towards the east and the north, a1, a2, a3 | - |
-| c_m | mean of c over the angle of turn, the drift that is used | m/s |
 | P, P_0 | covariance of p, and its initial value | - |
 | h | derivatives of the residual by p, with the opposite sign | - |
 | e | residual of the sway equation with the opposite sign | m/s² |
@@ -48,9 +47,6 @@ RESIDUAL, LEAST = 0.2, 0.02
 """Deviation of e after a radian in terms of abs(u·r), with at least LEAST·a·sqrt(g·L) in the place of abs(u·r). Much less, and c
 would follow every error of the model round the circle."""
 
-PASSED = 0.4
-"""Share of c by which its mean follows it in a radian: an estimate that turns with the ship is no drift of the water."""
-
 OUTLIER = 3.0
 """Largest residual in terms of its deviation."""
 
@@ -82,8 +78,8 @@ def sway_prior(vessel: KnownVessel) -> SwayPrior:
 
 
 def first_sway(prior: SwayPrior) -> Array:
-    """Before the first turn: p, below it P, and in the last row c_m, shape (7, 5)."""
-    return np.vstack([[0.0, 0.0, prior.a, 0.0, 0.0], np.diag(prior.spread), np.zeros(5)])
+    """Before the first turn: p, and below it P, shape (6, 5)."""
+    return np.vstack([[0.0, 0.0, prior.a, 0.0, 0.0], np.diag(prior.spread)])
 
 
 @kernel
@@ -115,22 +111,22 @@ def turn_slope(sway: Array, v: float, r: float, prior: SwayPrior) -> float:
 
 
 @kernel
-def learn_sway(sway: Array, motion: Motion, dv: float, turned: float, prior: SwayPrior) -> None:
+def learn_sway(sway: Array, motion: Motion, v: float, dv: float, turned: float, prior: SwayPrior) -> None:
     """Learn from a period, in place.
 
     Args:
-        sway: p, P and c_m.
+        sway: p in the first row, and below it P.
         motion: State of the ship.
-        dv: Its sway acceleration, in its own turning axes.
+        v, dv: Its sway velocity, at the pivot, and its sway acceleration, in its own turning axes.
         turned: Angle of turn of the period; 0 where it shows nothing.
         prior: What is known before.
     """
     if turned <= 0.0:
         return
-    p, P = sway[0].tolist(), sway[1:6].tolist()
+    p, P = sway[0].tolist(), sway[1:].tolist()
     c, s = math.cos(motion.psi), math.sin(motion.psi)
     c_h, c_n = p[0] * c + p[1] * s, -p[0] * s + p[1] * c
-    v, r = clip(motion.v - c_n, prior.v_max), clip(motion.r, prior.r_max)
+    v, r = clip(v - c_n, prior.v_max), clip(motion.r, prior.r_max)
     A = decay_rate(p, v, r)
     ahead, port = (1.0 - prior.kappa) * r, -(A + p[3] * abs(v))
     h = (ahead * c - port * s, ahead * s + port * c, v, abs(v) * v, abs(r) * v)
@@ -146,8 +142,6 @@ def learn_sway(sway: Array, motion: Motion, dv: float, turned: float, prior: Swa
         for j in range(5):
             sway[1 + i, j] = kept[i] * kept[j] * (P[i][j] - k[i] * k[j] / variance)
         sway[1 + i, i] += (1.0 - kept[i] * kept[i]) * prior.spread[i]
-    for i in range(2):
-        sway[6, i] += PASSED * turned * (sway[0, i] - sway[6, i])
     # Damping that feeds the drift, or hardly any, has no steady turn.
     sway[0, 2] = max(sway[0, 2], SLOWEST * prior.a)
     sway[0, 3], sway[0, 4] = max(sway[0, 3], 0.0), max(sway[0, 4], 0.0)

@@ -83,7 +83,7 @@ def _tolist(array: Any) -> Any:  # noqa: ARG001
 @overload(arrays.multiply)  # type: ignore[untyped-decorator]
 def _multiply(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
     if out.ndim == 2:
-        return _multiply_rows
+        return _multiply_rows if isinstance(y, Array) else _scale_rows
 
     def implementation(x: Any, y: Any, out: Any) -> None:
         for i in range(len(out)):
@@ -94,6 +94,13 @@ def _multiply(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
             out[i] = x[i] * y[i]
 
     return of_arrays if isinstance(y, Array) else implementation
+
+
+def _scale_rows(x: Any, y: Any, out: Any) -> None:
+    rows, columns = out.shape
+    for i in range(rows):
+        for j in range(columns):
+            out[i, j] = x[i, j] * y
 
 
 def _multiply_rows(x: Any, y: Any, out: Any) -> None:
