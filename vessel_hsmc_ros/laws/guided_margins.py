@@ -143,12 +143,17 @@ def surge_loop(g: Gains, hull: Hull, actuator: Actuator) -> System:
         "px": x + T * (u + 0.5 * T * acting),
         "pu": u + T * acting,
         "fu": fu,
-        "su": s["su"] + g.step_fu * (fu - s["su"]),
+        "su": _slow_part(s["su"], fu, g.step_fu),
         "xi": s["xi"] + _drift(g, hull) * later_x,
     }
     motion = np.array([[0.0, 1.0], [0.0, hull.surge]]), np.array([0.0, hull.surge_gain])
     add_plant(forms, ["x", "u"], motion, actuator, forms.free, T)
     return forms.system(command)
+
+
+def _slow_part(slow: Form, of: Form, step: float) -> Form:
+    """The slow part one period later; a filter of no bandwidth stays at zero, and its state is no pole of the loop."""
+    return slow + step * (of - slow) if step > 0.0 else 0.0 * of
 
 
 def _drift(g: Gains, hull: Hull) -> float:
@@ -187,7 +192,7 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     command = command_of(forms, drate - fr - g.lead_r * (fr - s["sr"]) - g.k1 * (later[3] - s["rate"]), a[-1], c)
     model = _predicted((y, psi, v, r), fv, fr + forms.next["model"], U, T)
     forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
-        "fv": fv, "slow": s["slow"] + g.step_s * (beyond - s["slow"]), "fr": fr, "sr": s["sr"] + g.step_f * (fr - s["sr"]),
+        "fv": fv, "slow": _slow_part(s["slow"], beyond, g.step_s), "fr": fr, "sr": _slow_part(s["sr"], fr, g.step_f),
         "xi": s["xi"] + _drift(g, hull) * (later[0] - goal[0]), "rate": s["rate"] + T * drate,
         "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
     }  # fmt: skip
