@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT
 from vessel_hsmc_ros.laws.guidance import (
+    LARGEST_LEAD,
     BodyCommand,
     approach_rate,
+    course_damping,
     course_rate,
     direction_of_travel,
     heading_error,
@@ -186,3 +188,20 @@ def test_the_station_keeping_lever_arm_grows_with_the_sway_mismatch_up_to_a_limi
     epsilon = heading_error(BodyCommand(0.0, mismatch, 0.0, 0.0), 0.0, 1.0, G.rho, G)
     lever = mismatch / (G.c * math.tan(epsilon))
     assert lever == pytest.approx(math.hypot(G.rho, G.T_m * min(mismatch, G.m_max)))
+
+
+def test_the_damping_of_the_course_is_the_rate_of_the_heading_error_below_its_bandwidth() -> None:
+    g = gains(GuidedParameters(), KnownVessel(drift_decay=0.05), 0.02)
+    slow, rate = 0.0, 0.002
+    for k in range(1500):
+        damping, slow = course_damping(rate * g.T * k, slow, 1e6, g)
+    assert damping == pytest.approx(g.b * rate, rel=0.02)
+    assert course_damping(1.0, 0.0, 1e6, g)[0] == pytest.approx(g.b * g.w_b * LARGEST_LEAD)
+    assert course_damping(1.0, 0.0, 0.0, g)[0] == 0.0
+
+
+@pytest.mark.parametrize(("ratio", "b"), [(-1.0, 1.5), (0.9, 1.5), (1.25, 1.5), (1.5, 1.0), (2.0, 0.5)])
+def test_a_course_that_turns_the_other_way_first_is_damped_less(ratio: float, b: float) -> None:
+    g = gains(GuidedParameters(), KnownVessel(drift_decay=0.05, drift_ratio=ratio), 0.02)
+    assert g.b == pytest.approx(b)
+    assert gains(GuidedParameters(), KnownVessel(), 0.02).b == 0.0

@@ -1,8 +1,11 @@
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.runs.margins import GAIN_MARGIN_DB, PHASE_MARGIN_DEG, study
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import scenario_for
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
@@ -22,6 +25,22 @@ def settled_error(scenario: Scenario) -> NDArray[np.float64]:
 @pytest.mark.parametrize("name", vessel_names())
 def test_every_vessel_of_the_library_keeps_its_circle_within_a_hundredth_of_its_length(name: str) -> None:
     assert settled_error(scenario_of(name)).max() < 0.01
+
+
+@pytest.mark.parametrize("name", vessel_names())
+def test_every_vessel_of_the_library_keeps_a_straight_line_within_two_thousandths_of_its_length(name: str) -> None:
+    scenario = scenario_of(name)
+    length = scenario.vessel_sim.vessel.length
+    start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0]}
+    assert rms(settled_error(scenario.changed({"reference_ship.mode": "straight", **start}))) < 0.002
+
+
+@pytest.mark.parametrize("name", ["gunnerus", "heron", "milliampere"])
+def test_a_hull_whose_drift_decays_slowly_has_the_margins_of_the_others(name: str) -> None:
+    for loop in study(scenario_of(name)).loops.values():
+        assert loop.stable
+        assert loop.gain_db > GAIN_MARGIN_DB
+        assert loop.phase_deg > PHASE_MARGIN_DEG - 0.5
 
 
 @pytest.mark.parametrize("name", ["cybership2", "gunnerus", "otter", "viknes_830"])

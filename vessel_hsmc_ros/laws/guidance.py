@@ -16,7 +16,8 @@
 | psi_c | commanded heading psi + epsilon | rad |
 | r_w | rate of psi_c while the ship has the velocity w | rad/s |
 | a | yaw acceleration that turns are planned with | rad/s² |
-| b | gain on the rate by which the course lags behind | - |
+| b, w_b | gain on the rate of epsilon, and its bandwidth | -, rad/s |
+| epsilon_s | slow part of epsilon | rad |
 
 Sway is not actuated, so the ship is turned until the component of w across the hull equals its sway velocity; then the surge
 force alone gives it the velocity w, and e decays. In station keeping this is equivalent to controlling the position of a point
@@ -27,9 +28,13 @@ import math
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude
+from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.drift_estimate import Drift
 from vessel_hsmc_ros.laws.guided_parameters import Gains
+
+LARGEST_LEAD = 0.2
+"""Largest epsilon - epsilon_s, rad: a ship that turns round is not damped by more."""
 
 Vector = tuple[float, float]
 """A horizontal vector, east and north."""
@@ -193,25 +198,24 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, lever
 
 
 @kernel
-def course_damping(
-    w: BodyCommand, v: float, dv: float, r: float, r_d: float, s: float, reference_squared: float, lever: float, g: Gains
-) -> float:
-    """A yaw rate b·(r_w - r)·U²/(U² + U_xi²) against a course that turns faster than that of w.
+def course_damping(epsilon: float, slow: float, reference_squared: float, g: Gains) -> tuple[float, float]:
+    """A yaw rate against the rate by which the course comes to lag, b·w_b·(epsilon - epsilon_s)·U²/(U² + U_xi²).
 
-    With the measured dv, r_w - r is the rate by which the course lags behind. Fed back, it acts like 1 + b times the decay of the
-    drift.
+    depsilon_s = w_b·(epsilon - epsilon_s), so that this is b·depsilon/dt up to the bandwidth w_b. It acts like 1 + b times the
+    decay of the drift.
 
     Args:
-        w: Velocity command and its derivative.
-        v, dv: Sway velocity and its measured derivative.
-        r, r_d: Yaw rate of the ship and of the reference.
-        s: Direction of travel.
+        epsilon: Heading error.
+        slow: epsilon_s.
         reference_squared: U², m²/s².
-        lever: Lever arm rho of station keeping, m.
         g: Gains.
+
+    Returns:
+        The yaw rate, and epsilon_s one period later.
     """
+    beyond = math.remainder(epsilon - slow, TURN)
     moving = reference_squared / (reference_squared + g.U_xi * g.U_xi)
-    return g.b * moving * (course_rate(w, v, dv, r_d, s, lever, g) - r)
+    return g.b * g.w_b * moving * clip(beyond, LARGEST_LEAD), slow + g.step_b * beyond
 
 
 @kernel

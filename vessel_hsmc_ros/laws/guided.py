@@ -95,7 +95,7 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow, near, drift, steady = m.filter
+    rate, integral, s, xi, slow, near, drift, steady, behind = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
     added = turn_in_water(used, desired, acceleration.dr, g)
     r_d, dr_d, dv_d = desired.r + added.rate, acceleration.dr + added.acceleration, acceleration.dv + added.dv
@@ -129,7 +129,8 @@ def command(
     r_w = course_rate(w, v, dv, desired.r, s, lever, g)
     turning = approach_rate(epsilon, g) + r_w
     if g.b > 0.0:
-        turning += course_damping(w, v, sway, motion.r, desired.r, s, velocity.reference_squared, lever, g)
+        damping, behind = course_damping(epsilon, behind, velocity.reference_squared, g)
+        turning += damping
     square = w.w_t * w.w_t + w.w_n * w.w_n
     near = keeps_station(near, square, velocity.reference_squared, g)
     largest = 2.0 * g.a_max
@@ -147,7 +148,7 @@ def command(
     xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
     psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (despinning(v, motion.r, g) if near else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + c_n))
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, steady)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, steady, behind)
 
 
 @kernel

@@ -171,7 +171,7 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
         at_guidance: Broken at the yaw rate that the guidance commands instead of at the yaw moment.
     """
     c, T, U, n = g.yaw, g.T, hull.speed, max(g.surge.delay, g.yaw.delay)
-    states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral", "slow", "sr"]
+    states, law = ["y", "psi", "v", "r"], ["py", "ppsi", "pv", "pr", "fv", "fr", "xi", "rate", "integral", "slow", "sr", "behind"]
     forms = Forms(names_of(states, law + (["delta", "b"] if hull.carriage else []), c, actuator, T))
     s = forms.now
     y_d, v_d, a_d = _point(forms, hull.carriage, T)
@@ -185,14 +185,16 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
         later = _predicted(later, fv, fr + each, U, T)
     goal = y_d + n * T * (v_d + 0.5 * n * T * a_d), v_d + n * T * a_d, a_d
     beyond = fv - a_d
-    turning = _turning(later, goal, a_d + s["slow"] + g.eta * (beyond - s["slow"]), g, U, s["xi"])
-    turning = turning + g.b * U**2 / (U**2 + g.U_xi**2) * (_course_rate(later, goal, fv, g, U) - later[3])
+    epsilon = _heading_error(later, goal, g, U, s["xi"])
+    turning = g.c * epsilon + _course_rate(later, goal, a_d + s["slow"] + g.eta * (beyond - s["slow"]), g, U)
+    turning = turning + g.b * g.w_b * U**2 / (U**2 + g.U_xi**2) * (epsilon - s["behind"])
     error = (forms.free if at_guidance else turning) - s["rate"]
     drate = s["integral"] + g.step_c * error
     command = command_of(forms, drate - fr - g.lead_r * (fr - s["sr"]) - g.k1 * (later[3] - s["rate"]), a[-1], c)
     model = _predicted((y, psi, v, r), fv, fr + forms.next["model"], U, T)
     forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
         "fv": fv, "slow": _slow_part(s["slow"], beyond, g.step_s), "fr": fr, "sr": _slow_part(s["sr"], fr, g.step_f),
+        "behind": _slow_part(s["behind"], epsilon, g.step_b if g.b > 0.0 else 0.0),
         "xi": s["xi"] + _drift(g, hull) * (later[0] - goal[0]), "rate": s["rate"] + T * drate,
         "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
     }  # fmt: skip
@@ -221,24 +223,22 @@ def _point(forms: Forms, carriage: Carriage | None, T: float) -> tuple[Form, For
     return x * s["delta"], x * rate, x * (omega * (s["r"] - rate) + q * beyond)
 
 
-def _turning(motion: tuple[Form, ...], goal: tuple[Form, Form, Form], dv: Form, g: Gains, U: float, xi: Form) -> Form:
-    """The yaw rate c·epsilon + r_w that the guidance commands about a straight path, towards a point that moves across it.
+def _heading_error(motion: tuple[Form, ...], goal: tuple[Form, Form, Form], g: Gains, U: float, xi: Form) -> Form:
+    """The heading error epsilon about a straight path, towards a point that moves across it.
 
     Args:
         motion: y, psi, v, r.
         goal: Position, velocity and acceleration of the point.
-        dv: Sway acceleration.
         g: Constants of the law.
         U: Speed, m/s.
         xi: The integral.
     """
     (y, psi, v, _), (y_d, v_d, _) = motion, goal
-    epsilon = (v_d - g.k_p * (y - y_d) - xi - U * psi - v) / math.sqrt(U * U + (g.c * g.rho) ** 2)
-    return g.c * epsilon + _course_rate(motion, goal, dv, g, U)
+    return (v_d - g.k_p * (y - y_d) - xi - U * psi - v) / math.sqrt(U * U + (g.c * g.rho) ** 2)
 
 
 def _course_rate(motion: tuple[Form, ...], goal: tuple[Form, Form, Form], dv: Form, g: Gains, U: float) -> Form:
-    """The yaw rate r_w at which the course follows the velocity command; the arguments are those of `_turning`."""
+    """The yaw rate r_w at which the course follows the velocity command, for the sway acceleration dv; see `_heading_error`."""
     (_, psi, v, _), (_, v_d, a_d) = motion, goal
     W2 = U * U + (g.c * g.rho) ** 2
     return U * (a_d - g.k_p * (U * psi + v - v_d)) / W2 - U * U / W2 * dv / math.sqrt(W2)

@@ -127,6 +127,8 @@ class Gains(NamedTuple):
     dr_rest: float
     k_s: float
     b: float
+    w_b: float
+    step_b: float
     rho_l: float
     c_rest: float
     sway: SwayPrior
@@ -187,6 +189,7 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     constants = {**given, **poles, **thresholds(vessel), **schema.symbols(vessel)}
     inputs = dynamics(vessel)
     constants |= _forecast(constants.pop("w_f"), bandwidths, inputs, unit_time(vessel), T)
+    constants["step_b"] = -math.expm1(-constants["w_b"] * T)
     constants["step_s"] = -math.expm1(-constants.pop("w_s") * T)
     constants |= station_keeping(vessel, given, a_max)
     constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}

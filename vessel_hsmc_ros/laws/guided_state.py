@@ -18,7 +18,7 @@ class Filter(NamedTuple):
     """Command filter and guidance: rho_c, zeta, direction s, integral xi, slow part of f_v - dv_d, near, drift, and its mean.
 
     `near`, whether the ship keeps station, is False while it approaches or follows a moving reference. `steady` is the mean of
-    the estimated drift over the angle of turn.
+    the estimated drift over the angle of turn, `behind` the slow part of epsilon.
     """
 
     rate: float
@@ -29,6 +29,7 @@ class Filter(NamedTuple):
     near: bool = False
     drift: Drift = NO_DRIFT
     steady: tuple[float, float] = (0.0, 0.0)
+    behind: float = 0.0
 
 
 class Memory(NamedTuple):
@@ -77,7 +78,7 @@ class Constants(NamedTuple):
 def initial(neurons: int, delay: int, prior: SwayPrior) -> Memory:
     """The internal state before the first step, for a number of neurons, the longest delay in periods and a hull's prior."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, (0.0, 0.0))
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, (0.0, 0.0), 0.0)
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),

@@ -6,8 +6,9 @@ from vessel_hsmc_ros.laws.guided_rule import dynamics, unit_time
 from vessel_hsmc_ros.laws.known_vessel import ControlledVessel, KnownVessel
 from vessel_hsmc_ros.laws.sway_model import GRAVITY, SwayPrior, sway_prior
 
-COURSE_DAMPING = 0.6
-"""The gain b of the course rate for a hull that declares `drift_decay`; above 1/(m11/m22 - 1) its yaw rate would oscillate."""
+COURSE_DAMPING, TURNED, COURSE_BANDWIDTH = 1.5, 0.5, 2.0
+"""The gain b of the course rate for a hull that declares `drift_decay`; where its course turns the other way first at most
+TURNED/(kappa - 1), because at 1/(kappa - 1) the yaw rate would oscillate; and its bandwidth, in 1/T."""
 
 DOUBT = 0.014
 """The drift c_0 of which half is used on such a hull, in sqrt(g·L)."""
@@ -44,6 +45,7 @@ def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
     """Thresholds, the leakage of the weights, and what a declared `drift_decay` adds."""
     T = unit_time(vessel)
     speed, slow_drift = vessel.length / T, vessel.drift_decay >= 0.0
+    prior = sway_prior(vessel)
     # Where nothing is declared, coupled inertia looks like a drift until the ship has turned a few times.
     doubt = (0.023 if dynamics(vessel).declared else 0.05) * speed
     return {
@@ -59,6 +61,7 @@ def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
         "W_0": 0.12 * speed,
         "rho_l": LONG_LEVER * vessel.length,
         "c_rest": (SLOW_REST_DOUBT if slow_drift else REST_DOUBT) * math.sqrt(GRAVITY * vessel.length),
-        "b": COURSE_DAMPING if slow_drift else 0.0,
-        "sway": sway_prior(vessel),
+        "b": min(COURSE_DAMPING, TURNED / max(prior.kappa - 1.0, 1e-9)) if slow_drift else 0.0,
+        "w_b": COURSE_BANDWIDTH / T,
+        "sway": prior,
     }
