@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 SAMPLE_PERIOD = 0.5
 """Wall time between two samples, s."""
@@ -70,7 +70,9 @@ def main() -> int:
     beside = f", {summary['timer']} of the timer beside it" if arguments.real_time else ""
     problems = [f"{summary['missed_periods']} missed periods{beside}"] if summary["missed_periods"] else []
     problems += [f"{summary['messages_dropped']} lost messages"] if summary["messages_dropped"] else []
-    table = Table("node", "memory after warm-up", "at the end", "growth", "not shared", "open files", "threads")
+    table = Table(
+        Column("node", no_wrap=True), "memory after warm-up", "at the end", "growth", "not shared", "open files", "threads"
+    )
     for name, of_node in samples.items():
         kept = settled(of_node)
         first, last = ends([sample.memory for sample in kept])

@@ -42,7 +42,7 @@ def test_over_a_minute_of_ship_time_no_node_grows_misses_a_period_or_loses_a_mes
     ],
 )
 def test_a_leak_of_memory_files_or_threads_is_found(soak: Any, change: dict[str, float], problem: str) -> None:
-    start = {"memory": 80.0, "files": 20, "threads": 16}
+    start = {"memory": 80.0, "own": 60.0, "files": 20, "threads": 16}
     samples = [
         soak.Sample(float(k), **{name: value + k * change.get(name, 0) for name, value in start.items()}) for k in range(100)
     ]
@@ -52,5 +52,5 @@ def test_a_leak_of_memory_files_or_threads_is_found(soak: Any, change: dict[str,
 
 
 def test_memory_that_grows_while_the_node_starts_is_no_leak(soak: Any) -> None:
-    samples = [soak.Sample(float(k), min(80.0, 10.0 + 10.0 * k), 20, 16) for k in range(100)]
+    samples = [soak.Sample(float(k), min(80.0, 10.0 + 10.0 * k), 10.0, 20, 16) for k in range(100)]
     assert soak.found(soak.settled(samples), allowed=1.0) == []

@@ -47,7 +47,7 @@ STEEPEST = 0.4
 """Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less than STEADY."""
 
 
-LASTING, PASSED = 0.08, 0.4
+LASTING, PASSED = 0.05, 0.4
 """Share of c by which its mean follows it in a radian; PASSED where `drift_decay` is declared. A c that turns with the ship is no
 drift of the water."""
 
