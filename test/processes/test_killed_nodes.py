@@ -10,6 +10,7 @@ from geometry_msgs.msg import WrenchStamped
 from harness import Command
 from rclpy.executors import SingleThreadedExecutor
 
+from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 
@@ -89,9 +90,11 @@ def test_no_command_outlives_its_timeout_when_the_controller_is_killed_or_stoppe
     start: Callable[..., Command], witness: Any, number: signal.Signals
 ) -> None:
     options = ("--ros-args", "-p", f"command_timeout:={TIMEOUT}")
-    plant = start("python", "-m", "vessel_sim_node", *options)
-    start("python", "-m", "vessel_hsmc_ros.nodes.watchdog", *options, "-p", "ramp_time:=0.0")
-    commander = start("python", "-c", COMMANDER)
+    # Without shared memory, as in real time: a process that is stopped while it holds a lock there may never be heard again.
+    profiles = {PROFILES: str(share_directory() / "config" / "fastdds_real_time.xml")}
+    plant = start("python", "-m", "vessel_sim_node", *options, environment=profiles)
+    start("python", "-m", "vessel_hsmc_ros.nodes.watchdog", *options, "-p", "ramp_time:=0.0", environment=profiles)
+    commander = start("python", "-c", COMMANDER, environment=profiles)
     plant.until(witness.drives, 90.0)
     commander.popen.send_signal(number)
     plant.until(witness.rests, 60.0)
