@@ -39,13 +39,11 @@ SLOWEST = 0.025
 SHARE = 0.7
 """Largest c that is used in terms of the speed of the reference, which therefore travels ahead through the water."""
 
-
 STEADY = 0.4
 """The same for a hull whose own drift decays slowly: a faster turn through the water takes it to a larger drift angle."""
 
 STEEPEST = 0.4
 """Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less than STEADY."""
-
 
 LASTING, PASSED = 0.05, 0.4
 """Share of c by which its mean follows it in a radian; PASSED where `drift_decay` is declared. A c that turns with the ship is no
