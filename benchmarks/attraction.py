@@ -10,6 +10,7 @@ lasts 300 T, or 25 time constants of the position loop if that is longer, and ha
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -59,7 +60,7 @@ def maps(name: str, points: int) -> tuple[Map, Map]:
     rates = {f"{node}.rate_hz": rate for node in ("vessel_sim", "reference_ship", "controller")}
     base = own.changed({**rates, "vessel_sim.duration": duration})
 
-    def found(axes: tuple[str, str], x: Any, y: Any, starts: list[tuple[float, float, float, float]]) -> Map:
+    def found(axes: tuple[str, str], x: Any, y: Any, starts: Sequence[tuple[float, float, float, float]]) -> Map:
         runs = (
             base.changed(
                 {

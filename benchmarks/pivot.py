@@ -17,6 +17,7 @@ from rich.table import Table
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text, ship_of
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
@@ -67,7 +68,7 @@ def changes_of(law: str, m23: float, point: str | None) -> dict[str, object]:
     plant: dict[str, object] = {"vessel_sim.vessel.sway_yaw_inertia": m23, "vessel_sim.vessel.sway_damping_from_yaw": 0.3 * m23}
     changes = {"controller.law": law, "controller.rate_hz": 100.0, "vessel_sim.rate_hz": 100.0, "reference_ship.rate_hz": 100.0}
     # A law that takes its actuators for slow is slow enough for the coupling, too; these actuators are instant.
-    changes |= {"controller.vessel.surge_lag": 0.0, "controller.vessel.yaw_lag": 0.0}
+    changes |= {f"controller.vessel.{name}": value for name, value in INSTANT.items()}
     known: dict[str, object] = {"controller.vessel.sway_yaw_inertia": m23, "controller.vessel.controlled_point": point}
     return {**plant, **changes, **(known if point else {})}
 

@@ -23,6 +23,7 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import Row, Verdict, judge, load_suite
 
@@ -36,8 +37,7 @@ POSES = {
     "controller.observer.enabled": True,
     "controller.observer.position_noise": 0.1,
     "controller.observer.heading_noise": 0.0017453292519943296,
-    "controller.vessel.surge_lag": 0.0,
-    "controller.vessel.yaw_lag": 0.0,
+    **{f"controller.vessel.{name}": value for name, value in INSTANT.items()},
     "vessel_sim.duration": 200.0,
     "vessel_sim.actuators.surge_force_limit": 2e5,
     "vessel_sim.actuators.yaw_moment_limit": 3e6,

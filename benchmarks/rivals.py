@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.laws import known_vessel
 from vessel_hsmc_ros.tuning.cases import Case, load_cases
 from vessel_hsmc_ros.tuning.cost import Objective
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
@@ -95,7 +96,7 @@ OPTIONS: dict[str, dict[str, object]] = {
     "ashrafiuon, as printed": {"controller.ashrafiuon.surfaces": "as_printed"},
 }
 
-INSTANT: dict[str, object] = {"controller.vessel.surge_lag": 0.0, "controller.vessel.yaw_lag": 0.0}
+INSTANT: dict[str, object] = {f"controller.vessel.{name}": value for name, value in known_vessel.INSTANT.items()}
 SLOW: dict[str, object] = {
     f"{owner}.{name}": value
     for owner in ("vessel_sim.actuators", "controller.vessel")

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.plan_file import parse_campaign, read_source
 from vessel_hsmc_ros.campaign.report import make_report
 from vessel_hsmc_ros.campaign.results import Results, read
+from vessel_hsmc_ros.campaign.tables import Table, share_text
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import CampaignError, ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
@@ -103,31 +104,31 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 
 def words(results: Results) -> dict[str, str]:
-    return dict(findings.sentences(results, findings.influences_by_law(results)))
+    return dict(findings.sentences(results, findings.influences_by_variant(results)))
 
 
 def drawn(results: Results) -> Diagrams:
-    return diagrams(results, findings.influences_by_law(results))
+    return diagrams(results, findings.influences_by_variant(results))
 
 
-def texts(table: findings.Table) -> list[list[str]]:
+def texts(table: Table) -> list[list[str]]:
     return [[cell.value for cell in line] for line in table.lines]
 
 
 def test_a_law_without_a_failure_has_a_bound_of_its_probability(results: Results) -> None:
     statement = words(results)["guided"]
     assert statement.startswith("0 of 300 runs failed: a run fails with a probability of at most 0.99 %, at 95 % confidence.")
-    median = float(np.sort(results.by_law["guided"].cost(LIMIT))[149])
+    median = float(np.sort(results.by_variant["guided"].cost(LIMIT))[149])
     assert f"position error, largest of the last quarter: median {text(LIMIT, median)}, 99 % of the runs below" in statement
     assert f"It depends most on {EAST}" in statement
 
 
 def test_failures_are_counted_by_reason_without_the_numbers_of_single_runs(results: Results) -> None:
-    by_law = {line[0]: line for line in texts(findings.failures(results))}
-    failed, ended = int(results.by_law["los_pid"].failed.sum()), int(results.by_law["los_pid"].ended_early.sum())
-    assert by_law["los_pid"][2] == str(failed)
-    assert by_law["los_pid"][-1] == (f"{failed - ended} × {LIMIT} above 0.1; {ended} × the state is no longer finite at … s")
-    assert by_law["guided"][2] == "0"
+    by_variant = {line[0]: line for line in texts(findings.failures(results))}
+    failed, ended = int(results.by_variant["los_pid"].failed.sum()), int(results.by_variant["los_pid"].ended_early.sum())
+    assert by_variant["los_pid"][2] == str(failed)
+    assert by_variant["los_pid"][-1] == (f"{failed - ended} × {LIMIT} above 0.1; {ended} × the state is no longer finite at … s")
+    assert by_variant["guided"][2] == "0"
 
 
 def test_laws_are_compared_on_the_same_draws(results: Results) -> None:
@@ -138,8 +139,8 @@ def test_laws_are_compared_on_the_same_draws(results: Results) -> None:
 
 
 def test_a_run_that_ended_early_is_above_every_value(results: Results) -> None:
-    cost = results.by_law["los_pid"].cost(LIMIT)
-    assert np.isinf(cost).sum() == results.by_law["los_pid"].ended_early.sum() > 0
+    cost = results.by_variant["los_pid"].cost(LIMIT)
+    assert np.isinf(cost).sum() == results.by_variant["los_pid"].ended_early.sum() > 0
     assert texts(findings.quantiles(results))[1][-1] == "–"
 
 
@@ -150,8 +151,8 @@ def test_a_metric_that_no_run_has_is_left_out(results: Results) -> None:
 
 def test_the_worst_runs_have_the_commands_that_repeat_them(results: Results) -> None:
     lines = [line for line in texts(findings.worst(results, Path("my runs/x"))) if line[1] == "guided"]
-    wind = results.by_law["guided"].rows[EAST]
-    run = int(results.by_law["guided"].rows["run"][np.argmax(wind)])
+    wind = results.by_variant["guided"].rows[EAST]
+    run = int(results.by_variant["guided"].rows["run"][np.argmax(wind)])
     assert lines[0][0] == f"vessel-hsmc run --campaign 'my runs/x' --run {run}"
     assert float(lines[0][3]) == pytest.approx(wind.max(), rel=1e-3)
     assert texts(findings.worst(results, Path("x")))[findings.WORST][2] == "ended early"
@@ -248,6 +249,6 @@ def test_a_click_on_a_run_shows_the_command_that_repeats_it(two_laws: Path, tab:
 
 
 def test_a_share_is_shown_with_the_digits_that_matter() -> None:
-    assert [findings.share_text(share) for share in (0.0, 0.00031234, 0.127, 0.9996, 1.0)] == [
+    assert [share_text(share) for share in (0.0, 0.00031234, 0.127, 0.9996, 1.0)] == [
         "0 %", "0.031 %", "13 %", "99.96 %", "100 %",
     ]  # fmt: skip

@@ -55,7 +55,7 @@ def test_a_grid_includes_its_ends() -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (3.0, r"it takes one of \{uniform: \[low, high\], normal"),
+        (3.0, r"it takes one of \{uniform: \[low, high\], loguniform"),
         ({"triangle": [1, 2]}, "it takes one of {uniform"),
         ({"uniform": [1, 2], "normal": [1, 2]}, "it takes one of {uniform"),
         ({"relative": True}, "it takes one of {uniform"),

@@ -11,10 +11,10 @@ from vessel_hsmc_ros.runs.batch import simulate_one
 pytestmark = pytest.mark.parametrize("name", campaign_names())
 
 
-def test_the_campaign_can_be_planned_and_takes_at_most_a_thousand_draws(name: str) -> None:
+def test_the_campaign_can_be_planned_and_takes_at_most_some_thousand_draws(name: str) -> None:
     campaign = Campaign.load(name)
-    assert 100 <= campaign.draws <= 1024
-    assert campaign.limits
+    assert 100 <= campaign.draws <= 1500
+    assert campaign.limits or campaign.limits_in_lengths
     assert not campaign.notes
 
 
@@ -31,4 +31,5 @@ def test_the_first_draw_of_every_law_runs(name: str) -> None:
 
 def test_nothing_that_a_law_or_the_reference_knows_is_drawn(name: str) -> None:
     # The ship and its environment are uncertain; the designer's settings are not.
-    assert all(parameter.startswith("vessel_sim.") for parameter in Campaign.load(name).drawn)
+    # A ship of the family has an owner and a day of its own, whose declarations and references are the question.
+    assert all(parameter.startswith(("vessel_sim.", "ship.")) for parameter in Campaign.load(name).drawn)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from allocating import SURGE_SPEED, Array, allocated, demands_of
+from compiling import only_compiled, repeated
 from scipy.optimize import linprog
 from thruster_layouts import LAYOUTS, layout_of
 
@@ -14,8 +15,8 @@ from vessel_hsmc_ros.control.allocation import Allocation
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
 from vessel_sim_node.thrusters import ThrusterState, hull_wrench, thrusters_of
 
-COUNT = 100_000
-STEPS = int(os.environ.get("ALLOCATION_STEPS", "10000"))
+COUNT = repeated(100_000)
+STEPS = repeated(int(os.environ.get("ALLOCATION_STEPS", "10000")))
 """Demands with limited rates, which take longer; ALLOCATION_STEPS=100000 in the environment for as many as without."""
 
 
@@ -217,6 +218,7 @@ def test_no_time_allows_no_change_where_rates_are_limited() -> None:
     assert Allocation(layout_of("twin")).step(50.0, 0.0, 0.0).thrust == pytest.approx([25.0, 25.0])
 
 
+@only_compiled
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_the_compiled_allocation_is_bit_identical_to_the_interpreted_one(name: str) -> None:
     layout = layout_of(name, angle_rate=[0.5])

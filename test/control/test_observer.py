@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from compiling import fastest, only_compiled
 from hypothesis import example, given
 from hypothesis import strategies as st
 from sailing import STEP, rms, sail
@@ -15,9 +16,9 @@ from vessel_hsmc_ros.control.observer_model import model, propagate, wave_transi
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.actuators import ActuatorParameters
 from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters
+from vessel_sim_node.plant import VesselParameters, derivative
 from vessel_sim_node.plant_parameters import DisturbanceParameters
 from vessel_sim_node.sensors import SensorParameters
 from vessel_sim_node.waves import WaveParameters
@@ -217,11 +218,11 @@ def measurements() -> list[tuple[float, float, float]]:
     return poses
 
 
+@only_compiled
 @pytest.mark.parametrize("wave_period", [0.0, 6.0])
 def test_the_compiled_filter_is_bit_identical_to_the_interpreted_one(wave_period: float) -> None:
-    pytest.importorskip("numba")
     observer = Observer(ObserverParameters(wave_period=wave_period, actuator_lag=0.3), KnownVessel())
-    c, step = observer.constants, compiled(observe)
+    c, step = observer.constants, fastest(observe)
     state = initial_state(c)
     restarts = 0
     for k, pose in enumerate(measurements()):
@@ -233,3 +234,31 @@ def test_the_compiled_filter_is_bit_identical_to_the_interpreted_one(wave_period
         assert (state.accepted_at, state.applied) == (observer.state.accepted_at, observer.state.applied)
         restarts += k > 0 and estimate.u == 0.0
     assert restarts == 1
+
+
+@pytest.mark.parametrize("pivot", [-3.0, 0.0, 4.0])
+def test_the_yaw_moment_of_a_coupled_hull_moves_it_sideways_as_the_plant_does(pivot: float) -> None:
+    """Predicted without a new sample, and compared with the equations of the plant, which know nothing of a pivot point."""
+    coupling, moment = 177.9e3 * pivot, 1e6
+    known = KnownVessel(sway_yaw_inertia=coupling)
+    assert known.pivot == pytest.approx(pivot)
+    observer = Observer(ObserverParameters(sway_decay=0.0, surge_decay=0.0, yaw_decay=0.0), known)
+    for stamp in (0, STEP // 10):
+        estimate = observer.update(stamp, (0.0, 0.0, 0.0), (0.0, moment))
+    ship = VesselParameters(sway_yaw_inertia=coupling, yaw_sway_inertia=coupling).coefficients()
+    rates = derivative(np.zeros(6), (0.0, moment), (0.0, 0.0, 0.0), ship)
+    assert np.array(estimate[3:]) / (STEP * 1e-10) == pytest.approx(rates[3:], rel=1e-3, abs=1e-9)
+
+
+def test_a_compass_that_freezes_in_a_turn_is_not_believed() -> None:
+    """The ship turns on at 0.03 rad/s; within 20 deviations the frozen heading would be taken again and again."""
+    observer, random = Observer(ObserverParameters(), KnownVessel()), np.random.default_rng(4)
+    held, errors = 0.0, []
+    for k in range(520):
+        psi = 0.03 * 0.05 * k
+        held = wrap(psi + 0.005 * random.normal()) if k < 400 else held
+        place = 67.0 * np.array([math.sin(psi), 1.0 - math.cos(psi)]) + 0.5 * random.normal(size=2)
+        estimate = observer.update(k * STEP, (*place, held), (0.0, 0.0))
+        errors.append(abs(wrap(estimate.psi - psi)))
+    assert max(errors[300:400]) < 0.02
+    assert max(errors[400:]) < 0.02, "the frozen heading is 0.18 rad behind"

@@ -70,15 +70,16 @@ def test_a_constant_difference_of_the_headings_leaves_no_error_of_the_origin() -
     )
 
 
-def test_errors_of_the_point_are_carried_back_to_the_origin() -> None:
-    def errors(motion: Motion, desired: Motion) -> list[Any]:
-        z, z_d = transform(motion), transform(desired)
-        e, dz, dz_d = tracking_error(z, z_d), transform_rate(z, motion), transform_rate(z_d, desired)
+@pytest.mark.parametrize("desired", [DESIRED, DESIRED._replace(u=0.08, v=0.02)], ids=["under way", "from station keeping"])
+def test_errors_of_the_point_are_carried_back_to_the_origin(desired: Motion) -> None:
+    def errors(motion: Motion, followed: Motion) -> list[Any]:
+        z, z_d = transform(motion), transform(followed)
+        e, dz, dz_d = tracking_error(z, z_d), transform_rate(z, motion), transform_rate(z_d, followed)
         return [e.z1, e.z2, dz.z1 - dz_d.z1, dz.z2 - dz_d.z2]
 
-    at = carry(SHIP, DESIRED, RATE, Heading(-0.7), POINT)
+    at = carry(SHIP, desired, RATE, Heading(-0.7), POINT)
     back = at_origin(Terms()._replace(**dict(zip(ERRORS, errors(at.motion, at.desired), strict=True))), at.back)
-    assert [getattr(back, name) for name in ERRORS] == pytest.approx(errors(SHIP, DESIRED), abs=1e-14)
+    assert [getattr(back, name) for name in ERRORS] == pytest.approx(errors(SHIP, desired), abs=1e-14)
     assert math.isnan(at_origin(Terms(), at.back).sway_error)
 
 
@@ -119,3 +120,23 @@ def test_a_difference_of_the_headings_that_grows_steadily_is_followed_without_la
     for k in range(3000):
         at = carry(ship._replace(psi=1e-4 * k), desired, Acceleration(0.0, 0.0, 0.0), at, point).delta
     assert at.delta == pytest.approx(1e-4 * 3000, abs=1e-6)
+
+
+def test_on_the_way_from_station_keeping_the_velocity_of_the_ships_point_is_the_derivative_of_its_position() -> None:
+    slow, rate, ship, found = DESIRED._replace(u=0.08, v=0.02), Acceleration(0.03, -0.02, 0.01), SHIP, []
+    for _ in range(3):
+        found.append(carry(ship, slow, rate, Heading(0.2), POINT).motion)
+        ship, slow = extrapolate(ship, Acceleration(0.0, 0.0, 0.0), POINT.T), extrapolate(slow, rate, POINT.T)
+    a, b, c = found
+    c_psi, s_psi = math.cos(b.psi), math.sin(b.psi)
+    over_ground = np.subtract(c[:2], a[:2]) / (2.0 * POINT.T)
+    assert [c_psi * b.u - s_psi * b.v, s_psi * b.u + c_psi * b.v] == pytest.approx(over_ground, abs=1e-5)
+    assert abs(b.u - SHIP.u) > 0.05, "the point moves along the hull"
+
+
+def test_the_slow_rate_of_the_filter_is_bounded_in_a_long_turn_away_from_the_reference() -> None:
+    at, ship = START, Motion(0.0, 0.0, 0.0, 1.6, 0.0, 0.0)
+    point = POINT._replace(T=0.1)
+    for k in range(600):
+        at = carry(ship._replace(psi=0.08 * k), ship, Acceleration(0.0, 0.0, 0.0), at, point).delta
+    assert abs(at.rate) <= 0.1 * 1.6 * point.per_distance * (1.0 + 1e-12)

@@ -39,10 +39,12 @@ def test_nothing_is_learned_in_a_steady_turn() -> None:
     assert turning_offset(turning, 0.2, 0.1, 0.0, RATE, T).o == pytest.approx(0.0, abs=1e-9)
 
 
-def test_far_from_the_reference_nothing_is_learned() -> None:
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_far_from_the_reference_nothing_is_learned(side: float) -> None:
     turning = Turning(0.05, 0.02, 0.01, 0.3, -0.2)
-    after = turning_offset(turning, NEAR, 0.1, 0.01, RATE, T).turning
-    assert (after.theta1, after.theta2) == (0.3, -0.2)
+    for e, learns in ((NEAR, False), (1e3, False), (0.99 * NEAR, True)):
+        after = turning_offset(turning, side * e, 0.1, 0.01, RATE, T).turning
+        assert ((after.theta1, after.theta2) != (0.3, -0.2)) is learns
 
 
 def test_the_derivatives_are_those_of_the_offset() -> None:

@@ -22,11 +22,11 @@ from vessel_hsmc_ros.laws.guidance import (
     velocity_command,
 )
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, by_hand_or_derived, gains
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.laws.predictor import correct, predict
 from vessel_hsmc_ros.laws.station_keeping import calmness
 
-KNOWN = KnownVessel(surge_lag=0.0, yaw_lag=0.0)
+KNOWN = KnownVessel(**INSTANT)
 G = gains(GuidedParameters(), KNOWN, 0.02)
 LIGHT = G._replace(rho=1e-6)
 """Practically without the station-keeping lever arm: the equations of a moving ship."""
@@ -85,10 +85,17 @@ def test_the_course_rate_is_the_derivative_of_the_commanded_heading(
 
     h = 1e-6
     slope = math.remainder(commanded(h) - commanded(-h), 2 * math.pi) / (2 * h)
-    psi = 0.7
+    psi = commanded(0.0) if s > 0.0 else commanded(0.0) + math.pi
     c, sn = math.cos(psi), math.sin(psi)
     w = BodyCommand(wx * c + wy * sn, -wx * sn + wy * c, dwx * c + dwy * sn, -dwx * sn + dwy * c)
     assert course_rate(w, v, dv, 0.1, s, LIGHT.rho, LIGHT) == pytest.approx(slope, abs=1e-3)
+
+
+def test_abeam_in_a_current_faster_than_the_command_the_rate_of_the_sway_does_not_decide_the_turn() -> None:
+    """The ship is carried to port at 1.5 m/s, the command is 0.8 m/s to starboard: 1/q, some 20 rad/s per m/s², before."""
+    w = BodyCommand(0.1, -0.8, 0.0, 0.0)
+    still, changing = (course_rate(w, 1.5, dv, 0.0, 1.0, G.rho, G) for dv in (0.0, 1.0))
+    assert abs(changing - still) < 0.05
 
 
 def test_at_rest_the_course_rate_is_the_yaw_rate_of_the_reference() -> None:
@@ -205,3 +212,25 @@ def test_a_course_that_turns_the_other_way_first_is_damped_less(ratio: float, b:
     g = gains(GuidedParameters(), KnownVessel(drift_decay=0.05, drift_ratio=ratio), 0.02)
     assert g.b == pytest.approx(b)
     assert gains(GuidedParameters(), KnownVessel(), 0.02).b == 0.0
+
+
+def test_the_damping_of_the_course_has_no_kick_where_the_heading_error_wraps() -> None:
+    g = gains(GuidedParameters(), KnownVessel(drift_decay=0.05), 0.02)
+    damped = []
+    for start in (0.0, math.pi - 0.05):
+        slow, series = start, []
+        for k in range(500):
+            damping, slow = course_damping(math.remainder(start + 0.0002 * k, 2.0 * math.pi), slow, 1e6, g)
+            series.append(damping)
+        damped.append(series)
+    assert damped[1] == pytest.approx(damped[0], abs=1e-9)
+
+
+@given(st.floats(-math.pi, math.pi))
+def test_the_error_integral_is_limited_in_every_direction(bearing: float) -> None:
+    xi = (0.0, 0.0)
+    ship = Motion(0.5 * math.cos(bearing), 0.5 * math.sin(bearing), 0.0, 2.0, 0.0, 0.0)
+    for _ in range(200):
+        xi = integrate_error(xi, ship, Motion(0.0, 0.0, 0.0, 2.0, 0.0, 0.0), 1e9, G._replace(k_i=1.0))
+    assert math.hypot(*xi) == pytest.approx(G.xi_max)
+    assert math.atan2(xi[1], xi[0]) == pytest.approx(bearing, abs=1e-9)

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.laws.guided import GuidedController, command
 from vessel_hsmc_ros.laws.guided_learning import learn
 from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_state import Filter, initial
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
@@ -38,12 +39,12 @@ moderate = st.tuples(
 courses = st.lists(st.tuples(moderate, moderate), min_size=2, max_size=6)
 
 
-INSTANT = KnownVessel(surge_lag=0.0, yaw_lag=0.0)
+KNOWN = KnownVessel(**INSTANT)
 """The ship of these tests has no lags, and the law knows it."""
 
 
 def controller(period=T, **parameters):
-    return GuidedController(build(GuidedParameters, parameters, "guided"), INSTANT, period)
+    return GuidedController(build(GuidedParameters, parameters, "guided"), KNOWN, period)
 
 
 def answers(law, course, acceleration=STILL):
@@ -193,7 +194,7 @@ def test_the_ship_returns_after_a_force_beyond_its_thrust() -> None:
     assert math.hypot(state[0], state[1]) < 0.3
 
 
-G = gains(GuidedParameters(), INSTANT, T)
+G = gains(GuidedParameters(), KNOWN, T)
 AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 

@@ -15,9 +15,10 @@ from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT
 from vessel_hsmc_ros.laws.guidance import heading_error, resolve, velocity_command
 from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_rule import RULES, derived_gains, unit_time
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 
 T = 0.02
-G = gains(GuidedParameters(), KnownVessel(surge_lag=0.0, yaw_lag=0.0), T)
+G = gains(GuidedParameters(), KnownVessel(**INSTANT), T)
 
 
 def test_lemma_1_predictor_and_network_have_both_poles_at_z() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
@@ -66,6 +67,7 @@ def flat(value: Any) -> list[Any]:
     return [leaf for part in value for leaf in flat(part)] if isinstance(value, tuple) else [value]
 
 
+@only_compiled
 @pytest.mark.parametrize(
     ("name", "settings"), CASES, ids=lambda value: value if isinstance(value, str) else "-".join(map(str, value))
 )

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import KnownVessel, LosPidParameters, make_controller
-from vessel_hsmc_ros.laws.los_pid_parameters import derived_stretch, stretched
+from vessel_hsmc_ros.laws.los_pid_parameters import adapted, derived_stretch, scaled
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 NONE = np.zeros(3)
@@ -77,7 +77,7 @@ def test_the_heading_error_is_wrapped() -> None:
 
 
 def test_integrals_stop_while_their_actuator_is_at_its_limit() -> None:
-    made = law(surge_force_limit=1.0, yaw_moment_limit=1.0)
+    made = law(surge_force_limit=1.0, yaw_moment_limit=1.0, stretch=1.0)
     for _ in range(600):
         _, terms = made.update(0.0, np.array([-50.0, 5.0, 0.0, 0.0, 0.0, 0.0]), AHEAD, NONE)
         assert terms.surge_saturated
@@ -98,12 +98,36 @@ def test_new_gains_keep_the_integrals() -> None:
 
 def test_declared_actuators_stretch_the_times_of_the_gains_and_undeclared_ones_do_not() -> None:
     p = LosPidParameters()
-    assert stretched(p, KnownVessel()) == p
-    assert stretched(p, KnownVessel(surge_lag=0.0, yaw_lag=0.0)) == p
+    assert adapted(p, KnownVessel()) == p
+    assert adapted(p, KnownVessel(surge_lag=0.0, yaw_lag=0.0)) == p
     assert derived_stretch(p, KnownVessel(yaw_lag=0.7, yaw_dead_time=0.3)) == pytest.approx(1.0 + 2.0 * 1.3 * 0.8 / 3.0)
     assert derived_stretch(p, KnownVessel(surge_force_rate=2e4)) == pytest.approx((4.0 * 0.8 * 10.0) ** (1.0 / 3.0))
-    double = stretched(replace(p, stretch=2.0), KnownVessel(yaw_lag=5.0))
+    double = adapted(replace(p, stretch=2.0), KnownVessel(yaw_lag=5.0))
     assert (double.yaw_bandwidth, double.yaw_integral_gain, double.lookahead_time) == pytest.approx((0.4, 0.005, 8.0))
+
+
+def test_the_gains_of_a_similar_ship_are_the_same_in_its_units_of_length_and_time() -> None:
+    """A model of a quarter of the length by Froude's law: times a half, masses 1/64, forces 1/64, moments 1/256."""
+    paper, p = KnownVessel(), LosPidParameters()
+    model = KnownVessel(
+        length=paper.length / 4.0,
+        surge_inertia=paper.surge_inertia / 64.0,
+        yaw_inertia=paper.yaw_inertia / 1024.0,
+        surge_force_limit=paper.surge_force_limit / 64.0,
+        yaw_moment_limit=paper.yaw_moment_limit / 256.0,
+    )
+    found = adapted(p, model)
+    assert found.lookahead_distance == pytest.approx(p.lookahead_distance / 4.0)
+    assert found.yaw_bandwidth == pytest.approx(2.0 * p.yaw_bandwidth)
+    assert found.yaw_integral_gain == pytest.approx(8.0 * p.yaw_integral_gain)
+    assert found.catch_up_speed == pytest.approx(p.catch_up_speed / 2.0)
+    assert found.resting_speed == pytest.approx(p.resting_speed / 2.0)
+    assert scaled(found, 4.0, 2.0).adaptation_gain == pytest.approx(p.adaptation_gain)
+    late = replace(model, surge_lag=0.5, yaw_lag=0.5)
+    assert scaled(adapted(p, late), 4.0, 2.0).along_gain == pytest.approx(
+        adapted(p, KnownVessel(surge_lag=1.0, yaw_lag=1.0)).along_gain
+    )
+    assert adapted(replace(p, stretch=1.0), model).yaw_bandwidth == p.yaw_bandwidth
 
 
 @pytest.mark.parametrize(("lag", "full"), [(1.0, math.inf), (0.3, 5.0), (0.0, 10.0)])

@@ -13,6 +13,7 @@ from vessel_hsmc_ros import Law, Motion, Terms, make_controller, parameter
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import LAWS, GuidedParameters
 from vessel_hsmc_ros.laws.guided import GuidedController
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.registry import RESERVED, Origin, Registry
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
@@ -98,6 +99,14 @@ def test_an_added_law_is_made_by_its_name_with_its_parameters(laws: Registry) ->
     assert made.step(REST, REST, (0.0, 0.0, 0.0))[0] == (3.0, 0.0)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match=r"controller\.constant\.gian is not a parameter: did you mean gain\?"):
         make_controller("constant", 0.01, gian=3.0)
+
+
+def test_a_law_alone_refuses_a_pivot_ahead_that_only_the_control_loop_controls() -> None:
+    with pytest.raises(ParameterError, match=r"sway_yaw_inertia = 600000 puts the pivot 3.37 m ahead.*controlled_point"):
+        make_controller("guided", 0.02, sway_yaw_inertia=6e5)
+    made = make_controller("guided", 0.02, sway_yaw_inertia=6e5, controlled_point="origin")
+    assert made.vessel.yaw_inertia < 636e5
+    assert make_controller("guided", 0.02, sway_yaw_inertia=-1e5).vessel == KnownVessel(sway_yaw_inertia=-1e5).as_controlled()
 
 
 def test_a_variant_of_a_law_of_this_package_inherits_its_parameters(laws: Registry) -> None:

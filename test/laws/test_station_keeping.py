@@ -6,20 +6,34 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.laws.drift_estimate import in_drift
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.station_keeping import despinning, keeps_station, lever_arm, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.known_vessel import INSTANT, KnownVessel
+from vessel_hsmc_ros.laws.station_keeping import (
+    NO_SPIN,
+    SLOWEST_SPIN,
+    TURNS,
+    Spin,
+    count_turns,
+    despinning,
+    keeps_station,
+    lever_arm,
+    patience,
+    pivot_ahead,
+    pivoting_rate,
+)
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 speeds = st.floats(-0.2, 0.2)
 
 
 def known(**changes: Any) -> Gains:
-    vessel = replace(KnownVessel(surge_lag=0.0, yaw_lag=0.0), **changes)
+    vessel = replace(KnownVessel(**INSTANT), **changes)
     return gains(GuidedParameters(), vessel.as_controlled(), 0.02)
 
 
@@ -80,11 +94,32 @@ def test_an_offset_of_half_a_thousandth_of_the_length_stops_the_turn_to_the_head
 
 
 def test_the_lever_arm_is_long_in_a_drift_and_short_without_one_or_under_way() -> None:
-    assert lever_arm(0.0, 0.0, 0.0, COUPLED) == COUPLED.rho
-    assert lever_arm(10.0 * COUPLED.c_rest, 0.0, 0.0, COUPLED) == pytest.approx(COUPLED.rho_l, rel=1e-3)
-    assert lever_arm(0.0, 10.0 * COUPLED.c_rest, 100.0, COUPLED) == pytest.approx(COUPLED.rho, rel=0.01)
+    still, drifting = (
+        in_drift((0.0, 0.0), 0.0, COUPLED),
+        in_drift((6.0 * COUPLED.c_rest, 8.0 * COUPLED.c_rest), 10.0 * COUPLED.c_rest, COUPLED),
+    )
+    assert in_drift((3.0 * COUPLED.c_rest, 0.0), 10.0 * COUPLED.c_rest, COUPLED) == 0.0, "one that turns with the ship"
+    assert lever_arm(still, 0.0, COUPLED) == COUPLED.rho
+    assert lever_arm(drifting, 0.0, COUPLED) == pytest.approx(COUPLED.rho_l, rel=1e-3)
+    assert lever_arm(drifting, 100.0, COUPLED) == pytest.approx(COUPLED.rho, rel=0.01)
 
 
+def test_a_ship_that_turns_at_rest_without_coming_closer_turns_more_slowly_until_it_does() -> None:
+    far, turn = 0.2 * 32.0, COUPLED.T * 1.0
+    spin = count_turns(NO_SPIN, far, 1.0, True, COUPLED)
+    assert spin == Spin(0.0, far)
+    for _ in range(round(2.0 * math.pi * TURNS / turn)):
+        spin = count_turns(spin, 0.9 * far, -1.0, True, COUPLED)
+    assert spin.angle == pytest.approx(2.0 * math.pi * TURNS, rel=0.01)
+    assert patience(spin) == pytest.approx(1.0, rel=0.01)
+    assert patience(spin._replace(angle=2.0 * spin.angle)) == pytest.approx(0.5, rel=0.01)
+    assert patience(spin._replace(angle=1e6)) == SLOWEST_SPIN
+    assert count_turns(spin, 0.6 * far, 1.0, True, COUPLED) == Spin(0.0, 0.6 * far)
+    assert count_turns(spin, far, 1.0, False, COUPLED).angle == 0.0
+    assert count_turns(spin, 0.9 * COUPLED.e_spin, 1.0, True, COUPLED).angle == 0.0
+
+
+@only_compiled
 @pytest.mark.parametrize("coupling", [0.0, 6e5])
 @pytest.mark.parametrize("speed", [0.1, 0.25])
 @pytest.mark.parametrize("lag", [None, 2.0])
@@ -96,9 +131,16 @@ def test_a_ship_keeps_its_position_in_a_current_from_the_side(coupling: float, s
         changes |= {f"vessel_sim.vessel.{each}": 0.4 * coupling for each in ("sway_damping_from_yaw", "yaw_damping_from_sway")}
         changes |= {f"{node}.vessel.sway_yaw_inertia": coupling for node in ("vessel_sim", "controller")}
     if lag is not None:
+        changes |= {f"controller.vessel.{name}": value for name, value in INSTANT.items()}
         changes |= {
             f"{node}.{each}_lag": lag for node in ("vessel_sim.actuators", "controller.vessel") for each in ("surge", "yaw")
         }
     run = simulate(load_scenario("case3_stabilisation", changes))
     last = run.time >= 600.0
     assert rms(position_error(run.state[last], run.reference[last])) < 0.1
+
+
+@given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(0.0, 25.0), st.sampled_from([0.2, 1.0, 3.0]))
+def test_the_lever_arm_is_never_below_that_of_calm_water(east: float, north: float, square: float, ratio: float) -> None:
+    g = COUPLED._replace(rho_l=ratio * COUPLED.rho)
+    assert COUPLED.rho <= lever_arm(in_drift((east, north), math.hypot(east, north), g), square, g) <= max(g.rho_l, g.rho)

@@ -4,13 +4,23 @@ import math
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.laws.drift_estimate import STEADY, Drift, followed
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, gains
-from vessel_hsmc_ros.laws.sway_model import SLOWEST, decay_rate, first_sway, learn_sway, sway_prior, turn_slope
+from vessel_hsmc_ros.laws.sway_model import (
+    FORGOTTEN_A,
+    FORGOTTEN_C,
+    SLOWEST,
+    decay_rate,
+    first_sway,
+    learn_sway,
+    sway_prior,
+    turn_slope,
+)
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import scenario_for, ship_of
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
@@ -102,12 +112,13 @@ def test_less_of_the_current_is_used_where_the_reference_drifts_as_fast_as_it_tr
 
     def used(u: float, v: float) -> float:
         desired = Motion(0.0, 0.0, 0.0, u, v, 0.0)
-        return followed(Drift(5.0, 0.0, 0.0), desired, g).east
+        return followed(Drift(5.0, 0.0, 0.0), (0.0, 0.0), 0.0, desired, desired, g).east
 
     assert used(2.0, 0.0) == pytest.approx(STEADY * 2.0)
     assert used(1.5, 1.5) == 0.0
 
 
+@only_compiled
 @pytest.mark.parametrize("name", ["gunnerus", "heron", "viknes_830"])
 def test_a_vessel_that_a_turn_carries_sideways_tracks_a_circle_in_a_current(name: str) -> None:
     """0.03 sqrt(g·L) of current: at most 0.01 L rms (0.05, 0.013 and 0.03 L before the current was learned)."""
@@ -117,3 +128,25 @@ def test_a_vessel_that_a_turn_carries_sideways_tracks_a_circle_in_a_current(name
     run = simulate(scenario.changed({"vessel_sim.disturbance.current.north": current, "controller.law": "guided"}))
     last = run.time >= 0.75 * run.time[-1]
     assert rms(position_error(run.state[last], run.reference[last])) < 0.01 * scale.L
+
+
+def test_what_is_forgotten_of_the_covariance_is_a_share_in_a_radian() -> None:
+    """A surge speed at which the residual shows nothing: only forgetting is left."""
+    sway, step = first_sway(PRIOR), 1e-3
+    sway[1:] *= 0.1
+    for _ in range(round(1.0 / step)):
+        learn_sway(sway, Motion(0.0, 0.0, 0.3, 1e12, 0.0, 0.03), 0.0, 0.0, step, PRIOR)
+    shares = np.diag(sway[1:]) / np.array(PRIOR.spread)
+    kept = np.exp(-np.array([FORGOTTEN_C] * 2 + [FORGOTTEN_A] * 3))
+    assert shares == pytest.approx(1.0 - 0.9 * kept, rel=1e-3)
+
+
+@pytest.mark.parametrize(("v", "r"), [(-0.3, 0.04), (0.3, -0.04), (0.2, 0.04)])
+def test_a_motion_that_the_model_explains_changes_nothing_of_what_is_learned(v: float, r: float) -> None:
+    sway = first_sway(PRIOR)
+    sway[0] = 0.2, -0.1, 0.06, 0.02, 0.3
+    c_h, c_n = 0.2 * math.cos(0.4) - 0.1 * math.sin(0.4), -0.2 * math.sin(0.4) - 0.1 * math.cos(0.4)
+    dv = -r * c_h - PRIOR.kappa * (2.0 - c_h) * r - (0.06 + 0.02 * abs(v) + 0.3 * abs(r)) * v
+    before = sway[0].copy()
+    learn_sway(sway, Motion(0.0, 0.0, 0.4, 2.0, v + c_n, r), v + c_n, dv, 0.01, PRIOR)
+    np.testing.assert_allclose(sway[0], before, atol=1e-12)

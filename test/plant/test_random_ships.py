@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiling import fastest, repeated
 from hulls import ship
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.hull_check import check_hull, largest_gain
 from vessel_sim_node.integrate import rk4_step
 from vessel_sim_node.plant import ShipParameters, Vessel, damping_force
@@ -20,7 +20,7 @@ from vessel_sim_node.plant import ShipParameters, Vessel, damping_force
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
-SHIPS, STEPS, STEP = 10_000, 100, 0.01
+SHIPS, STEPS, STEP = repeated(10_000), 100, 0.01
 """The time of a step is that of a ship with inertia and length of the order of 1; units scale it."""
 
 INPUTS = np.random.default_rng(7).uniform(-2.0, 2.0, (STEPS // 20, 3))
@@ -131,7 +131,7 @@ def fleet(symmetric: bool, count: int) -> Iterator[tuple[ShipParameters, Triple,
 
 
 def results(symmetric: bool, count: int) -> Array:
-    run = compiled(sail)
+    run = fastest(sail)
     rows = [
         (*run(start, parameters.coefficients(), INPUTS, units, current), units[1] / units[2] * STEP)
         for parameters, start, units, current in fleet(symmetric, count)

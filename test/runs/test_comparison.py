@@ -11,6 +11,7 @@ from click import UsageError
 from click.testing import CliRunner, Result
 from rich.console import Console
 
+from vessel_hsmc_ros.cli import compare as comparing
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.compare import coloured
 from vessel_hsmc_ros.cli.console import print_table
@@ -106,6 +107,22 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
     page = (folder / "compare.md").read_text()
     assert page.count("![") == 2
     assert "| case | over | limit | hierarchical | los_pid |" in page
+
+
+def test_a_value_on_the_command_line_replaces_that_of_a_row_of_the_suite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = tmp_path / "mine.yaml"
+    suite.write_text("set: {vessel_sim.duration: 1.0}\nrows:\n  - {name: slow, set: {controller.rate_hz: 20}}\n")
+    found: list[Task] = []
+
+    def watched(tasks: list[Task], *_: object) -> list[LawRun]:
+        found.extend(tasks)
+        return compare(tasks, jobs=1)
+
+    monkeypatch.setattr(comparing, "compare_laws", watched)
+    settings = ["vessel_sim.duration=0.5", "controller.rate_hz=50"]
+    vessel_hsmc("--suite", str(suite), "--laws", "los_pid", *(f"--set={text}" for text in settings), "--output", str(tmp_path))
+    (task,) = found
+    assert task.row.changes == {"vessel_sim.duration": 0.5, "controller.rate_hz": 50}
 
 
 def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path) -> None:

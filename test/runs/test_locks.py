@@ -1,8 +1,8 @@
 """Runs on one machine exclude each other where their nodes would mix."""
 
 import multiprocessing
+import os
 from multiprocessing.synchronize import Barrier
-from pathlib import Path
 
 import pytest
 
@@ -11,12 +11,6 @@ from vessel_hsmc_ros.core.exceptions import RunError
 supervisor = pytest.importorskip("vessel_hsmc_ros.runs.supervisor", reason="ROS is not installed")
 
 RUNS = 4
-
-
-@pytest.fixture(autouse=True)
-def _own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr("tempfile.tempdir", None)
 
 
 def refused(namespace: str, lockstep: bool) -> str:
@@ -69,3 +63,22 @@ def test_of_lockstep_runs_that_start_at_the_same_instant_exactly_one_is_accepted
         for process in processes:
             process.join(60.0)
         assert sorted(process.exitcode or 0 for process in processes) == [0, *[1] * (RUNS - 1)]
+
+
+def refuse_as_another_user() -> None:
+    """Exit with 0 if a run of another user is refused."""
+    os.setuid(65534)
+    raise SystemExit(0 if refused("", lockstep=True) else 1)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can become another user")
+def test_runs_of_two_users_exclude_each_other_as_their_domain_is_the_same() -> None:
+    with supervisor.exclusive("", lockstep=True):
+        process = multiprocessing.get_context("fork").Process(target=refuse_as_another_user)
+        process.start()
+        process.join(60.0)
+    assert process.exitcode == 0
+
+
+def test_a_long_namespace_does_not_count_as_one_in_use() -> None:
+    assert not refused("/".join(["a_long_name_of_a_vessel"] * 10), lockstep=False)

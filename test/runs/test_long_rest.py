@@ -6,6 +6,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -14,8 +15,7 @@ HOURS, SETTLED, UNDER_WAY = 6.0, 300.0, 800.0
 
 SHIP: dict[str, object] = {
     "controller.law": "guided",
-    "controller.vessel.surge_lag": 0.0,
-    "controller.vessel.yaw_lag": 0.0,
+    **{f"controller.vessel.{name}": value for name, value in INSTANT.items()},
     "vessel_sim.actuators.surge_force_limit": 2e5,
     "vessel_sim.actuators.yaw_moment_limit": 3e6,
     "vessel_sim.initial_pose": [0.0, 0.0, 0.0],

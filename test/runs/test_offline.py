@@ -6,6 +6,7 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ScenarioError, SimulationError
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 
@@ -76,8 +77,7 @@ def test_with_the_observer_a_law_tracks_from_noisy_poses_alone(law: str, monkeyp
         controller__law=law,
         controller__rate_hz=25.0,
         controller__observer__enabled=True,
-        controller__vessel__surge_lag=0.0,
-        controller__vessel__yaw_lag=0.0,
+        **{f"controller__vessel__{name}": value for name, value in INSTANT.items()},
         **{f"vessel_sim__sensors__{name}": value for name, value in sensors.items()},
     )
     late = run.time >= 100.0

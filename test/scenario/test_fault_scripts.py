@@ -136,3 +136,17 @@ def test_a_scenario_with_faults_is_not_simulated_without_them(tmp_path: Path) ->
 def test_the_page_has_the_declared_kinds_and_settings(table: Callable[[], str]) -> None:
     page = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
     assert table() in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("real_time", [False, True])
+def test_scripted_faults_and_late_odometry_need_real_time(tmp_path: Path, real_time: bool) -> None:
+    """In lockstep a message that is lost looks like one that is on its way."""
+    path = tmp_path / "own.yaml"
+    faults = "faults:\n  - {at: 0.5, kind: drop, topic: odom}\n"
+    mode = "/**:\n  ros__parameters: {lockstep: false}\n" if real_time else ""
+    path.write_text(f"{mode}/**/vessel_sim:\n  ros__parameters: {{sensors: {{delay: 0.1}}}}\n{faults}", encoding="utf-8")
+    if real_time:
+        assert load_scenario(path).faults is not None
+        return
+    with pytest.raises(ScenarioError, match=r"vessel_sim.sensors.delay = 0.1 s is not allowed in lockstep with scripted faults"):
+        load_scenario(path)

@@ -8,10 +8,10 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
+from vessel_hsmc_ros.laws.known_vessel import INSTANT, NOT_DECLARED
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
-from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 from vessel_sim_node.plant import unforced_acceleration
 
@@ -40,7 +40,7 @@ def test_a_new_scenario_keeps_its_circle_within_a_hundredth_of_the_length(data: 
     assert position_error(run.state, run.reference)[settled].max() < 0.01 * data.length
 
 
-FAST: dict[str, object] = {"controller.vessel.surge_lag": 0.0, "controller.vessel.yaw_lag": 0.0}
+FAST: dict[str, object] = {f"controller.vessel.{name}": value for name, value in INSTANT.items()}
 
 
 @pytest.mark.parametrize(("declared", "limit"), [({}, 0.04), (FAST, 0.02)], ids=["nothing declared", "declared fast"])
@@ -95,3 +95,8 @@ def test_main_data_out_of_range_are_rejected() -> None:
 
 def test_the_template_is_data_of_the_package() -> None:
     assert (Path(__file__).parents[2] / "config" / "templates" / "ship.yaml").is_file()
+
+
+def test_the_acceptance_radius_of_earlier_releases_is_read_with_a_warning() -> None:
+    (found,) = check_scenario(load_scenario("waypoints", {"reference_ship.path.radius": 9.6}))
+    assert found.startswith("reference_ship.path.radius has no effect and will no longer be read")

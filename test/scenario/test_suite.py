@@ -5,9 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
+from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.scenario.suite import Row, judge, load_suite, suite_names
 
 
@@ -106,5 +108,59 @@ def test_a_malformed_suite_is_rejected_with_the_reason(tmp_path: Path, text: str
 
 
 def test_an_unknown_suite_is_rejected_with_the_known_names() -> None:
-    with pytest.raises(ScenarioError, match="suite quick is unknown: it takes one of guided"):
+    with pytest.raises(ScenarioError, match="suite quick is unknown: it takes one of boats, guided"):
         load_suite("quick")
+
+
+SHIPS = """
+ships:
+  small: {length: 2.0, mass: 64.0, surge_force_limit: 30.0, yaw_moment_limit: 12.0}
+  large: {length: 20.0, mass: 64.0e+3, surge_force_limit: 3.0e+4, yaw_moment_limit: 1.2e+5}
+"""
+
+
+def test_a_row_with_ships_stands_for_the_scenario_of_each_as_init_writes_it(tmp_path: Path) -> None:
+    rows = suite(
+        tmp_path,
+        f"{SHIPS}set: {{vessel_sim.duration: 5.0}}\nrows:\n  - {{name: circle, ships: [small, large], at_most: {{L: 0.05}}}}",
+    )
+    assert [(row.name, row.at_most) for row in rows] == [("circle, small", 0.1), ("circle, large", 1.0)]
+    data = MainData(length=2.0, mass=64.0, surge_force_limit=30.0, yaw_moment_limit=12.0)
+    written = parse_scenario(scenario_text("small", data), "small").changed({"vessel_sim.duration": 5.0})
+    small = load_scenario(rows[0].scenario, rows[0].changes)
+    for node in ("vessel_sim", "reference_ship"):
+        assert getattr(small, node) == getattr(written, node)
+    assert small.controller.vessel == written.controller.vessel
+
+
+def test_numbers_of_a_row_may_be_in_the_units_of_its_ship(tmp_path: Path) -> None:
+    given = "{a.b: {L: [1, 2.5]}, c.d: {U: 0.5}, e.f: {T: 2}, g.h: {L/U: 10}, i.j: 3.0}"
+    (row,) = suite(tmp_path, f"{SHIPS}rows:\n  - {{name: one, ships: [large], set: {given}}}")
+    scale = scale_of(load_scenario("case2_tracking", {k: v for k, v in row.changes.items() if len(k) > 3}).vessel_sim.vessel)
+    assert (row.changes["a.b"], row.changes["i.j"]) == ([20.0, 50.0], 3.0)
+    assert (row.changes["c.d"], row.changes["e.f"]) == (0.5 * scale.U, 2.0 * scale.T)
+    assert row.changes["g.h"] == pytest.approx(10.0 * scale.L / scale.U)
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("{name: one, ships: [middle]}", r"ships = \['middle'\] of row one is not allowed: .* small, large"),
+        ("{name: one, ships: small}", "ships = small of row one is not allowed"),
+        (
+            "{name: one, ships: [small], set: {a.b: {N: 1}}}",
+            r"a.b of row one, small: {'N': 1} is not allowed: it takes {L\|U\|T\|L/U",
+        ),
+        ("{name: one, ships: [small], set: {a.b: {L: far}}}", "a.b of row one, small: {'L': 'far'} is not allowed"),
+        ("{name: one, set: {a.b: {L: 1}}}", "a.b of row one: {'L': 1} is not allowed: it takes no unit without a ship"),
+        ("{name: one, ships: [small], at_most: {L: 0}}", "at_most = {'L': 0} of row one, small is not allowed"),
+    ],
+)
+def test_a_wrong_ship_or_unit_is_one_line_that_names_it(tmp_path: Path, row: str, message: str) -> None:
+    with pytest.raises(ScenarioError, match=message):
+        suite(tmp_path, f"{SHIPS}rows:\n  - {row}")
+
+
+def test_main_data_out_of_range_name_the_ship(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match=r"ship odd: ships.length = -1.0 is not allowed"):
+        suite(tmp_path, "ships: {odd: {length: -1.0}}\nrows:\n  - {name: one, ships: [odd]}")

@@ -1,15 +1,28 @@
 """Where compiled kernels are kept, and what happens to stored code that cannot be used."""
 
+import ast
+import functools
+import importlib
+import inspect
+import os
+import re
 import shutil
+import sys
+import types
 from pathlib import Path
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.simulation import cache, compilation
+from vessel_hsmc_ros.core.kernel import KERNELS, kernel
+from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.scenario.scenario import load_scenario, make_law
+from vessel_hsmc_ros.simulation import cache, compilation, preparation
 from vessel_hsmc_ros.simulation.compilation import Compiled
+from vessel_hsmc_ros.simulation.compile import THRUSTERS
+from vessel_hsmc_ros.simulation.loop_state import Kept
 
 Array = NDArray[np.float64]
 
@@ -45,6 +58,7 @@ def stored(place: Path) -> list[Path]:
     return sorted(place.rglob("*.nb[ic]"))
 
 
+@only_compiled
 def test_machine_code_is_stored_and_loaded_again(place: Path) -> None:
     first = Compiled(doubled, "", {})
     assert not first.stored
@@ -56,12 +70,14 @@ def test_machine_code_is_stored_and_loaded_again(place: Path) -> None:
     assert {path: path.stat().st_mtime_ns for path in stored(place)} == files
 
 
+@only_compiled
 def test_a_kernel_with_another_one_in_the_place_of_a_name_is_stored_apart(place: Path) -> None:
     assert Compiled(doubled, "", {})(VALUES) == 12.0
     assert Compiled(doubled, "", {"twice": thrice})(VALUES) == 18.0
     assert len(stored(place)) == 4
 
 
+@only_compiled
 @pytest.mark.parametrize("damage", [b"", b"not a pickle", None])
 def test_stored_code_that_is_damaged_is_compiled_anew(place: Path, damage: bytes | None) -> None:
     Compiled(doubled, "", {})(VALUES)
@@ -71,25 +87,76 @@ def test_stored_code_that_is_damaged_is_compiled_anew(place: Path, damage: bytes
     assert Compiled(doubled, "", {})(VALUES) == 12.0
 
 
-def test_an_edit_in_any_room_with_kernels_leads_to_another_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    room = tmp_path / "room"
-    shutil.copytree(cache.PACKAGE / "core", room, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(cache, "ROOMS", (room,))
-    before = cache.key.__wrapped__()
-    assert cache.key.__wrapped__() == before
-    with (room / "limits.py").open("a") as file:
-        file.write("# an edit\n")
-    assert cache.key.__wrapped__() != before
+def imported_from(module: types.ModuleType) -> dict[str, str]:
+    """The modules that a module imports names from, by name."""
+    tree = ast.parse(inspect.getsource(module))
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    return {alias.asname or alias.name: str(node.module) for node in found for alias in node.names}
+
+
+def types_in(value: object) -> set[type]:
+    """The types of a tuple and of all that is in it, with their bases."""
+    inner = set().union(*map(types_in, value)) if isinstance(value, tuple) else set()
+    return inner | set(type(value).__mro__)
+
+
+@functools.cache
+def modules_of_kernels() -> set[Path]:
+    """The files that machine code is made of: kernels, the names that they use, and the types of the loop's arguments."""
+    for path in cache.PACKAGE.rglob("*.py"):
+        if "@kernel" in path.read_text(encoding="utf-8"):
+            importlib.import_module(".".join(path.relative_to(cache.PACKAGE.parent).with_suffix("").parts))
+    ours = {each for each in KERNELS if each.__module__.startswith(("vessel_hsmc_ros.", "vessel_sim_node."))}
+    names = {each.__module__ for each in ours}
+    for each in ours:
+        imported = imported_from(sys.modules[each.__module__])
+        annotated = " ".join(str(note) for note in inspect.get_annotations(each).values())
+        used = {*each.__code__.co_names, *each.__code__.co_freevars, *re.findall(r"\w+", annotated)}
+        names |= {imported[name] for name in used & set(imported)}
+    for name, source, observed in (("guided", "case2_tracking", True), ("open_loop", THRUSTERS, False)):
+        scenario = load_scenario(source, {"controller.law": name, "controller.observer.enabled": observed})
+        law = make_law(scenario.controller)
+        assert isinstance(law, KernelLaw)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(preparation, "compiled", lambda function: function)  # two samples: faster than to compile
+            names |= {each.__module__ for each in types_in(preparation.prepare(scenario, 2, law))}
+    names |= {Kept.__module__}
+    files = {inspect.getsourcefile(sys.modules[name]) for name in names if name.startswith("vessel_")}
+    return {Path(str(file)) for file in files}
+
+
+def test_all_that_machine_code_is_made_of_is_in_the_key() -> None:
+    assert len(modules_of_kernels()) > 60
+    assert modules_of_kernels() - set(cache.sources()) == set()
+    assert set(Path(cache.__file__).parent.glob("*.py")) <= set(cache.sources())
+
+
+def test_an_edit_of_each_of_these_modules_leads_to_another_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    copy = tmp_path / "copy"
+    for package in (cache.PACKAGE, cache.PACKAGE.parent / "vessel_sim_node"):
+        shutil.copytree(package, copy / package.name, ignore=shutil.ignore_patterns("__pycache__"))
+    edited = [copy / path.relative_to(cache.PACKAGE.parent) for path in sorted(modules_of_kernels())]
+    monkeypatch.setattr(cache, "PACKAGE", copy / cache.PACKAGE.name)
+    keys = [cache.key.__wrapped__(), cache.key.__wrapped__()]
+    for path in edited:
+        with path.open("a") as file:
+            file.write("# an edit\n")
+        keys.append(cache.key.__wrapped__())
+    assert keys[0] == keys[1]
+    assert len(set(keys)) == len(edited) + 1
 
 
 def test_only_the_latest_folders_of_earlier_sources_are_kept(place: Path) -> None:
-    earlier = [place / "vessel_hsmc_ros" / f"old{i}" for i in range(6)]
-    for folder in earlier:
-        folder.mkdir(parents=True)
-    Compiled(doubled, "", {})(VALUES)
-    assert len([*(place / "vessel_hsmc_ros").iterdir()]) == cache.KEPT
+    kernels = place / "vessel_hsmc_ros"
+    for age in range(6):
+        (kernels / f"old{age}").mkdir(parents=True)
+        os.utime(kernels / f"old{age}", (1e9 - age, 1e9 - age))
+    with cache.entry("a_kernel"):
+        pass
+    assert {path.name for path in kernels.iterdir()} == {cache.key(), *(f"old{age}" for age in range(cache.KEPT - 1))}
 
 
+@only_compiled
 def test_without_a_writable_folder_a_kernel_is_compiled_and_not_stored(
     place: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -104,6 +171,7 @@ def test_an_installation_that_is_not_writable_uses_the_users_cache_folder(monkey
     assert cache.places()[-1] == place / "vessel_hsmc_ros" / "kernels"
 
 
+@only_compiled
 def test_compilation_can_be_switched_off(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(compilation.DISABLED, "0")
     assert compilation.available()

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 from hulls import COUPLING
 
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
@@ -89,6 +90,7 @@ def test_every_law_but_model_predictive_control_is_compiled() -> None:
     assert {*LAWS} - {*compilable_laws()} <= {"nmpc", *LAWS.others}
 
 
+@only_compiled
 def test_a_law_of_ones_own_runs_interpreted() -> None:
     class Own(PdController):
         name = "own"

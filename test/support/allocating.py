@@ -1,6 +1,7 @@
 """The allocation of many demands at once, compiled, and random demands to a layout."""
 
 import numpy as np
+from compiling import fastest
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.allocation import allocate, allocator, new_state
@@ -8,7 +9,6 @@ from vessel_hsmc_ros.control.thruster_sets import THRUST, TURN, Allocator
 from vessel_hsmc_ros.control.thruster_steering import allocated_wrench
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
-from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.thrusters import ThrusterState, hull_wrench, thrusters_of
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ def allocated(layout: ThrusterLayout, demands: Array, elapsed: float = 1.0) -> t
     c = allocator(layout)
     k = len(c.rows)
     rows = np.empty((len(demands), 3 + 2 * k))
-    compiled(allocate_all)(demands, elapsed, SURGE_SPEED, c, new_state(c), rows)
+    fastest(allocate_all)(demands, elapsed, SURGE_SPEED, c, new_state(c), rows)
     return rows[:, :3], rows[:, 3 : 3 + k], rows[:, 3 + k :]
 
 

@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-TOP = shutil.ignore_patterns(".*", "build", "install", "log", "runs")
+TOP = shutil.ignore_patterns(".*", "build", "dist", "install", "log", "runs")
 ANYWHERE = shutil.ignore_patterns("*.egg-info", "__pycache__")
 
 

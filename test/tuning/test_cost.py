@@ -84,3 +84,17 @@ def test_a_metric_without_a_value_in_any_run_is_refused() -> None:
     with pytest.raises(ParameterError, match="yaw_moment_at_limit has no value in any run"):
         objective.check(values, [""])
     chosen_objective("settling_time").check(values, [""])
+
+
+def test_a_run_that_lacks_one_metric_fails_in_that_one_only() -> None:
+    """For instance one that has not settled: its effort is what it is."""
+    objective, scales = chosen_objective(), np.ones((2, 2))
+    without_error, without_effort = np.array([[math.nan, 1.0], [1.0, 1.0]]), np.array([[1.0, math.nan], [1.0, 1.0]])
+    found = objective.cost(without_error, scales)
+    assert found.effort == pytest.approx(1.0)
+    assert found.failed == 1
+    assert found.cost > 100.0
+    found = objective.cost(without_effort, scales)
+    assert found.cost == pytest.approx(1.0)
+    assert found.failed == 0
+    assert found.effort > 100.0

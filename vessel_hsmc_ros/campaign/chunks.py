@@ -5,6 +5,7 @@ from functools import lru_cache
 from typing import Any
 
 from vessel_hsmc_ros.campaign.dataset import write_table
+from vessel_hsmc_ros.campaign.feasibility import infeasible
 from vessel_hsmc_ros.campaign.plan import Campaign, Source
 from vessel_hsmc_ros.campaign.plan_file import parse_campaign
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
@@ -45,7 +46,13 @@ def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None]
     simulate_many([scenario for _, scenario in valid], on_result=on_result)
     refused = {run: Outcome(0, error) for run, error in made.items() if isinstance(error, str)}
     every = outcomes | refused
-    return write_table([_row(campaign, run, every[run]) for run in runs], campaign, number)
+    limits = {run: campaign.limits_of(scenario) for run, scenario in valid}
+    rows = [_row(campaign, run, every[run], limits.get(run, {})) for run in runs]
+    if campaign.has_ships:
+        first = {campaign.planned(run).draw: scenario for run, scenario in reversed(valid)}  # its variants share the ship
+        reasons = {draw: infeasible(scenario) for draw, scenario in first.items()}
+        rows = [{**row, "infeasible": reasons.get(row["draw"], "")} for row in rows]
+    return write_table(rows, campaign, number)
 
 
 def exceeded(metrics: Metrics, limits: Mapping[str, float]) -> str:
@@ -72,15 +79,16 @@ def _scenario(campaign: Campaign, run: int) -> Scenario | str:
         return str(error)
 
 
-def _row(campaign: Campaign, run: int, outcome: Outcome) -> dict[str, Any]:
-    """The row of a run, by the names of the columns."""
+def _row(campaign: Campaign, run: int, outcome: Outcome, limits: Mapping[str, float]) -> dict[str, Any]:
+    """The row of a run with its limits, by the names of the columns."""
     planned = campaign.planned(run)
     metrics = outcome.metrics
-    failure = outcome.failure or (exceeded(metrics, campaign.limits) if metrics else "the run has no metrics")
+    failure = outcome.failure or (exceeded(metrics, limits) if metrics else "the run has no metrics")
     return {
         "run": run,
         "draw": planned.draw,
         "law": planned.law,
+        campaign.variant_column: planned.variant,
         "seed": planned.seed,
         **planned.values,
         "failed": bool(failure),

@@ -116,11 +116,13 @@ def table_schema(campaign: Campaign, chunk: int) -> "pyarrow.Schema":
             ("run", pa.int64()),
             ("draw", pa.int64()),
             ("law", pa.string()),
+            *((("variant", pa.string()),) if campaign.variant_column == "variant" else ()),
             ("seed", pa.int64()),
             *((parameter.name, types[parameter.type]) for parameter in campaign.parameters),
             ("failed", pa.bool_()),
             ("failure", pa.string()),
             ("ended_early", pa.bool_()),
+            *((("infeasible", pa.string()),) if campaign.has_ships else ()),
             *((name, pa.float64()) for name in Metrics._fields),
         ],
         metadata={_DIGEST: campaign.digest.encode(), _CHUNK: str(chunk).encode()},
@@ -176,7 +178,8 @@ def read_rows(folder: Path | str) -> "pyarrow.Table":
 
     Returns:
         A table with a row for each run, sorted by their numbers: `run`, `draw`, `law`, `seed`, the drawn parameters, `failed`,
-        `failure`, `ended_early`, and the metrics.
+        `failure`, `ended_early`, and the metrics; where a file has variants `variant`, and of ships of the family `infeasible`,
+        why no law can keep the ship, empty if one can.
 
     Raises:
         CampaignError: the folder is not that of a campaign, or a file of it is cut or that of another campaign.

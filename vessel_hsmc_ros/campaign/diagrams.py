@@ -105,7 +105,7 @@ def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diag
         tuple(_exceedance(results, metric) for metric in results.shown),
         bars,
         tuple(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
-        tuple(_map(results, law, plane) for plane in [_plane(results)] if plane for law in results.by_law),
+        tuple(_map(results, law, plane) for plane in [_plane(results)] if plane for law in results.by_variant),
     )
 
 
@@ -120,21 +120,25 @@ def _metric(runs: Results, metric: str, every: Results) -> tuple[Axis, Array]:
 
 def _unit(metric: str, every: Results) -> tuple[float, str]:
     """The factor that converts a metric to the drawn unit, and this unit."""
+    if metric in every.campaign.limits_in_lengths:
+        return 1.0, "lengths"
     values, unit = every.cost(metric), METRICS[metric][1]
     largest = float(np.max(values, where=np.isfinite(values), initial=0.0))
     return (100.0, unit) if unit == "%" else scaled(largest, unit)
 
 
 def _exceedance(results: Results, metric: str) -> Exceedance:
-    curves = [Curve(law, *exceedance(_metric(runs, metric, results)[1])) for law, runs in results.by_law.items()]
-    limit = results.campaign.limits.get(metric)
+    curves = [Curve(law, *exceedance(_metric(runs, metric, results)[1])) for law, runs in results.by_variant.items()]
+    if not results.campaign.independent:  # without a band: confidence takes independent draws
+        curves = [curve._replace(low=curve.share, high=curve.share) for curve in curves]
+    limit = {**results.campaign.limits, **results.campaign.limits_in_lengths}.get(metric)
     drawn = None if limit is None else _unit(metric, results)[0] * limit
     return Exceedance(_metric(results, metric, results)[0], drawn, tuple(curves))
 
 
 def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[Scatter]:
     """The main metric over the strongest parameters that are numbers, coloured by the other one of the two."""
-    runs = results.by_law[law]
+    runs = results.by_variant[law]
     names = [entry.parameter for entry in entries if _numeric(runs.drawn[entry.parameter])][:STRONGEST]
     metric = _metric(runs, results.main, results)
     return [
@@ -145,7 +149,7 @@ def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[
 
 def _map(results: Results, law: str, plane: tuple[str, str]) -> Scatter:
     """Each run in the plane of two drawn parameters: from a start the time to settle, else the main metric."""
-    runs = results.by_law[law]
+    runs = results.by_variant[law]
     metric = SETTLING if plane == START and SETTLING in results.metrics else results.main
     return _scatter(runs, law, _drawn(runs, plane[0]), _drawn(runs, plane[1]), _metric(runs, metric, results))
 

@@ -34,6 +34,23 @@ class Uniform:
 
 
 @dataclass(frozen=True)
+class LogUniform:
+    """A positive number whose logarithm is equally likely between those of `low` and `high`."""
+
+    low: float
+    high: float
+
+    def truncated(self, low: float, high: float) -> "LogUniform | None":
+        """The same within limits; None if no value is."""
+        inside = LogUniform(max(self.low, low), min(self.high, high))
+        return inside if inside.low <= inside.high else None
+
+    def quantile(self, u: float) -> float:
+        """The value below which a draw is with probability u."""
+        return min(max(self.low * math.exp(u * math.log(self.high / self.low)), self.low), self.high)
+
+
+@dataclass(frozen=True)
 class Normal:
     """Gaussian with a mean and a standard deviation, between `low` and `high`."""
 
@@ -104,11 +121,12 @@ class Grid:
     values: tuple[float, ...]
 
 
-Continuous = Uniform | Normal | Lognormal
+Continuous = Uniform | LogUniform | Normal | Lognormal
 Distribution = Continuous | Choice | Grid
 
 FORMS = {
     "uniform": "[low, high]",
+    "loguniform": "[low, high]",
     "normal": "[mean, deviation]",
     "lognormal": "[median, sigma]",
     "choice": "[value, value, ...]",
@@ -145,6 +163,7 @@ def parse_distribution(given: Any) -> tuple[Distribution, bool]:
 
 _CONDITIONS = {
     "uniform": ", finite numbers with low <= high",
+    "loguniform": ", finite numbers with 0 < low <= high",
     "normal": ", finite numbers with deviation > 0",
     "lognormal": ", finite numbers above 0",
     "choice": ", at least one value",
@@ -168,6 +187,8 @@ def _make(kind: str, arguments: list[Any]) -> Distribution | None:
 def _continuous(kind: str, a: float, b: float) -> Continuous | None:
     if kind == "uniform":
         return Uniform(a, b) if a <= b else None
+    if kind == "loguniform":
+        return LogUniform(a, b) if 0.0 < a <= b else None
     if kind == "normal":
         return Normal(a, b) if b > 0.0 else None
     return Lognormal(Normal(math.log(a), b)) if a > 0.0 and b > 0.0 else None

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from vessel_hsmc_ros.campaign import ship_family
 from vessel_hsmc_ros.campaign.distributions import Choice, Continuous, Grid, Uniform, parse_distribution
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -97,13 +98,18 @@ def _declaration(parameter: str, scenario: Scenario) -> tuple[Entry, Value]:
     """The declaration of a parameter and its base value; hull data of all nodes are those of the first that has them."""
     nodes = declared()
     node, _, rest = parameter.partition(".")
+    if parameter.startswith(ship_family.SHIP):
+        family = schema.entries(ship_family.ShipFamily)
+        if rest not in family:
+            raise ParameterError(f"draw {parameter} is not a number of a ship: {schema.suggestion(rest, family)}")
+        return family[rest], family[rest].default
     if parameter.startswith(VESSEL):
         node, rest = next((name for name, known in nodes.items() if parameter in known), ""), parameter
     if rest not in nodes.get(node, {}):
         known = [f"{owner}.{key}" for owner, names in nodes.items() for key in names]
         raise ParameterError(f"draw {parameter} is not a parameter: {schema.suggestion(parameter, known)}")
     if parameter == "controller.law":
-        raise ParameterError("draw controller.law is not allowed: the key `laws` of the file takes the laws")
+        raise ParameterError("draw controller.law is not allowed: the keys `laws` and `variants` of the file take laws")
     return nodes[node][rest], values_in_use(scenario, node)[rest]
 
 

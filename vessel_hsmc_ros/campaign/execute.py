@@ -10,7 +10,10 @@ from vessel_hsmc_ros.campaign.dataset import Dataset, write_file
 from vessel_hsmc_ros.campaign.folder import opened
 from vessel_hsmc_ros.campaign.plan import Campaign, Source
 from vessel_hsmc_ros.runs import worker_pool
+from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
+
+OBSERVER = "controller.observer.enabled"
 
 Progress = Callable[[float, int], None]
 
@@ -31,6 +34,7 @@ def run_campaign(
     workers: int | None = None,
     scheduler: str = "",
     runs: int | None = None,
+    seed: int | None = None,
     on_progress: Progress | None = None,
 ) -> Path:
     """Compute the rows of a campaign that its folder does not have yet; `read_rows` reads them.
@@ -47,6 +51,7 @@ def run_campaign(
         workers: Number of processes; None for one per core.
         scheduler: Address of a Dask scheduler, such as tcp://host:8786, whose workers then compute the chunks.
         runs: Number of draws in the place of that of the file. A larger one extends a campaign that is not a Latin hypercube.
+        seed: Seed in the place of that of the file, which makes it another campaign.
         on_progress: Called several times a second with the number of runs done and their total number.
 
     Returns:
@@ -60,7 +65,7 @@ def run_campaign(
     """
     if scheduler:
         cluster.check_address(scheduler)
-    campaign = Campaign.load(file, runs)
+    campaign = Campaign.load(file, runs, seed)
     given = Path(file) if folder is None and Path(file).is_dir() else folder
     dataset = Dataset(Path(given or default_folder(campaign)))
     with opened(dataset, campaign):
@@ -76,7 +81,7 @@ def run_campaign(
             _compute_on_cluster(scheduler, campaign, dataset, missing, report)
         elif missing:
             tasks = [_Task(campaign.source, campaign.repetitions, number, dataset.path) for number in missing]
-            ensure_compiled(map(campaign.scenario, range(len(campaign.laws))))
+            ensure_compiled(_samples(campaign))
             worker_pool.run_all(_compute, tasks, workers=workers, on_progress=report)
         report(len(missing))
     return dataset.path
@@ -85,6 +90,16 @@ def run_campaign(
 def default_folder(campaign: Campaign) -> Path:
     """The folder of a campaign for which none was given."""
     return Path("runs") / f"{campaign.name}_campaign"
+
+
+def _samples(campaign: Campaign) -> list[Scenario]:
+    """A scenario of every program that the runs need: of each variant, with the observer and without."""
+    bases = campaign.bases.values()
+    return [base.changed({OBSERVER: enabled}) for base in bases for enabled in _observers(campaign, base)]
+
+
+def _observers(campaign: Campaign, base: Scenario) -> tuple[bool, ...]:
+    return (False, True) if campaign.has_ships or OBSERVER in campaign.drawn else (base.controller.observer.enabled,)
 
 
 def _compute(task: _Task, progress: Callable[[float], None]) -> None:

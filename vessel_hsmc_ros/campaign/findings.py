@@ -3,15 +3,16 @@
 import itertools
 import math
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
+from vessel_hsmc_ros.campaign import ship_findings
+from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.results import Results
 from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence, influences
-from vessel_hsmc_ros.campaign.statistics import CONFIDENCE, Interval, Quantile, at_most, clopper_pearson, paired, quantile
+from vessel_hsmc_ros.campaign.statistics import CONFIDENCE, Quantile, at_most, clopper_pearson, paired, quantile
+from vessel_hsmc_ros.campaign.tables import Cell, Table, interval_text, share_text
 from vessel_hsmc_ros.report.tables import value_text
-from vessel_hsmc_ros.runs.sweep_figure import label, text
+from vessel_hsmc_ros.runs.sweep_figure import label
 
 SHARES = (0.05, 0.5, 0.95, 0.99)
 """The quantiles of the table of metrics."""
@@ -24,29 +25,7 @@ NAMED = 3
 
 GRID = "; on a grid of starts these are shares of its points, not probabilities"
 
-
-class Cell(NamedTuple):
-    """A number of a table with its bounds below it."""
-
-    value: str
-    bounds: str = ""
-
-
-class Table(NamedTuple):
-    """A table: names of its columns, and lines of as many cells."""
-
-    head: tuple[str, ...]
-    lines: Sequence[Sequence[Cell]]
-
-
-def share_text(share: float) -> str:
-    """A share in per cent, of two significant digits."""
-    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.4g} %"
-
-
-def interval_text(interval: Interval) -> str:
-    """A confidence interval of a share, in per cent."""
-    return f"{share_text(interval.low)} to {share_text(interval.high)}"
+EVEN = "; a confidence interval takes independent draws, those of {} are spread evenly"
 
 
 def short(parameter: str) -> str:
@@ -54,9 +33,9 @@ def short(parameter: str) -> str:
     return ".".join(parameter.split(".")[-2:])
 
 
-def influences_by_law(results: Results) -> dict[str, list[Influence]]:
+def influences_by_variant(results: Results) -> dict[str, list[Influence]]:
     """The influences on the main metric for each law; an empty list where there are too few runs."""
-    return {law: influences(runs.drawn, runs.cost(results.main)) for law, runs in results.by_law.items()}
+    return {law: influences(runs.drawn, runs.cost(results.main)) for law, runs in results.by_variant.items()}
 
 
 def sentences(results: Results, found: dict[str, list[Influence]]) -> list[tuple[str, str]]:
@@ -64,52 +43,69 @@ def sentences(results: Results, found: dict[str, list[Influence]]) -> list[tuple
 
     Args:
         results: All runs.
-        found: Of `influences_by_law`.
+        found: Of `influences_by_variant`.
     """
+    if results.campaign.has_ships:
+        return ship_findings.sentences(ship_findings.ships_of(results))
     lines = []
-    for law, runs in results.by_law.items():
+    for law, runs in results.by_variant.items():
         lines.append((law, " ".join([_failures(runs), _sizes(runs, results.main), _causes(found[law], len(runs))])))
-    for first, second in itertools.combinations(results.by_law, 2):
+    for first, second in itertools.combinations(results.by_variant, 2):
         lines.append(("", _comparison(results, first, second)))
     return lines
 
 
 def failures(results: Results) -> Table:
     """The failures of each law with the exact interval of their probability."""
-    grid = bool(results.campaign.grids)
-    head = ("law", "runs", "failures", "share of the runs", *(() if grid else (_confident("probability at most"),)), "reasons")
+    sure = results.campaign.independent
+    head = (
+        _what(results),
+        "runs",
+        "failures",
+        "share of the runs",
+        *((_confident("probability at most"),) if sure else ()),
+        "reasons",
+    )
     lines = []
-    for law, runs in results.by_law.items():
+    for law, runs in results.by_variant.items():
         count, n = int(runs.failed.sum()), len(runs)
-        interval = "" if grid else interval_text(clopper_pearson(count, n))
+        interval = interval_text(clopper_pearson(count, n)) if sure else ""
         reasons = "; ".join(f"{number} × {reason}" for reason, number in runs.reasons())
-        bound = () if grid else (Cell(share_text(at_most(count, n))),)
+        bound = (Cell(share_text(at_most(count, n))),) if sure else ()
         lines.append((Cell(law), Cell(f"{n}"), Cell(f"{count}"), Cell(share_text(count / n), interval), *bound, Cell(reasons)))
     return Table(head, lines)
 
 
 def quantiles(results: Results) -> Table:
     """Quantiles of every metric with bounds that are order statistics, and the largest value."""
-    head = ("metric", "law", *(f"{100.0 * share:g} %" if share != SHARES[1] else "median" for share in SHARES), "largest")
+    head = (
+        "metric",
+        _what(results),
+        *(f"{100.0 * share:g} %" if share != SHARES[1] else "median" for share in SHARES),
+        "largest",
+    )
     lines = []
     for metric in results.metrics:
-        for law, runs in results.by_law.items():
+        for law, runs in results.by_variant.items():
             cost = runs.cost(metric)
-            found = [_quantile(metric, quantile(cost, share), bool(results.campaign.grids)) for share in SHARES]
-            lines.append((Cell(label(metric)), Cell(law), *found, Cell(text(metric, float(cost.max())))))
+            found = [_quantile(results, metric, quantile(cost, share)) for share in SHARES]
+            lines.append((Cell(label(metric)), Cell(law), *found, Cell(results.text(metric, float(cost.max())))))
     return Table(head, lines)
 
 
 def comparisons(results: Results) -> Table:
     """Every pair of laws on the same draws, for the metrics that are drawn."""
-    head = ("metric", "laws", "first better", "second better", "equal", _confident("first better, probability"), "median ratio")
+    sure = results.campaign.independent
+    share = (_confident("first better, probability"),) if sure else ()
+    head = ("metric", f"{_what(results)}s", "first better", "second better", "equal", *share, "median ratio")
     lines = []
     for metric in results.shown:
-        for first, second in itertools.combinations(results.by_law, 2):
+        for first, second in itertools.combinations(results.by_variant, 2):
             found = paired(*results.paired(first, second, metric))
             counts = [Cell(f"{number}") for number in (found.better, found.worse, found.equal)]
-            ratio = Cell(value_text(_rounded(found.ratio.value)), _bounds(found.ratio))
-            lines.append((Cell(label(metric)), Cell(f"{first}, {second}"), *counts, Cell(interval_text(found.share)), ratio))
+            ratio = Cell(value_text(_rounded(found.ratio.value)), _bounds(found.ratio) if sure else "")
+            interval = (Cell(interval_text(found.share)),) if sure else ()
+            lines.append((Cell(label(metric)), Cell(f"{first}, {second}"), *counts, *interval, ratio))
     return Table(head, lines)
 
 
@@ -122,21 +118,21 @@ def causes(found: dict[str, list[Influence]]) -> Table:
             correlation = "–" if math.isnan(entry.correlation) else f"{entry.correlation:+.2f}"
             clear = "clear" if entry.clear else "within the uncertainty"
             lines.append((Cell(law), Cell(entry.parameter), index, Cell(correlation), Cell(clear)))
-    return Table(("law", "parameter", "explains of the variance", "rank correlation", ""), lines)
+    return Table(("runs of", "parameter", "explains of the variance", "rank correlation", ""), lines)
 
 
 def worst(results: Results, folder: Path) -> Table:
     """The worst runs of each law with their drawn values, and the command that runs each again on the nodes."""
     names = list(results.campaign.drawn)
     lines = []
-    for law, runs in results.by_law.items():
+    for law, runs in results.by_variant.items():
         for i in runs.worst(WORST):
             cost = float(runs.cost(results.main)[i])
-            shown = "ended early" if runs.ended_early[i] else text(results.main, cost)
+            shown = "ended early" if runs.ended_early[i] else results.text(results.main, cost)
             values = [Cell(value_text(_rounded(runs.rows[name][i].item()))) for name in names]
             reason, command = str(runs.rows["failure"][i]), replay_command(folder, int(runs.rows["run"][i]))
             lines.append((Cell(command), Cell(law), Cell(shown, reason), *values))
-    return Table(("replay on the nodes", "law", label(results.main), *map(short, names)), lines)
+    return Table(("replay on the nodes", _what(results), label(results.main), *map(short, names)), lines)
 
 
 def replay_command(folder: Path, run: int) -> str:
@@ -147,8 +143,8 @@ def replay_command(folder: Path, run: int) -> str:
 def _failures(runs: Results) -> str:
     count, n = int(runs.failed.sum()), len(runs)
     statement = f"{count} of {n} runs failed"
-    if runs.campaign.grids:
-        return f"{statement}, {share_text(count / n)}{GRID}."
+    if not runs.campaign.independent:
+        return f"{statement}, {share_text(count / n)}{_why(runs.campaign)}."
     bound = share_text(at_most(count, n))
     if not count:
         return f"{statement}: a run fails with a probability of at most {bound}, at {100.0 * CONFIDENCE:g} % confidence."
@@ -160,12 +156,12 @@ def _sizes(runs: Results, metric: str) -> str:
     """Median, 99 % quantile and largest value of the main metric."""
     cost = runs.cost(metric)
     median, far = quantile(cost, 0.5), quantile(cost, 0.99)
-    parts = [f"median {_value(metric, median.value)}", f"99 % of the runs below {_value(metric, far.value)}"]
-    if not runs.campaign.grids:
-        bound = f"below {text(metric, far.high)}" if math.isfinite(far.high) else "not bounded by so few runs"
+    parts = [f"median {_value(runs, metric, median.value)}", f"99 % of the runs below {_value(runs, metric, far.value)}"]
+    if runs.campaign.independent:
+        bound = f"below {runs.text(metric, far.high)}" if math.isfinite(far.high) else "not bounded by so few runs"
         parts[-1] += f" (the true 99 % quantile is {bound})"
     largest = float(cost.max())
-    parts.append(f"largest {text(metric, largest)}" if math.isfinite(largest) else "none in the worst run")
+    parts.append(f"largest {runs.text(metric, largest)}" if math.isfinite(largest) else "none in the worst run")
     return f"The {label(metric)}: {', '.join(parts)}."
 
 
@@ -183,23 +179,34 @@ def _comparison(results: Results, first: str, second: str) -> str:
     found = paired(*results.paired(first, second, results.main))
     n = found.better + found.worse + found.equal
     statement = f"{first} has the smaller {label(results.main)} than {second} in {found.better} of {n} draws"
-    if not results.campaign.grids:
+    if results.campaign.independent:
         statement += f" (probability {interval_text(found.share)})"
     ratio = f"; the median ratio is {found.ratio.value:.2g}" if math.isfinite(found.ratio.value) else ""
     return f"{statement}{ratio}."
 
 
-def _quantile(metric: str, found: Quantile, grid: bool) -> Cell:
-    if grid:
-        return Cell(_value(metric, found.value))
-    ends = [text(metric, end) if math.isfinite(end) else "?" for end in (found.low, found.high)]
-    return Cell(_value(metric, found.value), " to ".join(ends))
+def _why(campaign: Campaign) -> str:
+    """Why there are no intervals."""
+    return GRID if campaign.grids else EVEN.format(campaign.sampling.replace("_", " "))
 
 
-def _value(metric: str, value: float) -> str:
+def _what(results: Results) -> str:
+    """What is compared on the same draws."""
+    return results.campaign.variant_column
+
+
+def _quantile(results: Results, metric: str, found: Quantile) -> Cell:
+    value = _value(results, metric, found.value)
+    if not results.campaign.independent:
+        return Cell(value)
+    ends = [results.text(metric, end) if math.isfinite(end) else "?" for end in (found.low, found.high)]
+    return Cell(value, " to ".join(ends))
+
+
+def _value(results: Results, metric: str, value: float) -> str:
     if math.isinf(value):
         return "none: ended early or not settled" if metric == "settling_time" else "none: ended early"
-    return text(metric, value)
+    return results.text(metric, value)
 
 
 def _bounds(found: Quantile) -> str:

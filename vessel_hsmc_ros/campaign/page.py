@@ -6,7 +6,7 @@ from pathlib import Path
 
 import jinja2
 
-from vessel_hsmc_ros.campaign import findings
+from vessel_hsmc_ros.campaign import findings, ship_findings
 from vessel_hsmc_ros.campaign.diagrams import Diagrams
 from vessel_hsmc_ros.campaign.page_figures import colour, figures
 from vessel_hsmc_ros.campaign.results import Results
@@ -28,7 +28,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
         drawn: The diagrams.
         folder: The folder of the campaign, for the commands.
     """
-    campaign, laws = results.campaign, list(results.by_law)
+    campaign, laws = results.campaign, list(results.by_variant)
     shown = figures(drawn, laws)
     content = {"figures": shown, "command": findings.replay_command(folder, 0).rpartition(" ")[0]}
     return _template().render(
@@ -38,6 +38,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
         sentences=findings.sentences(results, found),
         notes=_notes(results),
         colours={law: colour(law, laws) for law in laws},
+        lost=ship_findings.lost(ship_findings.ships_of(results)) if campaign.has_ships else None,
         failures=findings.failures(results),
         quantiles=findings.quantiles(results),
         comparisons=findings.comparisons(results),
@@ -47,6 +48,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
         file=campaign.source.text.strip(),
         figures=shown,
         fewest=FEWEST,
+        independent=campaign.independent,
         confidence=f"{100.0 * CONFIDENCE:g} %",
         style=css_variables() + asset("style.css"),
         script="\n".join([*map(asset, SCRIPTS), _own("campaign.js")]),
@@ -70,19 +72,19 @@ def _subtitle(results: Results) -> str:
     """What was run, in a line."""
     campaign = results.campaign
     count = f"{campaign.runs} runs" if len(results) == campaign.runs else f"{len(results)} of {campaign.runs} runs so far"
-    draws = f"{campaign.draws} draws" + (f" × {len(campaign.laws)} laws" if len(campaign.laws) > 1 else "")
-    scenario = f"scenario {campaign.source.scenario_name}, {campaign.base.vessel_sim.duration:g} s"
-    return f"{count} ({draws}) · {scenario} · {', '.join(campaign.laws)} · {campaign.sampling}, seed {campaign.seed}"
+    several = f" × {len(campaign.variants)} {campaign.variant_column}s" if len(campaign.variants) > 1 else ""
+    draws = f"{campaign.draws} draws{several}"
+    duration = "" if campaign.has_ships else f", {campaign.base.vessel_sim.duration:g} s"
+    scenario = f"scenario {campaign.source.scenario_name}{duration}"
+    return f"{count} ({draws}) · {scenario} · {', '.join(campaign.variants)} · {campaign.sampling}, seed {campaign.seed}"
 
 
 def _notes(results: Results) -> list[str]:
     """What the reader must know to judge the numbers."""
     found = []
-    if results.campaign.sampling != "random" and not results.campaign.grids:
-        found.append(
-            f"The intervals hold for independent draws. Those of {results.campaign.sampling} are spread more evenly, so the"
-            " intervals are rather too wide than too narrow."
-        )
-    if not results.campaign.limits:
+    if not results.campaign.independent and not results.campaign.grids:
+        name = results.campaign.sampling.replace("_", " ")
+        found.append(f"Confidence intervals take independent draws. Those of a {name} are spread evenly, so there are none here.")
+    if not (results.campaign.limits or results.campaign.limits_in_lengths):
         found.append("The campaign has no limits, so only runs that ended early are failures.")
     return found

@@ -1,9 +1,10 @@
 """A campaign: one scenario, distributions over its parameters, and the runs that they define.
 
 Run i is a pure function of the campaign file, the scenario and i, its noise included. A draw gives all drawn parameters a
-value; its runs, one for each law, share these values and the noise, so that laws are compared on the same ships and seas:
+value; its runs, one for each variant, share these values and the noise, so that variants are compared on the same ships and
+seas. A variant is a named set of changes; those of a file with `laws` change the law alone and have its name.
 
-    run = draw · (number of laws) + index of the law
+    run = draw · (number of variants) + index of the variant
 """
 
 import hashlib
@@ -18,6 +19,8 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.campaign import sampling
 from vessel_hsmc_ros.campaign.distributions import Grid
 from vessel_hsmc_ros.campaign.drawn import Drawn
+from vessel_hsmc_ros.campaign.ship_expansion import resolved
+from vessel_hsmc_ros.campaign.ship_family import SHIP
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.law_file import law_provenance
@@ -43,13 +46,14 @@ class Source(NamedTuple):
 
 
 class PlannedRun(NamedTuple):
-    """The numbers that define a run: its number, draw, law, the seed of its noise, and the drawn values by their names."""
+    """What defines a run: its number, draw, law, the seed of its noise, the drawn values by their names, and its variant."""
 
     run: int
     draw: int
     law: str
     seed: int
     values: Mapping[str, Any]
+    variant: str
 
 
 @dataclass(frozen=True)
@@ -62,41 +66,49 @@ class Campaign:
     Attributes:
         source: The texts that define it.
         changes: Fixed changes to the scenario, by `node.parameter`.
-        laws: The laws of each draw.
+        variants: The changes of each run of a draw, by the names of the variants.
         repetitions: Number of draws, for each combination of the grids if there are any.
         sampling: One of `sampling.METHODS`.
         seed: Of all random numbers.
         parameters: The drawn parameters in the order of the file.
         limits: Largest magnitudes of metrics: a run above any is a failure.
+        limits_in_lengths: The same in lengths of the hull.
         chunk: Number of runs in a file of the dataset.
     """
 
     source: Source
     changes: Mapping[str, object]
-    laws: tuple[str, ...]
+    variants: Mapping[str, Mapping[str, object]]
     repetitions: int
     sampling: str
     seed: int
     parameters: tuple[Drawn, ...]
     limits: Mapping[str, float]
+    limits_in_lengths: Mapping[str, float]
     chunk: int
 
     @classmethod
-    def load(cls, path: Path | str, runs: int | None = None) -> "Campaign":
+    def load(cls, path: Path | str, runs: int | None = None, seed: int | None = None) -> "Campaign":
         """Read and check a campaign.
 
         Args:
             path: A campaign of the package, such as `far_starts`; a YAML file; or the folder of a campaign that was run.
             runs: Number of draws in the place of that of the file.
+            seed: Seed in the place of that of the file; not of a folder, whose rows have theirs.
 
         Raises:
             ScenarioError: the file is unknown, unreadable or malformed.
             ParameterError: a parameter, distribution, limit or law of it is not allowed.
             CampaignError: the folder is not that of a campaign.
         """
-        from vessel_hsmc_ros.campaign.plan_file import parse_campaign, read_source
+        from vessel_hsmc_ros.campaign.plan_file import parse_campaign, read_source, with_seed
 
-        return cls.of_folder(path, runs) if Path(path).is_dir() else parse_campaign(read_source(path), runs)
+        if Path(path).is_dir():
+            if seed is not None:
+                raise ParameterError(f"seed {seed} is not allowed for the folder {path}: the rows in it have a seed already")
+            return cls.of_folder(path, runs)
+        source = read_source(path)
+        return parse_campaign(source if seed is None else with_seed(source, seed), runs)
 
     @classmethod
     def of_folder(cls, folder: Path | str, runs: int | None = None) -> "Campaign":
@@ -112,6 +124,16 @@ class Campaign:
         """Name of the campaign: that of its file."""
         return self.source.name
 
+    @cached_property
+    def laws(self) -> tuple[str, ...]:
+        """The law of each variant."""
+        return tuple(base.controller.law for base in self.bases.values())
+
+    @property
+    def variant_column(self) -> str:
+        """The column of the dataset that names the variant of a run."""
+        return "law" if all(changes == {LAW: name} for name, changes in self.variants.items()) else "variant"
+
     @property
     def drawn(self) -> tuple[str, ...]:
         """Names of the drawn parameters, which are columns of the dataset."""
@@ -125,7 +147,7 @@ class Campaign:
     @property
     def runs(self) -> int:
         """Number of runs, which is that of the rows of the complete dataset."""
-        return self.draws * len(self.laws)
+        return self.draws * len(self.variants)
 
     @property
     def chunks(self) -> int:
@@ -148,6 +170,11 @@ class Campaign:
             for parameter in self.parameters
             if isinstance(parameter.distribution, Grid)
         }
+
+    @property
+    def independent(self) -> bool:
+        """Whether its draws are independent of each other, which confidence intervals assume."""
+        return self.sampling == "random" and not self.grids
 
     @cached_property
     def digest(self) -> str:
@@ -172,10 +199,10 @@ class Campaign:
         """
         if not 0 <= run < self.runs:
             raise ParameterError(f"run {run} is not allowed: the campaign {self.name} has the runs 0 to {self.runs - 1}")
-        draw, law = divmod(run, len(self.laws))
+        draw, variant = divmod(run, len(self.variants))
         values = self.values(draw)
-        own = sampling.noise_seed(self.seed, draw)
-        return PlannedRun(run, draw, self.laws[law], int({SEED: own, **self.changes, **values}[SEED]), values)
+        seed = {SEED: sampling.noise_seed(self.seed, draw), **self.changes, **values}[SEED]
+        return PlannedRun(run, draw, self.laws[variant], int(seed), values, list(self.variants)[variant])
 
     def values(self, draw: int) -> dict[str, Any]:
         """Values of the drawn parameters in a draw, by their names."""
@@ -189,6 +216,11 @@ class Campaign:
             values[parameter.name] = parameter.value(drawn)
         return values
 
+    def limits_of(self, scenario: Scenario) -> dict[str, float]:
+        """All limits of a run, those in lengths as numbers."""
+        length = scenario.vessel_sim.vessel.length
+        return {**self.limits, **{name: limit * length for name, limit in self.limits_in_lengths.items()}}
+
     def scenario(self, run: int, changes: Mapping[str, object] | None = None) -> Scenario:
         """The scenario of a run.
 
@@ -201,14 +233,26 @@ class Campaign:
             ScenarioError: the rates do not fit each other.
         """
         planned = self.planned(run)
-        drawn = self._with_lists(planned.values)
-        return self.base.changed({**drawn, SEED: planned.seed, LAW: planned.law, **(changes or {})})
+        layers = self._with_lists(planned.values), self.variants[planned.variant]
+        own = resolved(self.changes, *layers) if self.has_ships else resolved(*layers)
+        return self.bases[planned.variant].changed({**own, SEED: planned.seed, **(changes or {})})
+
+    @property
+    def base(self) -> Scenario:
+        """The scenario with its fixed changes and those of the first variant."""
+        return next(iter(self.bases.values()))
 
     @cached_property
-    def base(self) -> Scenario:
-        """The scenario with its fixed changes and the first law."""
-        changes = {**self.changes, LAW: self.laws[0]}
-        return parse_scenario(self.source.scenario, self.source.scenario_name, changes, f"scenario of {self.name}")
+    def bases(self) -> dict[str, Scenario]:
+        """The scenario with its fixed changes and those of each variant."""
+        text, name, place = self.source.scenario, self.source.scenario_name, f"scenario of {self.name}"
+        changes = {variant: resolved(self.changes, own) for variant, own in self.variants.items()}
+        return {variant: parse_scenario(text, name, each, place) for variant, each in changes.items()}
+
+    @cached_property
+    def has_ships(self) -> bool:
+        """Whether its ships are those of the family of `ship_family`."""
+        return any(name.startswith(SHIP) for names in (self.drawn, self.changes, *self.variants.values()) for name in names)
 
     def _of_grids(self, draw: int) -> dict[str, Any]:
         """The combination of the grids' values in a draw; the last grid changes fastest."""

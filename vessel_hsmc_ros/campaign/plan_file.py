@@ -1,6 +1,7 @@
 """The campaign file: YAML with a base scenario, distributions, laws, number, seed and limits; docs/campaigns.md explains it."""
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ import yaml
 from vessel_hsmc_ros.campaign import sampling
 from vessel_hsmc_ros.campaign.distributions import Grid
 from vessel_hsmc_ros.campaign.drawn import make_drawn
-from vessel_hsmc_ros.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.campaign.plan import LAW, Campaign, Source
+from vessel_hsmc_ros.campaign.ship_expansion import resolved
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
@@ -20,9 +22,12 @@ from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import parse_scenario, scenario_text
 
-KEYS = ("scenario", "set", "laws", "runs", "sampling", "seed", "draw", "limits", "chunk")
+KEYS = ("scenario", "set", "laws", "variants", "runs", "sampling", "seed", "draw", "limits", "chunk")
 
 CHUNK = 100
+
+LENGTHS = "lengths"
+"""The unit of a limit that is relative to the length of the hull."""
 
 
 def campaign_names() -> list[str]:
@@ -72,6 +77,12 @@ def document(source: Source) -> dict[str, Any]:
     return found
 
 
+def with_seed(source: Source, seed: int) -> Source:
+    """The texts of the same campaign with another seed, which is another campaign."""
+    text, count = re.subn(r"(?m)^seed:.*$", f"seed: {seed}", source.text)
+    return source._replace(text=text if count else f"{source.text.rstrip()}\nseed: {seed}\n")
+
+
 def parse_campaign(source: Source, runs: int | None = None) -> Campaign:
     """Make a campaign from its texts, and check it as far as is possible without its runs.
 
@@ -92,12 +103,11 @@ def parse_campaign(source: Source, runs: int | None = None) -> Campaign:
 def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> Campaign:
     changes = dict(_mapping(entries, "set"))
     text, name, place = source.scenario, source.scenario_name, f"scenario of {source.name}"
-    laws = _laws(entries.get("laws"))
-    # Every law is checked at its base values; those of a draw may still be unstable, which is a result.
-    bases = [parse_scenario(text, name, {**changes, "controller.law": law}, place) for law in laws] or [
-        parse_scenario(text, name, changes, place)
-    ]
-    base = bases[0]
+    variants = _variants(entries) or {"": {}}
+    # Every variant is checked at its base values; those of a draw may still be unstable, which is a result.
+    base, *_ = [parse_scenario(text, name, resolved(changes, variant), place) for variant in variants.values()]
+    if "" in variants:
+        variants = {base.controller.law: {LAW: base.controller.law}}
     if base.vessel_sim.duration <= 0.0:
         raise ParameterError("vessel_sim.duration = 0 s goes on for ever: in a campaign it must be above 0 s")
     parameters = tuple(make_drawn(str(key), given, base) for key, given in _mapping(entries, "draw").items())
@@ -105,12 +115,12 @@ def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> Camp
     return Campaign(
         source,
         changes,
-        laws or (base.controller.law,),
+        variants,
         runs or _integer(entries, "runs", 1, sampling.LARGEST, 1 if has_grid else None),
         _sampling(entries, has_grid),
         _integer(entries, "seed", 0, 2**63, 0),
         parameters,
-        _limits(_mapping(entries, "limits")),
+        *_limits(_mapping(entries, "limits")),
         _integer(entries, "chunk", 1, 1_000_000, CHUNK),
     )
 
@@ -131,6 +141,8 @@ def _mapping(entries: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     found = entries.get(key)
     if found is not None and not isinstance(found, dict):
         raise ParameterError(f"{key}: {found} is not allowed: it takes names with their values, such as {{name: value}}")
+    if not all(isinstance(name, str) for name in found or {}):
+        raise ParameterError(f"{key}: {found} is not allowed: every name must be a text")
     return found or {}
 
 
@@ -139,6 +151,24 @@ def _integer(entries: Mapping[str, Any], key: str, low: int, high: int, default:
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise ParameterError(f"{key} = {value} is not allowed: it takes an integer from {low} to {high}")
     return value
+
+
+def _variants(entries: Mapping[str, Any]) -> dict[str, Mapping[str, object]]:
+    """The variants by their names: those of the file, or one for each law; none if the file has neither."""
+    variants = _mapping(entries, "variants")
+    if not variants:
+        return {law: {LAW: law} for law in _laws(entries.get("laws"))}
+    if "laws" in entries:
+        raise ParameterError(f"laws: {entries['laws']} is not allowed beside variants: give controller.law in each of them")
+    for name, changes in variants.items():
+        if (
+            not isinstance(name, str)
+            or not name
+            or not isinstance(changes, dict)
+            or not all(isinstance(key, str) for key in changes)
+        ):
+            raise ParameterError(f"variants: {name}: {changes} is not allowed: it takes a name with changes by node.parameter")
+    return dict(variants)
 
 
 def _laws(given: Any) -> tuple[str, ...]:
@@ -162,10 +192,17 @@ def _sampling(entries: Mapping[str, Any], has_grid: bool) -> str:
     return str(method)
 
 
-def _limits(given: Mapping[str, Any]) -> dict[str, float]:
-    for name, limit in given.items():
+def _limits(given: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, float]]:
+    """The limits as numbers, and those in lengths of the hull: `{lengths: 0.02}`."""
+    found: tuple[dict[str, float], dict[str, float]] = {}, {}
+    for name, entry in given.items():
         if name not in Metrics._fields:
             raise ParameterError(f"limits: {name} is not a metric: {schema.suggestion(str(name), Metrics._fields)}")
+        in_lengths = isinstance(entry, dict) and list(entry) == [LENGTHS]
+        limit = entry[LENGTHS] if in_lengths else entry
         if isinstance(limit, bool) or not isinstance(limit, int | float) or not (math.isfinite(limit) and limit >= 0.0):
-            raise ParameterError(f"limits: {name} = {limit} is not allowed: it takes a finite number, not below 0")
-    return {name: float(limit) for name, limit in given.items()}
+            raise ParameterError(
+                f"limits: {name} = {limit} is not allowed: it takes a finite number, not below 0, or {{{LENGTHS}: number}}"
+            )
+        found[in_lengths][name] = float(limit)
+    return found

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from vessel_hsmc_ros.campaign import figures, page
 from vessel_hsmc_ros.campaign.diagrams import diagrams
-from vessel_hsmc_ros.campaign.findings import influences_by_law, sentences
+from vessel_hsmc_ros.campaign.findings import influences_by_variant, sentences
 from vessel_hsmc_ros.campaign.results import read
 from vessel_hsmc_ros.core.exceptions import ReportError
 
@@ -24,7 +24,7 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
         ReportError: the campaign has no results yet, or a file cannot be written.
     """
     results = read(folder)
-    found = influences_by_law(results)
+    found = influences_by_variant(results)
     drawn = diagrams(results, found)
     path = output or folder / "report.html"
     try:

@@ -14,14 +14,19 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.campaign.dataset import read_rows
 from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.ship_family import SHIP
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.runs.sweep_figure import text
 
 Array = NDArray[np.float64]
 Column = NDArray[Any]
 
 ALWAYS = ("position_error_rms_last_quarter", "settling_time", "yaw_moment_rms")
 """Metrics that are drawn in every report, beside those with limits."""
+
+LENGTH = f"{SHIP}length"
+"""The drawn length of the hull."""
 
 _LIMIT = re.compile(r"(\w+) = \S+ above (\S+)")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
@@ -62,39 +67,56 @@ class Results:
         """The metrics that any run has, those with limits first."""
         # The rows of an older version may lack a metric.
         there = [name for name in Metrics._fields if name in self.rows and np.isfinite(self.rows[name]).any()]
-        return tuple(dict.fromkeys([name for name in self.campaign.limits if name in there] + there))
+        return tuple(dict.fromkeys([name for name in self._limited if name in there] + there))
+
+    @property
+    def _limited(self) -> tuple[str, ...]:
+        """The metrics with limits."""
+        return *self.campaign.limits, *self.campaign.limits_in_lengths
 
     @property
     def main(self) -> str:
         """The metric by which runs are ranked: the first with a limit, else the rms position error at the end."""
-        return next(iter(self.campaign.limits), ALWAYS[0])
+        return next(iter(self._limited), ALWAYS[0])
 
     @property
     def shown(self) -> tuple[str, ...]:
         """The metrics that are drawn."""
-        return tuple(name for name in dict.fromkeys((*self.campaign.limits, *ALWAYS)) if name in self.metrics)
+        return tuple(name for name in dict.fromkeys((*self._limited, *ALWAYS)) if name in self.metrics)
 
     @cached_property
-    def by_law(self) -> dict[str, "Results"]:
-        """The runs of each law, in the order of the campaign file."""
-        found = {law: self._chosen(self.rows["law"] == law) for law in self.campaign.laws}
-        return {law: results for law, results in found.items() if len(results)}
+    def by_variant(self) -> dict[str, "Results"]:
+        """The runs of each variant, in the order of the campaign file."""
+        column = self.rows[self.campaign.variant_column]
+        found = {variant: self._chosen(column == variant) for variant in self.campaign.variants}
+        return {variant: results for variant, results in found.items() if len(results)}
 
     def cost(self, metric: str) -> Array:
-        """Magnitudes of a metric, (n,); infinite for a run that ended early, or whose error has not settled."""
+        """Magnitudes of a metric, (n,); infinite for a run that ended early, or whose error has not settled.
+
+        One with a limit in lengths of the hull is in lengths.
+        """
         values = np.abs(self.rows[metric].astype(float))
+        if metric in self.campaign.limits_in_lengths:
+            values = values / self.rows.get(LENGTH, self.campaign.base.vessel_sim.vessel.length)
         without = math.inf if metric == "settling_time" else 0.0  # no time is spent at a limit that there is not
         return np.where(self.ended_early, math.inf, np.where(np.isnan(values), without, values))
 
+    def text(self, metric: str, value: float) -> str:
+        """A magnitude of a metric with its unit; a dash where there is none."""
+        in_lengths = metric in self.campaign.limits_in_lengths and math.isfinite(value)
+        return f"{value:.3g} lengths" if in_lengths else text(metric, value)
+
     def paired(self, first: str, second: str, metric: str) -> tuple[Array, Array]:
         """A metric of two laws on the draws that both have, (m,) each."""
-        one, other = self.by_law[first], self.by_law[second]
+        one, other = self.by_variant[first], self.by_variant[second]
         _, i, j = np.intersect1d(one.rows["draw"], other.rows["draw"], assume_unique=True, return_indices=True)
         return one.cost(metric)[i], other.cost(metric)[j]
 
     def reasons(self) -> list[tuple[str, int]]:
         """What made runs failures, in general terms, with the number of runs; the most frequent first."""
-        return Counter(_general(str(text)) for text in self.rows["failure"][self.failed]).most_common()
+        lengths = self.campaign.limits_in_lengths
+        return Counter(_general(str(text), lengths) for text in self.rows["failure"][self.failed]).most_common()
 
     def worst(self, count: int) -> NDArray[np.int64]:
         """Indices of the worst runs, those that ended early before those with the largest main metric."""
@@ -127,8 +149,8 @@ def _array(column: Any) -> Column:
     return np.asarray(values)
 
 
-def _general(reason: str) -> str:
-    """A reason without the numbers of its run, so that reasons can be counted."""
+def _general(reason: str, lengths: Mapping[str, float]) -> str:
+    """A reason without the numbers of its run, so that reasons can be counted; some limits are in lengths of the hull."""
     if _LIMIT.search(reason):
-        return _LIMIT.sub(r"\1 above \2", reason)
+        return _LIMIT.sub(lambda m: f"{m[1]} above {f'{lengths[m[1]]:g} lengths' if m[1] in lengths else m[2]}", reason)
     return _NUMBER.sub("…", reason)

@@ -177,16 +177,17 @@ class ControlLoop:
                 commanded.
         """
         elapsed = self._elapsed_periods(stamp)
+        # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
+        measured_at = stamp if measured_at is None else measured_at
+        as_measured = measured_at, measured
         if self.observer:
-            # In real time measurement and step are stamped separately: the observer must integrate over the sampling interval.
-            measured_at = stamp if measured_at is None else measured_at
             behind = whole_periods(min(age, LONGEST_AGE), self.grid.period)
             wrench = delayed(self.commands, behind, 0), delayed(self.commands, behind, 1)
             measured = self.estimate = self.observer.update(measured_at, measured, wrench)
         at = carry(measured, desired, acceleration, self.delta, self.pivot)
         inputs = at.motion, at.desired, at.acceleration, age
         if self.watch:
-            reason = reason or self.watch.step(self.wrench, measured, self.observer, self.grid.period)
+            reason = reason or self.watch.step(self.wrench, measured, self.observer, self.grid.period, as_measured)
         try:
             wanted, terms = guarded_step(self.law, *inputs)
         except LawError:

@@ -1,6 +1,7 @@
 """Where the package's own data files are installed, and what an incomplete installation lacks."""
 
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,13 +17,18 @@ PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 RANGE, PEERS, TRANSPORTS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "FASTDDS_BUILTIN_TRANSPORTS"
 """Environment variables by which a user chooses which machines the nodes discover, and how."""
 
-REMEDIES = {
-    # colcon does not search below a folder that has a package.xml, so a plain build omits the messages without a warning.
-    "vessel_hsmc_msgs": "build both packages with `colcon build --base-paths src 'src/*/msg_defs'`",
-    "foxglove": "the live view needs it, `pip install foxglove-sdk`",
-}
-ROS_REMEDY = "nodes need ROS 2, source a Jazzy workspace; `vessel-hsmc simulate` does without"
-"""What to do about a missing module, by its name; all others are parts of ROS 2."""
+MESSAGES = "vessel_hsmc_msgs"
+
+DISTRIBUTIONS = {"foxglove": "foxglove-sdk", "mcap_ros2": "mcap-ros2-support", "yaml": "pyyaml"}
+"""Packages of PyPI that are not named like their module."""
+
+ROS = re.compile(r"rclpy|rcl_|rosidl_|rpyutils|ament_|\w+_(msgs|srvs|interfaces)$")
+"""Modules that are parts of ROS 2."""
+
+ROS_REMEDY = (
+    "nodes need ROS 2, `pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces` or source a Jazzy workspace;"
+    " `vessel-hsmc simulate` does without"
+)
 
 
 def prefixes() -> list[Path]:
@@ -79,7 +85,18 @@ def discovery() -> Iterator[None]:
 
 
 def missing_module(error: ModuleNotFoundError) -> str:
-    """One line with the name of a module that a node needs, and how to install it."""
+    """One line with the name of a module that is missing, and how to install it."""
     # An import of a submodule reports its dotted name; the first part is what has to be installed.
     name = (error.name or str(error)).partition(".")[0]
-    return f"{name} is not installed: {REMEDIES.get(name, ROS_REMEDY)}"
+    if name == MESSAGES:
+        remedy = messages_remedy()
+    else:
+        remedy = ROS_REMEDY if ROS.match(name) else f"`pip install {DISTRIBUTIONS.get(name, name)}`"
+    return f"{name} is not installed: {remedy}"
+
+
+def messages_remedy() -> str:
+    """How to install the message package: by colcon where a workspace is sourced, else by pip."""
+    if os.environ.get("AMENT_PREFIX_PATH"):
+        return "build the package, and its messages with it, by `colcon build`, and source the workspace"
+    return "`pip install` its wheel, which `make wheels` builds beside that of this package (docs/installing.md)"

@@ -55,6 +55,12 @@ def as_motion(state: Iterable[float]) -> Motion:
     return Motion(*map(float, state))
 
 
+def in_body_frame(motion: Motion) -> Motion:
+    """The motion with its velocities, given along x and y of the earth-fixed frame, resolved along and across the hull, (6)."""
+    c, s = math.cos(motion.psi), math.sin(motion.psi)
+    return motion._replace(u=c * motion.u + s * motion.v, v=c * motion.v - s * motion.u)
+
+
 def as_acceleration(acceleration: Iterable[float]) -> Acceleration:
     """The derivatives du, dv, dr, such as an array of shape (3,), as plain floats."""
     return Acceleration(*map(float, acceleration))

@@ -24,6 +24,8 @@ WATCHERS = {
     "live": NodeProgram("vessel_hsmc_ros.nodes.live", "live_node"),
     "markers": NodeProgram("vessel_hsmc_ros.nodes.markers", "marker_node"),
     "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "watchdog_node"),
+    "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "navsat_odom_node"),
+    "drive": NodeProgram("vessel_hsmc_ros.nodes.drive", "drive_node"),
 }
 """Nodes outside the closed loop: a run takes place without them."""
 

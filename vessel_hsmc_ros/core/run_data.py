@@ -32,7 +32,7 @@ class Run:
         unforced_acceleration: True f_u, f_v, f_r of (7), (n, 3), m/s², m/s², rad/s²; NaN where they are not recorded.
         control: Terms of the law by the field names of ControlState.msg, with one row per control period. Three more are
             `time`, (m,) s, `commanded`, the commanded wrench, (m, 2), and, where there is an observer, `estimate`, its
-            x, y, psi, u, v, r, (m, 6).
+            x, y, psi, u, v, r, (m, 6). Weights are (m, k), NaN where the law was not computed.
     """
 
     time: Array

@@ -72,15 +72,21 @@ def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
             their dotted name, `**{"network.width": 2.0}`. All others keep their defaults.
 
     Raises:
-        ParameterError: the law or a parameter is unknown, a value is out of range, or a gain is unstable at this period.
+        ParameterError: the law or a parameter is unknown, a value is out of range, a gain is unstable at this period, or the
+            declared vessel has a pivot ahead, to which only the control loop carries ship and reference.
     """
     if law not in LAWS:
         raise ParameterError(f"controller.law = {law} is not allowed: it takes one of {', '.join(LAWS)}")
     # In a scenario the vessel's parameters are a group of the controller, shared by all laws; here one namespace holds both.
     shared = {field.name for field in dataclasses.fields(KnownVessel)}
     vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in shared}, "controller.vessel")
+    if vessel.controlled:
+        raise ParameterError(
+            f"controller.vessel.sway_yaw_inertia = {vessel.sway_yaw_inertia:g} puts the pivot {vessel.controlled:.3g} m ahead,"
+            ' which a law alone does not control: simulate a scenario, or give controlled_point="origin"'
+        )
     own = {k: v for k, v in parameters.items() if k not in shared}
-    return construct(law, schema.build(LAWS[law].parameters, own, f"controller.{law}"), vessel, period)
+    return construct(law, schema.build(LAWS[law].parameters, own, f"controller.{law}"), vessel.as_controlled(), period)
 
 
 def construct(law: str, parameters: object, vessel: KnownVessel, period: float) -> Law[Any]:

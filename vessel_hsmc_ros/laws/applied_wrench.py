@@ -92,21 +92,12 @@ def arriving(queue: Array, row: int, head: int, age: int) -> float:
 
 
 @kernel
-def saturate(demand: float, last: float, limit: float, T: float, T_s: float) -> tuple[float, bool]:
-    """Limit what a law wants of an input in magnitude and in slew rate.
+def slewed(command: float, last: float, largest: float) -> float:
+    """The command with its change in a period limited; it counts from the last command, because the actuator may lag behind it.
 
     Args:
-        demand: Force or moment that the law demands.
-        last: The input that acts now.
-        limit: Largest magnitude; the slew rate is limited to limit/T_s.
-        T: Control period, s.
-        T_s: Time from zero to the limit, s; 0 for no limit of the slew rate.
-
-    Returns:
-        The input to command, and whether the magnitude was limited.
+        command: Force or moment to command.
+        last: The last command.
+        largest: Largest change in a period; 0 for no limit.
     """
-    within = clip(demand, limit)
-    if T_s > 0.0:
-        # Only the limit of the magnitude is reported as saturation, which suspends the adaptation; the slew limit is transient.
-        within = last + clip(within - last, limit * T / T_s)
-    return within, abs(demand) > limit
+    return last + clip(command - last, largest) if largest > 0.0 else command

@@ -45,6 +45,12 @@ STEADY = 0.4
 STEEPEST = 0.4
 """Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less than STEADY."""
 
+TURNS_WITH_SHIP, LASTS = 0.5, 0.8
+"""Mean of the drift in terms of the mean of its magnitude, below which none is used at rest, and above which all is."""
+
+FAR = 4.0
+"""Distance from a reference at rest beyond which no drift is used, in terms of that where the feedback saturates."""
+
 LASTING, PASSED = 0.05, 0.4
 """Share of c by which its mean follows it in a radian; PASSED where `drift_decay` is declared. A c that turns with the ship is no
 drift of the water."""
@@ -116,12 +122,14 @@ def mean(steady: tuple[float, float], east: float, north: float, share: float) -
 
 
 @kernel
-def followed(drift: Drift, desired: Motion, g: Gains) -> Drift:
-    """The part of a drift with which the reference still travels ahead through the water; none for a reference at rest.
+def followed(drift: Drift, steady: tuple[float, float], size: float, motion: Motion, desired: Motion, g: Gains) -> Drift:
+    """The part of the drift that the guidance reckons with: a ship at rest in a current is under way through the water.
 
     Args:
-        drift: The estimate.
-        desired: State of the reference.
+        drift: The estimate; a moving reference still travels ahead through the part of it that is used.
+        steady: The mean of c, m/s: at rest only that is used, and only where it is credible and the ship near its reference.
+        size: The mean of its magnitude, m/s.
+        motion, desired: States of the ship and of the reference.
         g: Gains.
     """
     U = magnitude(desired.u, desired.v)
@@ -130,7 +138,45 @@ def followed(drift: Drift, desired: Motion, g: Gains) -> Drift:
         # Where the reference drifts nearly as fast sideways as ahead, no heading gives a much faster turn through the water.
         most = STEADY * min(U, max(0.0, abs(desired.u) - abs(desired.v)) / STEEPEST)
     shrink = min(1.0, most / max(magnitude(drift.east, drift.north), 1e-9))
-    return Drift(shrink * drift.east, shrink * drift.north, drift.theta)
+    # In units of the distance where the feedback saturates, beyond which nothing is learned either.
+    distance = g.k_p / g.v_max * magnitude(motion.x - desired.x, motion.y - desired.y)
+    near = max(0.0, 1.0 - distance * distance / (FAR * FAR))
+    share = at_rest(U * U, g) * near * in_drift(steady, size, g)
+    return Drift(shrink * drift.east + share * steady[0], shrink * drift.north + share * steady[1], drift.theta)
+
+
+@kernel
+def in_drift(steady: tuple[float, float], size: float, g: Gains) -> float:
+    """How credible a drift is at rest: c⁴/(c⁴ + c_rest⁴) of its mean, and nothing where it turns with the ship.
+
+    What turns with the hull is a force on it. The mean of such an estimate is small beside the mean of its magnitude.
+
+    Args:
+        steady: The mean of c over the angle of turn, m/s.
+        size: The mean of its magnitude, m/s.
+        g: Gains.
+    """
+    square, doubt = steady[0] * steady[0] + steady[1] * steady[1], g.c_rest * g.c_rest
+    lasting = (math.sqrt(square) / max(size, 1e-9) - TURNS_WITH_SHIP) / (LASTS - TURNS_WITH_SHIP)
+    return min(1.0, max(0.0, lasting)) * square * square / (square * square + doubt * doubt)
+
+
+@kernel
+def at_rest(reference_squared: float, g: Gains) -> float:
+    """How nearly a reference is at rest over ground, 1 - U²/U_xi², and 0 for a faster one."""
+    return max(0.0, 1.0 - reference_squared / (g.U_xi * g.U_xi))
+
+
+@kernel
+def speed_squared(used: Drift, reference_squared: float, g: Gains) -> float:
+    """Square of the speed of the reference; that through the water, |c|², where it is at rest over ground.
+
+    Args:
+        used: The drift that the guidance reckons with.
+        reference_squared: U², m²/s².
+        g: Gains.
+    """
+    return reference_squared + at_rest(reference_squared, g) * (used.east * used.east + used.north * used.north)
 
 
 @kernel

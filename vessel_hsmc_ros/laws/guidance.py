@@ -171,7 +171,9 @@ def heading_error(w: BodyCommand, v: float, s: float, lever: float, g: Gains) ->
 def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, lever: float, g: Gains) -> float:
     """Feedforward yaw rate r_w, the derivative of atan2(w) - s·asin(v/W), which tends to r_d as W tends to zero.
 
-    r_w = (w_t·dw_n - w_n·dw_t)/W² - s·(dv - v·(w·dw)/W²)/sqrt(W² - v²), with q² added to every square in a denominator.
+    r_w = (w_t·dw_n - w_n·dw_t)/W² - s·(dv - v·(w·dw)/W²)·B/(B² + E²) with B² = max(W² - v², 0), E² = max(v² - W², 0), and q²
+    added to every square in a denominator. Where a current carries the ship abeam faster than W, no heading has the sway
+    velocity v, and the commanded one hardly depends on it: without E the noise of v would decide the turn.
 
     Args:
         w: Velocity command and its derivative.
@@ -193,8 +195,9 @@ def course_rate(w: BodyCommand, v: float, dv: float, r_d: float, s: float, lever
     moving = square / W2
     # W times the derivative of v/W; the crab angle is asin(v/W).
     crab_rate = dv - v * (w.w_t * w.dw_t + w.w_n * w.dw_n) / W2
-    hull = math.sqrt(max(square - v * v, 0.0) + q2)
-    return (w.w_t * w.dw_n - w.w_n * w.dw_t) / W2 - s * moving * crab_rate / hull + (1.0 - moving) * r_d
+    B = math.sqrt(max(square - v * v, 0.0) + q2)
+    crab = crab_rate * B / (B * B + max(v * v - square, 0.0))
+    return (w.w_t * w.dw_n - w.w_n * w.dw_t) / W2 - s * moving * crab + (1.0 - moving) * r_d
 
 
 @kernel

@@ -24,17 +24,20 @@ import math
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead, saturate
+from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead, slewed
 from vessel_hsmc_ros.laws.drift_estimate import (
     LASTING,
     PASSED,
     Drift,
     angle_to_learn_from,
+    at_rest,
     credible,
     followed,
     in_body,
+    in_drift,
     learn_drift,
     mean,
+    speed_squared,
     turn_in_water,
 )
 from vessel_hsmc_ros.laws.guidance import (
@@ -54,7 +57,16 @@ from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, activate, output
 from vessel_hsmc_ros.laws.predictor import correct, predict
-from vessel_hsmc_ros.laws.station_keeping import calmness, despinning, keeps_station, lever_arm, pivot_ahead, pivoting_rate
+from vessel_hsmc_ros.laws.station_keeping import (
+    calmness,
+    count_turns,
+    despinning,
+    keeps_station,
+    lever_arm,
+    patient,
+    pivot_ahead,
+    pivoting_rate,
+)
 from vessel_hsmc_ros.laws.sway_model import learn_sway, turn_slope
 
 LARGEST = 1e12
@@ -95,7 +107,7 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow, near, drift, steady, behind = m.filter
+    rate, integral, s, xi, slow, near, drift, steady, size, behind, spin = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
     added = turn_in_water(used, desired, acceleration.dr, g)
     r_d, dr_d, dv_d = desired.r + added.rate, acceleration.dr + added.acceleration, acceleration.dv + added.dv
@@ -104,20 +116,23 @@ def command(
     low, high = relative - g.S1_max, relative + g.S1_max
     rate = low if rate < low else high if rate > high else rate
     velocity = velocity_command(motion, desired, acceleration, xi, g)
+    travel = speed_squared(used, velocity.reference_squared, g)
     c_h, c_n = in_body(used, motion.psi)
     w = resolve(velocity, used, motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
-    lever = lever_arm(steady[0], steady[1], velocity.reference_squared, g)
+    lever = lever_arm(in_drift(steady, size, g), velocity.reference_squared, g)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, lever, g)
     # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
     v, sway = motion.v - c_n + x * motion.r, f.fv + x * f.fr
-    turned = angle_to_learn_from(motion.r, velocity.feedback_squared, velocity.reference_squared, near, g)
+    turned = angle_to_learn_from(motion.r, velocity.feedback_squared, travel, near, g)
     if g.sway.a < 0.0:
         drift = learn_drift(drift, motion, v + c_n, sway, turned, g)
-        steady = mean(steady, drift.east, drift.north, LASTING * turned)
+        east, north, share = drift.east, drift.north, LASTING * turned
     else:
         learn_sway(m.sway, motion, v + c_n, sway - motion.r * c_h, turned, g.sway)
-        steady = mean(steady, float(m.sway[0, 0]), float(m.sway[0, 1]), PASSED * turned)
+        east, north, share = float(m.sway[0, 0]), float(m.sway[0, 1]), PASSED * turned
+    steady, size = mean(steady, east, north, share), size + share * (magnitude(east, north) - size)
+    if g.sway.a >= 0.0:
         drift = Drift(steady[0], steady[1], turn_slope(m.sway, desired.v, desired.r, g.sway))
     epsilon = heading_error(w, v, s, lever, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
@@ -129,14 +144,14 @@ def command(
     r_w = course_rate(w, v, dv, desired.r, s, lever, g)
     turning = approach_rate(epsilon, g) + r_w
     if g.b > 0.0:
-        damping, behind = course_damping(epsilon, behind, velocity.reference_squared, g)
+        damping, behind = course_damping(epsilon, behind, travel, g)
         turning += damping
-    square = w.w_t * w.w_t + w.w_n * w.w_n
-    near = keeps_station(near, square, velocity.reference_squared, g)
-    largest = 2.0 * g.a_max
+    square, largest = w.w_t * w.w_t + w.w_n * w.w_n, 2.0 * g.a_max
+    near = keeps_station(near, square, travel, g)
     if near and x > g.x_far:
         turning, largest = pivoting_rate(w.w_n, v, x, lever, g), g.dr_rest
-
+    spin = count_turns(spin, distance, motion.r, at_rest(velocity.reference_squared, g) > 0.0, g)
+    turning = patient(turning, spin, g)
     calm = calmness(square, motion.v, f.fu, f.fv, g)
     alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
     error = clip(turning + alignment - r_d, 2.0 * g.r_max) - rate
@@ -145,10 +160,10 @@ def command(
     drate = clip(demand, largest)
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
-    xi = integrate_error(xi, motion, desired, velocity.reference_squared, g)
+    xi = integrate_error(xi, motion, desired, travel, g)
     psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (despinning(v, motion.r, g) if near else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + c_n))
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, steady, behind)
+    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, steady, size, behind, spin)
 
 
 @kernel
@@ -195,12 +210,12 @@ def step(
     f = learn(measured, HH, m, g)
     coming = forecast(f, m, g)
     # The networks learn what the turn of the hull in a drift of the water does not explain.
-    used = followed(credible(m.filter.drift, g), desired, g)
+    used = followed(credible(m.filter.drift, g), m.filter.steady, m.filter.size, motion, desired, g)
     c_h, c_n = in_body(used, motion.psi)
     by_turn = motion.r * c_n
     f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * c_h, f.fr)
     n_1, n_2 = delays(age, m, g)
-    x = pivot_ahead(desired.u * desired.u + desired.v * desired.v, g)
+    x = pivot_ahead(speed_squared(used, desired.u * desired.u + desired.v * desired.v, g), g)
     later, tau_1, tau_2 = ahead(motion, f_ground, n_1, n_2, x, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
@@ -208,9 +223,14 @@ def step(
     c, filtered = command(later, goal, acceleration, f, used, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
-    wanted_1, cut_1 = saturate(g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), tau_1, g.surge.limit, g.T, g.T_s)
-    wanted_2, cut_2 = saturate(g.m33 * (c.dr_c - coming.fr - g.k1 * S1), tau_2, g.yaw.limit, g.T, g.T_s)
-    wrench = lead(tau_1, wanted_1, g.surge), lead(tau_2, wanted_2, g.yaw)
+    demand_1, demand_2 = g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), g.m33 * (c.dr_c - coming.fr - g.k1 * S1)
+    # Only the limit of the magnitude counts as saturation, which suspends the adaptation; the slew limit is transient.
+    cut_1, cut_2 = abs(demand_1) > g.surge.limit, abs(demand_2) > g.yaw.limit
+    last_1, last_2 = arriving(m.queue, 0, m.head, 1), arriving(m.queue, 1, m.head, 1)
+    wrench = (
+        slewed(lead(tau_1, clip(demand_1, g.surge.limit), g.surge), last_1, g.slew_1),
+        slewed(lead(tau_2, clip(demand_2, g.yaw.limit), g.yaw), last_2, g.slew_2),
+    )
     m.queue[0, m.head], m.queue[1, m.head] = wrench
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)

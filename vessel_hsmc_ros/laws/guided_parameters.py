@@ -103,7 +103,8 @@ class Gains(NamedTuple):
     S1_max: float
     r_max: float
     kappa: float
-    T_s: float
+    slew_1: float
+    slew_2: float
     rho: float
     T_m: float
     k_h: float
@@ -131,6 +132,7 @@ class Gains(NamedTuple):
     step_b: float
     rho_l: float
     c_rest: float
+    e_spin: float
     sway: SwayPrior
     m11: float
     m33: float
@@ -194,8 +196,28 @@ def gains(parameters: GuidedParameters, vessel: KnownVessel, period: float) -> G
     constants |= station_keeping(vessel, given, a_max)
     constants |= {"a_max": a_max, "S1_max": S1_max, "T": T, "step_c": -math.expm1(-given["lambda_c"] * T) / T}
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    T_s = constants.pop("T_s")
+    constants["slew_1"], constants["slew_2"] = (
+        _slew(each, limit / T_s if T_s > 0.0 else math.inf, T)
+        for each, limit in zip((inputs.surge, inputs.yaw), limits, strict=True)
+    )
     surge, yaw = (_channel(each, limit, T) for each, limit in zip((inputs.surge, inputs.yaw), limits, strict=True))
     return Gains(surge=surge, yaw=yaw, **constants)
+
+
+def _slew(known: Input, fastest: float, T: float) -> float:
+    """Largest change of a command in a period, or 0 for none.
+
+    An input without lag follows a command at its declared rate exactly, whether it is as slow as declared or faster: the command
+    is then the applied wrench. Otherwise the law would take what a faster input does for a disturbance.
+
+    Args:
+        known: What the law takes the input for.
+        fastest: Rate by the gain T_s, N/s or N·m/s.
+        T: Control period, s.
+    """
+    rate = min(fastest, known.rate if known.lag == 0.0 else math.inf)
+    return rate * T if rate < math.inf else 0.0
 
 
 def _forecast(w_f: float, bandwidths: tuple[float, float], inputs: Dynamics, unit: float, T: float) -> dict[str, float]:

@@ -9,6 +9,7 @@ from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, Drift
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 from vessel_hsmc_ros.laws.network import Neurons
+from vessel_hsmc_ros.laws.station_keeping import NO_SPIN, Spin
 from vessel_hsmc_ros.laws.sway_model import SwayPrior, first_sway
 
 Array = NDArray[np.float64]
@@ -18,7 +19,8 @@ class Filter(NamedTuple):
     """Command filter and guidance: rho_c, zeta, direction s, integral xi, slow part of f_v - dv_d, near, drift, and its mean.
 
     `near`, whether the ship keeps station, is False while it approaches or follows a moving reference. `steady` is the mean of
-    the estimated drift over the angle of turn, `behind` the slow part of epsilon.
+    the estimated drift over the angle of turn, `size` that of its magnitude, `behind` the slow part of epsilon, `spin` the turns
+    at rest without progress.
     """
 
     rate: float
@@ -29,7 +31,9 @@ class Filter(NamedTuple):
     near: bool = False
     drift: Drift = NO_DRIFT
     steady: tuple[float, float] = (0.0, 0.0)
+    size: float = 0.0
     behind: float = 0.0
+    spin: Spin = NO_SPIN
 
 
 class Memory(NamedTuple):
@@ -78,7 +82,7 @@ class Constants(NamedTuple):
 def initial(neurons: int, delay: int, prior: SwayPrior) -> Memory:
     """The internal state before the first step, for a number of neurons, the longest delay in periods and a hull's prior."""
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, (0.0, 0.0), 0.0)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, (0.0, 0.0), 0.0, 0.0, NO_SPIN)
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),

@@ -13,8 +13,11 @@ TURNED/(kappa - 1), because at 1/(kappa - 1) the yaw rate would oscillate; and i
 DOUBT = 0.014
 """The drift c_0 of which half is used on such a hull, in sqrt(g·L)."""
 
-REST_DOUBT, SLOW_REST_DOUBT = 0.006, 0.01
-"""The drift in which a ship at rest takes half of the long lever arm, in sqrt(g·L), and where `drift_decay` is declared."""
+REST_DOUBT = 0.0035
+"""The drift of which half is used at rest, and half of the long lever arm taken, in sqrt(g·L)."""
+
+SPIN_ERROR = 0.05
+"""Position error, in L, above which a ship that turns at rest is expected to come closer."""
 
 LONG_LEVER = 0.08
 """The lever arm of station keeping in a drift, in L."""
@@ -60,7 +63,8 @@ def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
         "leak": 0.046 / T,
         "W_0": 0.12 * speed,
         "rho_l": LONG_LEVER * vessel.length,
-        "c_rest": (SLOW_REST_DOUBT if slow_drift else REST_DOUBT) * math.sqrt(GRAVITY * vessel.length),
+        "c_rest": REST_DOUBT * math.sqrt(GRAVITY * vessel.length),
+        "e_spin": SPIN_ERROR * vessel.length,
         "b": min(COURSE_DAMPING, TURNED / max(prior.kappa - 1.0, 1e-9)) if slow_drift else 0.0,
         "w_b": COURSE_BANDWIDTH / T,
         "sway": prior,

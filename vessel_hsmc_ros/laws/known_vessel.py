@@ -14,6 +14,7 @@ sway velocity v + x_p·r, which N does not accelerate; and r' = N/m_p with m_p =
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel
@@ -33,6 +34,13 @@ def coupling(description: str) -> float:
 
 NOT_DECLARED = -1.0
 """The value of what is not known of an actuator: laws then count it as slow, not as instantaneous."""
+
+
+INSTANT: dict[str, Any] = {
+    **dict.fromkeys(("surge_lag", "yaw_lag", "surge_dead_time", "yaw_dead_time"), 0.0),
+    **dict.fromkeys(("surge_force_rate", "yaw_moment_rate"), math.inf),
+}
+"""The declaration of actuators that follow every command at once, by the names of parameters."""
 
 
 def rate(what: str, unit: str) -> float:

@@ -32,10 +32,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters, stretched
-
-RESTING_SPEED = 0.05
-"""Below this speed of the reference the law changes to station keeping, m/s."""
+from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters, adapted
 
 LARGEST_DRIFT = 0.5
 """Bound of the drift angle that the adaptive guidance estimates: far from the line it would wind up."""
@@ -57,6 +54,7 @@ class Gains(NamedTuple):
     k_ipsi: float
     w_c: float
     R: float
+    U_0: float
     m11: float
     m33: float
     tau_1max: float
@@ -162,7 +160,7 @@ def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
     Returns:
         Heading offset, speed command and rate of s.
     """
-    if magnitude(desired.u, desired.v) < RESTING_SPEED:
+    if magnitude(desired.u, desired.v) < g.U_0:
         return pursuit(motion, desired, g)
     return line_of_sight(motion, desired, drift, g)
 
@@ -246,7 +244,7 @@ class LosPidController(KernelLaw[LosPidParameters]):
     def retune(self, parameters: LosPidParameters) -> None:
         """Take new gains and keep the integrals."""
         known, adaptive = self.vessel, parameters.guidance == "alos"
-        gains = stretched(parameters, known)
+        gains = adapted(parameters, known)
         limits = {"tau_1max": known.surge_force_limit, "tau_2max": known.yaw_moment_limit}
         self.constants = Gains(**schema.symbols(gains), **schema.symbols(known), **limits, T=self.period, adaptive=adaptive)
 

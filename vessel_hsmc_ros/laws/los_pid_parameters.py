@@ -3,7 +3,11 @@
 from dataclasses import dataclass, replace
 
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.laws.guided_rule import unit_time
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+
+PAPER = KnownVessel()
+"""The ship for which the gains were found."""
 
 
 def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
@@ -31,28 +35,52 @@ class LosPidParameters:
     capture_radius: float = gain(
         0.1, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
     )
+    resting_speed: float = gain(0.05, "Speed of the reference below which the ship keeps station.", "m/s", "U_0")
     stretch: float = parameter(
         0.0,
-        "Factor by which the times of all gains are longer, for slow actuators; 1: the gains as they are; 0: derived from"
-        " the declared lag, dead time and rate.",
+        "Factor by which the times of all gains are longer, for slow actuators; 1: the gains as they are; 0: the gains are those"
+        " of the paper's ship; those of another follow from its length, yaw inertia and moment limit, and from its declared lag,"
+        " dead time and rate.",
         low=0.0,
         high=1e3,
         tunable=True,
     )
 
 
-def stretched(p: LosPidParameters, vessel: KnownVessel) -> LosPidParameters:
-    """The gains of the same law with all times longer by q, for a ship whose actuators cannot follow faster ones.
-
-    q = max(1, 1 + w_c·T_e/3, (4·w_psi·T_f)^(1/3)), with the crossover frequency w_c = 2·zeta·w_psi of the autopilot. The largest
-    sum T_e of lag and dead time costs phase at w_c/q. An input with the time T_f from zero to its limit follows an amplitude A at
-    the frequency w if A·w·T_f is below its limit; with all times stretched A decreases by q² and w by q.
+def adapted(p: LosPidParameters, vessel: KnownVessel) -> LosPidParameters:
+    """The gains for a ship: those of the paper's ship in its units of length and time, stretched for its actuators.
 
     Args:
-        p: The gains.
-        vessel: What is declared of its actuators; what is not declared does not count.
+        p: The gains; with `stretch` above 0 they are meant for this ship, and only their times are longer by it.
+        vessel: What is declared of the ship; what is not declared of its actuators does not count.
     """
-    q = p.stretch if p.stretch > 0.0 else derived_stretch(p, vessel)
+    if p.stretch > 0.0:
+        return stretched(p, p.stretch)
+    own = scaled(p, vessel.length / PAPER.length, unit_time(vessel) / unit_time(PAPER))
+    return stretched(own, derived_stretch(own, vessel))
+
+
+def scaled(p: LosPidParameters, length: float, time: float) -> LosPidParameters:
+    """The gains of a similar ship, of which lengths L and times T = sqrt(m33/tau_2max) are larger by two factors."""
+    return replace(
+        p,
+        lookahead_time=p.lookahead_time * time,
+        lookahead_distance=p.lookahead_distance * length,
+        adaptation_gain=p.adaptation_gain / (length * time),
+        along_gain=p.along_gain / time,
+        catch_up_speed=p.catch_up_speed * length / time,
+        surge_gain=p.surge_gain / time,
+        surge_integral_gain=p.surge_integral_gain / time**2,
+        yaw_bandwidth=p.yaw_bandwidth / time,
+        yaw_integral_gain=p.yaw_integral_gain / time**3,
+        command_bandwidth=p.command_bandwidth / time,
+        capture_radius=p.capture_radius * length,
+        resting_speed=p.resting_speed * length / time,
+    )
+
+
+def stretched(p: LosPidParameters, q: float) -> LosPidParameters:
+    """The gains of the same law with all times longer by q, for a ship whose actuators cannot follow faster ones."""
     return replace(
         p,
         lookahead_time=q * p.lookahead_time,
@@ -68,7 +96,16 @@ def stretched(p: LosPidParameters, vessel: KnownVessel) -> LosPidParameters:
 
 
 def derived_stretch(p: LosPidParameters, vessel: KnownVessel) -> float:
-    """The factor q of `stretched` for the declared actuators."""
+    """The factor q of `stretched` for the declared actuators: max(1, 1 + w_c·T_e/3, (4·w_psi·T_f)^(1/3)).
+
+    w_c = 2·zeta·w_psi is the crossover frequency of the autopilot. The largest sum T_e of lag and dead time costs phase at w_c/q.
+    An input with the time T_f from zero to its limit follows an amplitude A at the frequency w if A·w·T_f is below its limit;
+    with all times stretched A decreases by q² and w by q.
+
+    Args:
+        p: The gains before.
+        vessel: What is declared of its actuators.
+    """
     v = vessel
     late = max(max(lag, 0.0) + max(dead, 0.0) for lag, dead in ((v.surge_lag, v.surge_dead_time), (v.yaw_lag, v.yaw_dead_time)))
     rates = (v.surge_force_limit, v.surge_force_rate), (v.yaw_moment_limit, v.yaw_moment_rate)

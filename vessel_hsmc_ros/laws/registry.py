@@ -32,6 +32,7 @@ RESERVED = (
     "black_box",
     "vessel",
     "observer",
+    "odometry",
 )
 """The controller's own parameters, beside which each law's parameters are a group of the law's name."""
 

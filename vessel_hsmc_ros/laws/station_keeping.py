@@ -17,9 +17,27 @@ to which the ship drifts. A hull-fixed sway force F_v is then balanced by the da
 and an earth-fixed force turns the stern to it. docs/guided.md derives both.
 """
 
+from typing import NamedTuple
+
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_parameters import Gains
+
+TURNS, PROGRESS, SLOWEST_SPIN = 3.0, 0.7, 0.1
+"""Turns without progress after which a ship at rest turns more slowly; the share of its smallest error that counts as progress;
+and the smallest share of its yaw rate."""
+
+
+class Spin(NamedTuple):
+    """Angle turned since the position error last fell, rad, and the error then, m."""
+
+    angle: float = 0.0
+    least: float = 1e12
+
+
+NO_SPIN = Spin()
+"""A ship that has not turned yet."""
 
 
 @kernel
@@ -35,7 +53,7 @@ def pivot_ahead(reference_squared: float, g: Gains) -> float:
 
 
 @kernel
-def lever_arm(east: float, north: float, reference_squared: float, g: Gains) -> float:
+def lever_arm(in_drift: float, reference_squared: float, g: Gains) -> float:
     """The lever arm of station keeping: rho, and up to rho_l in a drift of the water.
 
     A ship at rest in a drift c moves ahead through the water. Turned, it is first carried to the other side by -m11·u·r, which a
@@ -43,14 +61,12 @@ def lever_arm(east: float, north: float, reference_squared: float, g: Gains) -> 
     with the hull, on the other hand, moves the ship in proportion to the lever arm. The mean of c distinguishes the two.
 
     Args:
-        east, north: The mean of c over the angle of turn, m/s.
+        in_drift: How credible the mean of c is, from 0 to 1.
         reference_squared: U_d², m²/s².
         g: Gains.
     """
-    square, doubt = east * east + north * north, g.c_rest * g.c_rest
-    share = square * square / (square * square + doubt * doubt)
     resting = g.U_xi * g.U_xi / (reference_squared + g.U_xi * g.U_xi)
-    return g.rho + (max(g.rho_l, g.rho) - g.rho) * share * resting
+    return g.rho + (max(g.rho_l, g.rho) - g.rho) * in_drift * resting
 
 
 @kernel
@@ -95,6 +111,37 @@ def despinning(v_p: float, r: float, g: Gains) -> float:
         g: Gains.
     """
     return g.k_s * v_p * r / (r * r + 0.0625 * g.k_p * g.k_p)
+
+
+@kernel
+def count_turns(spin: Spin, distance: float, r: float, resting: bool, g: Gains) -> Spin:
+    """The turns without progress one period later: none where the error falls, is small, or the reference moves.
+
+    Args:
+        spin: The turns so far.
+        distance: Position error |e|, m.
+        r: Yaw rate, rad/s.
+        resting: Whether the reference is at rest.
+        g: Gains.
+    """
+    if not resting or distance < max(PROGRESS * spin.least, g.e_spin):
+        return Spin(0.0, distance)
+    return Spin(spin.angle + g.T * abs(r), spin.least)
+
+
+@kernel
+def patience(spin: Spin) -> float:
+    """The factor min(1, 2·pi·TURNS/angle), at least SLOWEST_SPIN, on the yaw-rate command of a ship that turns without progress.
+
+    A faster turn than the sway can follow may go on for ever, at the full moment. A slower one ends it: the sway follows.
+    """
+    return max(SLOWEST_SPIN, min(1.0, TURN * TURNS / max(spin.angle, 1e-9)))
+
+
+@kernel
+def patient(rate: float, spin: Spin, g: Gains) -> float:
+    """A yaw-rate command, limited by the patience with turns that bring the ship no closer."""
+    return clip(rate, patience(spin) * max(2.0 * g.r_max, g.r_rest)) if spin.angle > 0.0 else rate
 
 
 @kernel

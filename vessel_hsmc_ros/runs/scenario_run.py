@@ -1,6 +1,5 @@
 """Runs a scenario by the nodes or offline, and writes its run folder: metrics, page, figures, summary."""
 
-import importlib
 import importlib.util
 import os
 import signal
@@ -17,6 +16,7 @@ from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.faults.fault import FaultScript
+from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
 from vessel_hsmc_ros.runs import offline
 from vessel_hsmc_ros.runs.summary import origin_of, write_summary
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
@@ -177,12 +177,14 @@ def supervisor_module() -> Any:
     """Import the module that needs ROS.
 
     Raises:
+        InstallationError: two installations of ROS would mix, or the messages are others.
         RunError: ROS is not installed.
     """
+    check_ros()
     try:
         from vessel_hsmc_ros.runs import supervisor
 
-        importlib.import_module("vessel_hsmc_msgs")  # the nodes need it; here its absence is one line instead of a log file
+        check_messages()  # the nodes need them; here their absence is one line instead of a log file
     except ModuleNotFoundError as error:
         raise RunError(missing_module(error)) from None
     return supervisor

@@ -1,15 +1,13 @@
 """Supervision of a run by the real nodes: starts their processes, monitors and stops them, and completes the bag."""
 
-import fcntl
 import os
 import signal
 import socket
-import tempfile
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from hashlib import sha256
 from types import FrameType
 
 import yaml
@@ -170,9 +168,11 @@ def exclusive(namespace: str, lockstep: bool = False) -> Iterator[None]:
         shared["@clock"] = "its /clock in lockstep"  # no namespace has such a name
     with ExitStack() as locks:
         for name, meaning in shared.items():
-            path = Path(tempfile.gettempdir()) / f"vessel_hsmc_ros_{os.getuid()}_{domain}_{name}.lock"
-            try:  # the kernel releases the lock when this process ends, even if it is killed
-                fcntl.flock(locks.enter_context(path.open("w")), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # A name instead of a file: it is the same for all users, as the domain is, and nothing is left behind. The kernel
+            # releases it when this process ends, even if it is killed.
+            lock = locks.enter_context(socket.socket(socket.AF_UNIX))
+            try:
+                lock.bind(f"\0vessel_hsmc_ros_{domain}_{sha256(name.encode()).hexdigest()[:32]}")  # such names have 107 bytes
             except OSError:
                 raise RunError(
                     f"another run uses ROS domain {domain} and {meaning}:"

@@ -64,7 +64,7 @@ def make_control_loop(
         make_pivot(parameters),
         supervision,
         _make_fallback(parameters) if supervised else None,
-        Watch(safety.monitors, limits) if supervised else None,
+        Watch(safety.monitors, limits, vessel.length) if supervised else None,
     )
 
 

@@ -1,5 +1,7 @@
 """The reference page of all parameters, from their declarations."""
 
+from typing import Any
+
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
 
@@ -14,6 +16,22 @@ Parameters marked * can be changed while the node runs.
 def parameter_page() -> str:
     """A Markdown page with one table per node."""
     return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | AUXILIARY | WATCHERS).items())
+
+
+def matching(word: str) -> list[dict[str, Any]]:
+    """The parameters in whose full name or meaning a word occurs, whatever its case; all for an empty word.
+
+    Returns:
+        A record for each: name with its node, default, allowed values, meaning, and whether it can be changed at run time.
+    """
+    found = []
+    for node, cls in (NODES | AUXILIARY | WATCHERS).items():
+        for name, entry in schema.entries(cls).items():
+            if word.casefold() in f"{node}.{name} {entry.description}".casefold():
+                default = list(entry.default) if isinstance(entry.default, tuple) else entry.default
+                record: dict[str, Any] = {"name": f"{node}.{name}", "default": default, "allowed": entry.allowed}
+                found.append(record | {"meaning": entry.description, "tunable": entry.tunable})
+    return found
 
 
 def _table(cls: type) -> str:

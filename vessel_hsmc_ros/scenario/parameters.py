@@ -32,6 +32,7 @@ from vessel_hsmc_ros.scenario.auxiliary_parameters import AUXILIARY as AUXILIARY
 from vessel_hsmc_ros.scenario.clock_parameters import ClockParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
 from vessel_hsmc_ros.scenario.diagnostics import BlackBoxParameters, DiagnosticsParameters
+from vessel_hsmc_ros.scenario.input_parameters import OdometryParameters, world_frames
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
@@ -64,6 +65,7 @@ class ReferenceParameters(ReferenceShipParameters, CommonParameters):
     """Parameters of reference_ship."""
 
     rate_hz: float = rate("Rate of the reference messages.")
+    frames: tuple[str, ...] = world_frames("goals and paths")
 
 
 def choice_of_law(names: tuple[str, ...]) -> str:
@@ -84,6 +86,7 @@ class ControllerParameters(CommonParameters):
     start_enabled: bool = parameter(
         True, "In real time, activate as soon as the node is ready; false waits in standby for ~/enable. Lockstep always starts."
     )
+    odometry: OdometryParameters = group(OdometryParameters)
     safety: SafetyParameters = group(SafetyParameters)
     vessel: KnownVessel = group(KnownVessel)
     observer: ObserverParameters = group(ObserverParameters)
@@ -102,6 +105,10 @@ class ControllerParameters(CommonParameters):
     black_box: BlackBoxParameters = group(BlackBoxParameters)
 
     def __post_init__(self) -> None:
+        if self.lockstep and self.odometry.form != "odometry":
+            raise ParameterError(
+                f"controller.odometry.form = {self.odometry.form} is not allowed in lockstep, where the plant publishes odometry"
+            )
         check_safety(self.safety, self.law, tuple(LAWS), (self.vessel.surge_force_limit, self.vessel.yaw_moment_limit))
 
 
@@ -145,6 +152,7 @@ class AllocationParameters(CommonParameters):
         tunable=True,
     )
     freshness: FreshnessParameters = group(FreshnessParameters)
+    odometry: OdometryParameters = group(OdometryParameters)
     vessel: FittedThrusters = group(FittedThrusters)
 
 

@@ -122,6 +122,20 @@ PROMISES: tuple[Promise, ...] = (
         (f"{PLAUSIBLE}::test_a_command_at_one_limit_gives_a_warning_and_then_the_safe_action",),
     ),
     Promise(
+        "the measured velocities do not fit the positions, without an observer",
+        "5 s of motion, then warning {controller.safety.monitors.velocity_warning}; safe"
+        " {controller.safety.monitors.velocity_safe}",
+        "ROS time, by the stamp",
+        SAFE,
+        "velocities of a moving ship that fit, or `~/reset`: a ship at rest shows nothing",
+        (Reason.VELOCITY,),
+        (
+            "safety/test_velocities.py::test_wrong_velocities_are_named_and_demand_the_safe_action_within_ten_seconds",
+            "safety/test_velocities.py::test_velocities_that_fit_give_no_alarm",
+            "control/test_velocity_watch.py::test_velocities_in_the_frame_of_the_pose_lead_to_the_safe_action",
+        ),
+    ),
+    Promise(
         "measurements contradict the observer",
         "warning {controller.safety.monitors.innovation_warning}; safe {controller.safety.monitors.innovation_safe}",
         PERIODS,

@@ -11,8 +11,8 @@ REMEDIES: dict[Reason, str] = {
     Reason.DUPLICATE: "Look for a second publisher or a repeater of the topic.",
     Reason.OUT_OF_ORDER: "As for a duplicate, or a network that reorders.",
     Reason.WRONG_FRAME: (
-        "Set the publisher's frames, or `frame_prefix`; a message that names no frame is taken, with a warning;"
-        " `safety.freshness.frames_checked: false` takes any."
+        "Set the publisher's frames, or `odometry.frames`, `odometry.body_frames` and `frame_prefix`; a message that names no"
+        " frame is taken, with a warning; `safety.freshness.frames_checked: false` takes any."
     ),
     Reason.NOT_FINITE: "The publisher fails: read its log.",
     Reason.UNCERTAIN: "Wait for a better fix, or raise `safety.freshness.covariance_limit`.",
@@ -31,6 +31,10 @@ REMEDIES: dict[Reason, str] = {
     Reason.NOT_MOVING: "Check propulsion, mooring and depth.",
     Reason.SATURATED: "The loads exceed what the ship can give: choose a slower reference.",
     Reason.INNOVATION: "Check the positioning, and the hull data of the observer.",
+    Reason.VELOCITY: (
+        "Set `odometry.twist_frame`, or the units and signs of the velocities; without velocities set `observer.enabled`. Then"
+        " call `~/reset`."
+    ),
     Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",
     Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",
 }

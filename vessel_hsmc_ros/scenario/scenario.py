@@ -1,5 +1,6 @@
 """A scenario: the parameters of all nodes from one ROS parameters file, read without ROS and validated together."""
 
+import difflib
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -244,11 +245,21 @@ def _find(name: str | Path) -> Path:
     if path.suffix in (".yaml", ".yml"):
         if path.is_file():
             return path
-        raise ScenarioError(f"scenario file {path} does not exist")
+        raise ScenarioError(f"scenario file {path} does not exist{_meant(path)}")
     known = scenario_names()
     if str(name) not in known:
-        raise ScenarioError(f"scenario {name} is unknown: it takes one of {', '.join(known)} or the path of a YAML file")
+        takes = f"it takes one of {', '.join(known)} or the path of a YAML file"
+        raise ScenarioError(f"scenario {name} is unknown{_meant(path)}: {takes}")
     return share_directory() / "config" / f"{name}.yaml"
+
+
+def _meant(path: Path) -> str:
+    """The scenario or file that a name is nearest to, as a part of an error message; empty if none is near."""
+    beside = path.parent.glob("*.y*ml") if path.parent.is_dir() else ()
+    shown = {each.stem: f"./{each}" if each.parent == Path() else str(each) for each in beside}
+    names = {name: name for name in scenario_names() if path.parent == Path()} | shown
+    near = difflib.get_close_matches(path.stem, names, n=1, cutoff=0.75)
+    return f" (did you mean {names[near[0]]}?)" if near else ""
 
 
 def _defaults_named_in(message: str, given: Collection[str]) -> str:

@@ -19,6 +19,7 @@ The template in `config/templates/ship.yaml` states the rule beside each number.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,8 @@ import numpy as np
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
-from vessel_hsmc_ros.reference.curves import Arc
+from vessel_hsmc_ros.reference.curves import Arc, Curve
+from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, LARGEST_SHARE
 from vessel_sim_node.plant import ShipParameters, unforced_acceleration
 
 GRAVITY, AIR_DENSITY = 9.81, 1.2
@@ -42,12 +44,6 @@ SLOW_RHO, SLOW_DECAY = 0.6, 1.0
 
 STRAIGHT = 2.0
 """Largest decay rate in terms of that on a straight line, where a faster law would oscillate about it."""
-
-LARGEST_SHARE = 0.7
-"""Largest share of F and of N that a circle takes in calm water: the rest is for wind and for catching up."""
-
-LARGEST_DRIFT = math.radians(20.0)
-"""Largest drift angle on a circle, rad."""
 
 ADJUSTMENTS = 60
 
@@ -112,18 +108,45 @@ def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
     Raises:
         ParameterError: no circle of a hundred lengths and more is feasible for this hull.
     """
-    radius, speed, vessel = 5.0 * scale.L, scale.U / 3.0, ship.coefficients()
+
+    def rise_time(speed: float) -> float:
+        return max(speed * scale.m11 / (0.25 * scale.F), 10.0)
+
+    return feasible_turn("circle", lambda radius: Arc(1.0 / radius), (5.0 * scale.L, scale.U / 3.0), rise_time, ship, scale)
+
+
+def feasible_turn(
+    kind: str,
+    curve: Callable[[float], Curve],
+    size: tuple[float, float],
+    rise_time: Callable[[float], float],
+    ship: ShipParameters,
+    scale: Scale,
+) -> Circle:
+    """The turn of a curve that a ship follows with a reserve: as tight and fast as wanted, or wider or slower.
+
+    Args:
+        kind: Name of the curve.
+        curve: Makes the curve of a radius, m.
+        size: Radius and speed wanted, m and m/s.
+        rise_time: Duration of the start up to a speed, s.
+        ship: The hull.
+        scale: Its units.
+
+    Raises:
+        ParameterError: no such curve is feasible for this hull.
+    """
+    (radius, speed), vessel = size, ship.coefficients()
     for _ in range(ADJUSTMENTS):
-        rise_time = max(speed * scale.m11 / (0.25 * scale.F), 10.0)
-        needed = demand(Arc(1.0 / radius), Pace(speed, rise_time), vessel, LARGEST_DRIFT)
+        needed = demand(curve(radius), Pace(speed, rise_time(speed)), vessel, LARGEST_DRIFT)
         if needed.drift > LARGEST_DRIFT or needed.yaw_moment > LARGEST_SHARE * scale.N:
             radius *= 1.25
         elif needed.surge_force > LARGEST_SHARE * scale.F:
             speed *= 0.9
         else:
-            return Circle(radius, speed, rise_time, needed)
-    size = f"{radius:.3g} m at {speed:.3g} m/s"
-    raise ParameterError(f"no circle is feasible for this ship: {size} takes more than {LARGEST_SHARE:g} of its propulsion")
+            return Circle(radius, speed, rise_time(speed), needed)
+    tried = f"{radius:.3g} m at {speed:.3g} m/s"
+    raise ParameterError(f"no {kind} is feasible for this ship: {tried} takes more than {LARGEST_SHARE:g} of its propulsion")
 
 
 def drift_decay(ship: ShipParameters, scale: Scale, circle: Circle) -> float:
@@ -174,6 +197,11 @@ def loads(length: float, wind: float) -> dict[str, float]:
     return {"wind_factor": factor, "wind_force": force, "gust_deviation": 0.1 * force}
 
 
+def motion_limits(s: Scale) -> dict[str, float]:
+    """The limits of motions to goals and along routes, by their names in `reference_ship.motion`."""
+    return {"acceleration": 0.25 * s.F / s.m11, "yaw_rate": s.r_max / 3.0, "yaw_acceleration": 0.25 * s.N / s.m33}
+
+
 def references(circle: Circle, s: Scale, position_gain: float) -> dict[str, float]:
     """Circle and other references, and the limits of motions to goals, by the names of the template.
 
@@ -189,9 +217,8 @@ def references(circle: Circle, s: Scale, position_gain: float) -> dict[str, floa
         "duration": max(4.0 * math.pi * circle.radius / circle.speed, 25.0 / position_gain),
         "eight": 3.0 * circle.radius,
         "side": 2.0 * circle.radius,
-        "motion_acceleration": 0.25 * s.F / s.m11,
-        "motion_yaw_rate": s.r_max / 3.0,
-        "motion_yaw_acceleration": 0.25 * s.N / s.m33,
+        "leg": 20.0 * s.L,
+        "spacing": 4.0 * s.L,
+        **{f"motion_{name}": value for name, value in motion_limits(s).items()},
         "astern_distance": 0.3 * s.L,
-        "path_radius": max(0.3 * s.L, 0.1),
     }

@@ -14,6 +14,8 @@ run as a multiple of the initial one. A row with `variants` stands for a row for
       slow rudder: {vessel_sim.actuators.yaw_lag: 2.0}
     rows:
       - {name: circle, variants: [slow rudder], at_most: 0.01}
+
+A row with `ships` stands for a row for each of these ships, which `suite_ships` describes.
 """
 
 import math
@@ -30,6 +32,7 @@ from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
+from vessel_hsmc_ros.scenario.suite_ships import SuiteShip, in_numbers, ship_of
 
 SCENARIO = "case2_tracking"
 
@@ -108,7 +111,11 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
     shared, variants = _changes(document, f"suite file {path}"), document.get("variants") or {}
     if not isinstance(variants, dict) or not all(isinstance(changes, dict) for changes in variants.values()):
         raise ScenarioError(f"variants of suite file {path} are malformed: each takes changes by name")
-    return tuple(_row(each, shared, path) for entry in document["rows"] for each in _expanded(entry, variants, path))
+    ships = document.get("ships") or {}
+    if not isinstance(ships, dict):
+        raise ScenarioError(f"ships of suite file {path} are malformed: each takes main data by name")
+    entries = (each for entry in document["rows"] for each in _expanded(entry, variants, path))
+    return tuple(_row(each, shared, path, ship) for entry in entries for each, ship in _on_ships(entry, ships, path))
 
 
 def suite_names() -> list[str]:
@@ -142,6 +149,21 @@ def _expanded(entry: Any, variants: Mapping[str, Mapping[str, object]], path: Pa
     return rows
 
 
+def _on_ships(entry: Any, ships: Mapping[str, object], path: Path) -> list[tuple[Any, SuiteShip]]:
+    """The rows that an entry stands for: one for each of its ships, or itself without one."""
+    if not isinstance(entry, dict) or "ships" not in entry:
+        return [(entry, NO_SHIP)]
+    rest = {key: value for key, value in entry.items() if key != "ships"}
+    name, names = rest.get("name"), entry["ships"]
+    if not isinstance(names, list) or not all(isinstance(ship, str) and ship in ships for ship in names):
+        known = ", ".join(map(str, ships)) or "none"
+        raise ScenarioError(
+            f"{path}: ships = {names} of row {name} is not allowed: it takes a list of the suite's ships, {known}"
+        )
+    where = f"suite file {path}"
+    return [({**rest, "name": f"{name}, {ship}"}, ship_of(ship, ships[ship], where)) for ship in names]
+
+
 def _changes(holder: Mapping[str, Any], where: str) -> dict[str, object]:
     """The changes `set` of a suite, or of one of its rows."""
     changes = holder.get("set") or {}
@@ -150,15 +172,20 @@ def _changes(holder: Mapping[str, Any], where: str) -> dict[str, object]:
     return changes
 
 
-PARTS = ("set", "variants", "rows")
+PARTS = ("set", "variants", "ships", "rows")
 KEYS = ("name", "scenario", "set", "over", "at_most", "largest", "excursion")
 _LIMITS = ("at_most", "largest", "excursion")
 
 
-def _row(entry: Any, shared: Mapping[str, object], path: Path) -> Row:
-    """Make a row; its own changes override the shared ones."""
+NO_SHIP = SuiteShip({}, {})
+
+
+def _row(entry: Any, shared: Mapping[str, object], path: Path, ship: SuiteShip = NO_SHIP) -> Row:
+    """Make a row; its own changes override the shared ones, and these those of its ship."""
     if not isinstance(entry, dict) or "name" not in entry or not entry.keys() <= set(KEYS):
-        raise ScenarioError(f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}, variants")
+        raise ScenarioError(
+            f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}, variants, ships"
+        )
     name = str(entry["name"])
     over = entry.get("over", "last_quarter")
     if not isinstance(over, str) or over not in WINDOWS:
@@ -167,9 +194,14 @@ def _row(entry: Any, shared: Mapping[str, object], path: Path) -> Row:
     for key in _LIMITS:
         if entry.get(key) is not None:
             # YAML reads `on` and `yes` as flags, and bool is a subclass of int: `at_most: yes` would pass as 1.
-            if isinstance(entry[key], bool) or not isinstance(entry[key], int | float) or not 0.0 < entry[key] < math.inf:
+            limit = in_numbers(entry[key], ship.units, f"{path}: {key} of row {name}")
+            if isinstance(limit, bool) or not isinstance(limit, int | float) or not 0.0 < limit < math.inf:
                 raise ScenarioError(f"{path}: {key} = {entry[key]} of row {name} is not allowed: it takes a number above 0")
-            limits[key] = float(entry[key])
+            limits[key] = float(limit)
     # Later entries of a dict display win: the changes of the row override the shared ones.
-    changes = {**shared, **_changes(entry, f"row {name} of {path}")}
+    given = {**shared, **_changes(entry, f"row {name} of {path}")}
+    changes = {
+        **ship.changes,
+        **{key: in_numbers(value, ship.units, f"{path}: {key} of row {name}") for key, value in given.items()},
+    }
     return Row(name, str(entry.get("scenario", SCENARIO)), changes, over, **limits)

@@ -21,6 +21,11 @@ def check_scenario(scenario: Scenario) -> list[str]:
         found = [*_partial_hull(scenario), *_papers_disturbance(scenario)]
     if gain := hull_warning(scenario.vessel_sim.vessel):
         found.append(gain)
+    if "reference_ship.path.radius" in scenario.given:
+        found.append(
+            "reference_ship.path.radius has no effect and will no longer be read: corners follow from the ship and its limits,"
+            " or have the radius path.corner_radius"
+        )
     if "controller.law" not in scenario.given:
         found.append(
             f"controller.law is not given: it is {scenario.controller.law}, the law of the paper; guided suits every ship"

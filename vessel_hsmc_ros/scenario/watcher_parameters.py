@@ -8,6 +8,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters
+from vessel_hsmc_ros.scenario.stack_parameters import DriveParameters, NavsatOdometryParameters
 
 
 @dataclass(frozen=True)
@@ -76,5 +77,11 @@ class WatchdogParameters(CommonParameters):
     freshness: FreshnessParameters = group(FreshnessParameters)
 
 
-WATCHERS: dict[str, type] = {"live": LiveParameters, "markers": MarkerParameters, "watchdog": WatchdogParameters}
+WATCHERS: dict[str, type] = {
+    "live": LiveParameters,
+    "markers": MarkerParameters,
+    "watchdog": WatchdogParameters,
+    "navsat_odom": NavsatOdometryParameters,
+    "drive": DriveParameters,
+}
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""

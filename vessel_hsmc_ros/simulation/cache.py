@@ -21,11 +21,8 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
 
-ROOMS = (*(PACKAGE / room for room in ("core", "laws", "control", "reference")), PACKAGE.parent / "vessel_sim_node")
-"""Where kernels are, and what they take their constants from."""
-
-MODULES = ("closed_loop", "recorded_loop", "preparation", "compilation", "numba_additions", "thruster_drive", "law_call")
-"""The modules of this room that have kernels or compile them."""
+MARK = "\n@kernel\n"
+"""What a room with kernels has in one of its files."""
 
 KEPT = 4
 """Number of folders that are kept in a place, so that environments that share it do not remove each other's."""
@@ -111,10 +108,20 @@ def key() -> str:
     # With the path: Numba finds stored code by that of the source file, and a copied tree must not look as if it had any.
     for text in (str(PACKAGE), platform.python_version(), *versions, binding.get_host_cpu_name()):
         digest.update(f"{text}\n".encode())
-    modules = [*(Path(__file__).with_name(f"{name}.py") for name in MODULES), PACKAGE / "paper" / "exact.py"]
-    for path in [*modules, *(path for room in ROOMS for path in sorted(room.rglob("*.py")))]:
-        digest.update(path.name.encode() + path.read_bytes())
+    for path in sources():
+        digest.update(str(path.relative_to(PACKAGE.parent)).encode() + path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def sources() -> list[Path]:
+    """All files of the rooms that have kernels.
+
+    Not only those with kernels: the types of their arguments and their constants come from others. Machine code reads the fields
+    of a type by their position, so code that is older than the type computes garbage or writes out of bounds.
+    """
+    rooms = [*(path for path in PACKAGE.iterdir() if path.is_dir()), PACKAGE.parent / "vessel_sim_node"]
+    files = [sorted(room.rglob("*.py")) for room in sorted(rooms)]
+    return [path for room in files if any(MARK in each.read_text(encoding="utf-8") for each in room) for path in room]
 
 
 def _stored(folder: Path) -> bool:

@@ -1,13 +1,13 @@
 """`python -m vessel_hsmc_ros.simulation.compile` compiles laws and references beforehand, and keeps the machine code.
 
-`make setup` calls it, so that the first simulation need not wait.
+`make laws` calls it, so that no first simulation of a law has to wait.
 """
 
 import logging
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -33,7 +33,7 @@ class Program(NamedTuple):
     by_thrusters: bool = False
 
     def __str__(self) -> str:
-        """As `make setup` shows it."""
+        """As `make laws` shows it."""
         return f"law {self.law}{' with thrusters' * self.by_thrusters}{' with the observer' * self.observed}"
 
 
@@ -96,8 +96,9 @@ def main(names: Sequence[str] = ()) -> None:
     print("Compiling the control laws, about two minutes ...", flush=True)
     logging.disable(logging.WARNING)  # of each process, that it compiles
     with ProcessPoolExecutor(2, initializer=logging.disable, initargs=(logging.WARNING,)) as pool:
-        for title, duration in zip(jobs, pool.map(_timed, jobs.values()), strict=True):
-            print(f"{title}: {duration:.1f} s", flush=True)
+        running = {pool.submit(_timed, job): title for title, job in jobs.items()}
+        for count, done in enumerate(as_completed(running), 1):
+            print(f"{count} of {len(jobs)}: {running[done]}, {done.result():.1f} s", flush=True)
 
 
 def _program(scenario: Scenario) -> Program:

@@ -64,8 +64,9 @@ def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> lis
 
 def _of_campaign(campaign: Campaign, changes: Mapping[str, object]) -> list[Case]:
     """The draws of a campaign, each with one law: that of the changes, else the first of the campaign."""
-    runs = range(0, campaign.runs, len(campaign.laws))
-    return [Case(f"draw {draw}", campaign.scenario(run, changes), campaign.limits) for draw, run in enumerate(runs)]
+    runs = range(0, campaign.runs, len(campaign.variants))
+    scenarios = [campaign.scenario(run, changes) for run in runs]
+    return [Case(f"draw {draw}", each, campaign.limits_of(each)) for draw, each in enumerate(scenarios)]
 
 
 def _of_row(row: Row, changes: Mapping[str, object]) -> Case:

@@ -1,0 +1,34 @@
+"""The rows of a campaign by law and draw."""
+
+from pathlib import Path
+
+import numpy as np
+from campaigns import campaign
+
+from vessel_hsmc_ros.campaign.results import ALWAYS, Results
+from vessel_hsmc_ros.campaign.sampling import noise_seed
+
+
+def test_laws_are_compared_on_the_same_draws_where_each_lacks_some(tmp_path: Path) -> None:
+    """The metric of a row shows its law and its draw."""
+    plan = campaign(tmp_path)
+    draws = {"los_pid": [0, 2, 3, 5], "hierarchical": [5, 1, 0, 3]}
+    rows = [(law, draw) for law, those in draws.items() for draw in those]
+    results = Results(
+        plan,
+        {
+            "run": np.arange(len(rows)),
+            "draw": np.array([draw for _, draw in rows]),
+            plan.variant_column: np.array([law for law, _ in rows]),
+            "ended_early": np.zeros(len(rows), bool),
+            "failed": np.zeros(len(rows), bool),
+            ALWAYS[0]: np.array([draw + (100.0 if law == "hierarchical" else 0.0) for law, draw in rows]),
+        },
+    )
+    first, second = results.paired("los_pid", "hierarchical", ALWAYS[0])
+    assert (first.tolist(), second.tolist()) == ([0.0, 3.0, 5.0], [100.0, 103.0, 105.0])
+
+
+def test_campaigns_of_neighbouring_seeds_share_no_noise() -> None:
+    seeds = [noise_seed(seed, draw) for seed in range(20) for draw in range(500)]
+    assert len(set(seeds)) == len(seeds)

@@ -1,0 +1,64 @@
+"""What a tuning states of its best gains."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.runs.batch import Outcome
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.tuning.cases import Case
+from vessel_hsmc_ros.tuning.cost import Objective
+from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
+from vessel_hsmc_ros.tuning.plan import Tuning
+from vessel_hsmc_ros.tuning.result import Result, tune
+from vessel_hsmc_ros.tuning.search import Trial
+
+
+class Formula(Tuning):
+    """A tuning whose runs are replaced by a formula: the error grows with the duration and with the distance of the gain."""
+
+    def simulate(self, scenarios: Sequence[Scenario], on_run: Callable[[Outcome], None] | None = None) -> list[Outcome]:
+        found = []
+        for k, scenario in enumerate(scenarios):
+            size = scenario.vessel_sim.duration
+            error = size * (1.0 + abs(scenario.controller.guided.position_gain - 0.2))
+            metrics = Metrics(*[1.0] * 10)._replace(position_error_rms_last_quarter=error, yaw_moment_rms=size)
+            found.append(Outcome(k, "", metrics))
+        for outcome in found:
+            _ = on_run and on_run(outcome)
+        return found
+
+
+def test_held_out_runs_of_another_size_are_relative_to_their_own(tmp_path: Path) -> None:
+    cases = [
+        Case(str(size), load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": size}))
+        for size in (1.0, 500.0)
+    ]
+    gains = parse_gains(["controller.guided.position_gain=0.05:0.5"], "guided", cases[0].scenario)
+    result = tune(Formula(cases[:1], gains, Objective()), tmp_path, 4, cases[1:], lambda _number, _note: None)
+    assert result.held_out_present.cost == pytest.approx((1.0, 1.0, 0))
+    assert result.held_out_tuned.cost == pytest.approx(result.tuned.cost)
+    assert result.tuned.cost.cost < 0.99
+
+
+@pytest.mark.parametrize(
+    ("logarithmic", "value", "at_edge"),
+    [
+        (True, 0.01, True),
+        (True, 0.0101, True),
+        (True, 0.1, False),  # a quarter of the logarithmic range, a hundredth of the linear one
+        (True, 99.0, True),
+        (False, 0.1, True),
+        (False, 50.0, False),
+        (False, 99.0, True),
+    ],
+)
+def test_a_gain_is_at_an_edge_of_its_range_on_the_scale_of_the_search(logarithmic: bool, value: float, at_edge: bool) -> None:
+    gain = Gain("controller.law.gain", 0.01, 100.0, logarithmic)
+    nothing: Any = None
+    best = Trial(1, {gain.parameter: value})
+    result = Result(nothing, [best], best, [best], nothing, nothing, [], nothing, nothing)
+    assert result.at_edge(gain) is at_edge
