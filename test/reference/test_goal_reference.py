@@ -123,3 +123,17 @@ def test_two_distant_goals_are_not_a_stream() -> None:
 def test_inconsistent_goals_are_rejected_with_their_name(goals, word: str) -> None:
     with pytest.raises(ParameterError, match=word):
         make_reference(replace(AT_ORIGIN, goal=replace(AT_ORIGIN.goal, **goals)), PERIOD)
+
+
+@pytest.mark.parametrize("stamps", [(None, None), (None, 7.0), (7.0, None), (7.0, 7.5)])
+def test_the_second_goal_of_a_stream_gives_its_velocity_with_and_without_stamps(
+    stamps: tuple[float | None, float | None],
+) -> None:
+    """Half a second lies between both, by their stamps and by their arrival."""
+    reference = reference_of()
+    motion_of(reference, 1.0)
+    for k, stamp in enumerate(stamps):
+        reference.set_goal(10.0 + 0.25 * k, 0.0, 0.0, stamp)
+        if k == 0:
+            motion_of(reference, 0.5)
+    assert reference.target().speed == pytest.approx(0.5)

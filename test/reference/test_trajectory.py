@@ -40,10 +40,12 @@ def drawn(mode: str, seed: int) -> ReferenceShipParameters:
         "goal.times": [times[0], times[1], times[1] + 1.0],
         "goal.poses": rng.uniform(-1.0, 1.0, 9) * (30.0, 30.0, 3.0, 6.0, 6.0, 3.0, 6.0, 6.0, 3.0),
         "path.time": 1.0,
-        "path.waypoints": rng.uniform(-20.0, 20.0, 8),
+        "path.waypoints": rng.uniform(-200.0, 200.0, 8),
         "circle.radius": rng.choice([-1.0, 1.0]) * rng.uniform(40.0, 80.0),
         "figure_eight.length": rng.choice([-1.0, 1.0]) * rng.uniform(150.0, 250.0),
         "square.side": rng.choice([-1.0, 1.0]) * rng.uniform(120.0, 200.0),
+        "lawnmower.leg_length": rng.uniform(10.0, 20.0),
+        "lawnmower.spacing": rng.choice([-1.0, 1.0]) * rng.uniform(10.0, 100.0),
     }
     if seed % 2:
         values |= {f"vessel.{name}": value for name, value in COUPLING.items()}

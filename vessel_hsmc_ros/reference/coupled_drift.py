@@ -34,7 +34,7 @@ DIFFERENCE = 1e-6
 """Step of the central differences, rad and rad/s."""
 
 
-def damping_ratio(beta: Any, speed: float, r: Any, vessel: Vessel) -> Any:
+def damping_ratio(beta: Any, speed: Any, r: Any, vessel: Vessel) -> Any:
     """Y(u, v, r)/u at a drift angle and a yaw rate, numbers or arrays, kg/s·(m/s).
 
     Args:

@@ -155,9 +155,14 @@ def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> De
     return Demand(drift, max(surge for surge, _ in forces), max(yaw for _, yaw in forces))
 
 
-def _forces(motion: Velocities, vessel: Vessel) -> tuple[float, float]:
-    """Largest magnitudes of tau_1 [N] and tau_2 [N·m] over an array of motions."""
+def inputs(motion: Velocities, vessel: Vessel) -> tuple[Any, Any]:
+    """Surge force tau_1 [N] and yaw moment tau_2 [N·m] of motions, numbers or arrays."""
     f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, vessel)  # element by element
     surge_force = vessel.m11 * (motion.du - f_u)
-    yaw_moment = vessel.m33 * (motion.dr - f_r) + vessel.m32 * (motion.dv - f_v)
+    return surge_force, vessel.m33 * (motion.dr - f_r) + vessel.m32 * (motion.dv - f_v)
+
+
+def _forces(motion: Velocities, vessel: Vessel) -> tuple[float, float]:
+    """Largest magnitudes of tau_1 [N] and tau_2 [N·m] over an array of motions."""
+    surge_force, yaw_moment = inputs(motion, vessel)
     return float(np.max(np.abs(surge_force))), float(np.max(np.abs(yaw_moment)))

@@ -45,7 +45,7 @@ STEEPEST = 1.55
 """Largest drift angle of the solution, rad; the hull then travels almost sideways."""
 
 
-def damping_ratio(beta: Array, speed: float, vessel: Vessel) -> tuple[Array, Array]:
+def damping_ratio(beta: Array, speed: Array | float, vessel: Vessel) -> tuple[Array, Array]:
     """Sway damping divided by surge speed, and its derivative with respect to the drift angle.
 
     Args:
@@ -62,12 +62,12 @@ def damping_ratio(beta: Array, speed: float, vessel: Vessel) -> tuple[Array, Arr
     return factor * tangent, factor * (1.0 + tangent * tangent) + slope * tangent
 
 
-def steady_drift(load: Array, speed: float, vessel: Vessel) -> Array:
+def steady_drift(load: Array, speed: Array | float, vessel: Vessel) -> Array:
     """The drift angle of a steady turn, G(beta) = 0, by bisection.
 
     Args:
         load: m11·U·kappa, shape (n,), kg/s.
-        speed: U, m/s.
+        speed: U, m/s, one or shape (n,).
         vessel: Coefficients of (6).
 
     Returns:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.reference.course import CourseReference, CourseReferenceParameters
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace
@@ -15,10 +16,14 @@ from vessel_hsmc_ros.reference.curve_reference import CurveReference
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.goal_reference import GoalReference
+from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_lawnmower
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
-from vessel_hsmc_ros.reference.path_parameters import PathParameters
+from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, waypoints_of
 from vessel_hsmc_ros.reference.path_reference import PathReference
+from vessel_hsmc_ros.reference.polyline import Ship
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
+from vessel_hsmc_ros.reference.timetable import TimetableReference
+from vessel_hsmc_ros.reference.turning import TravelLimits
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 
 Array = NDArray[np.float64]
@@ -74,7 +79,11 @@ def _goal(parameters: "ReferenceShipParameters", period: float) -> Reference:
 
 
 def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
-    return PathReference(*_motion(parameters, period), parameters.path, parameters.goal)
+    p, speed = parameters.path, parameters.motion.speed
+    start = as_motion((*parameters.initial_pose, *parameters.initial_velocity))
+    ship = Ship(parameters.vessel.coefficients(), travel_limits(parameters), p.corner_radius, PATH)
+    waypoints = waypoints_of(p, speed)
+    return PathReference(start, ship, speed, (p.time, waypoints) if p.time >= 0.0 else None, period)
 
 
 def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
@@ -87,6 +96,19 @@ def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
     return CurveReference(shape, pace, vessel, parameters.initial_pose, period)
 
 
+def travel_limits(parameters: "ReferenceShipParameters") -> TravelLimits:
+    """The limits of motions along routes."""
+    m, vessel = parameters.motion, parameters.vessel
+    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    return TravelLimits(m.acceleration, m.yaw_rate, m.yaw_acceleration, *limits, m.current)
+
+
+def _lawnmower(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    x, y, course = parameters.initial_pose
+    planned = plan_lawnmower(parameters.lawnmower, parameters.vessel.coefficients(), travel_limits(parameters), (x, y, course))
+    return TimetableReference(planned.table, period)
+
+
 REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {
     "virtual_ship": _virtual_ship,
     "course": _course,
@@ -96,6 +118,7 @@ REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] =
     "circle": _curve,
     "figure_eight": _curve,
     "square": _curve,
+    "lawnmower": _lawnmower,
 }
 
 
@@ -105,8 +128,9 @@ class ReferenceShipParameters(VirtualShipParameters):
 
     mode: str = parameter(
         "virtual_ship",
-        "Reference to track: virtual_ship, the virtual ship (8); course, a heading over time; goal; path, waypoints; or a"
-        " curve at constant speed: straight, circle, figure_eight, square, begun at `initial_pose` with its heading as course.",
+        "Reference to track: virtual_ship, the virtual ship (8); course, a heading over time; goal; path, waypoints; or,"
+        " begun at `initial_pose` with its heading as course, a curve at constant speed: straight, circle, figure_eight, square;"
+        " or lawnmower, parallel legs joined by U-turns.",
         choices=tuple(REFERENCES),
     )
     course: CourseReferenceParameters = group(CourseReferenceParameters)
@@ -117,6 +141,7 @@ class ReferenceShipParameters(VirtualShipParameters):
     circle: CircleParameters = group(CircleParameters)
     figure_eight: FigureEightParameters = group(FigureEightParameters)
     square: SquareParameters = group(SquareParameters)
+    lawnmower: LawnmowerParameters = group(LawnmowerParameters)
 
 
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:

@@ -54,13 +54,14 @@ def _excesses(needed: Demand, limits: Demand) -> list[str]:
         ("a yaw moment", "yaw_moment_limit", "N·m", needed.yaw_moment, limits.yaw_moment),
     )
     return [
-        f"{what} of {_amount(value, unit)} (vessel.{name} is {_amount(limit, unit)})"
+        f"{what} of {amount(value, unit)} (vessel.{name} is {amount(limit, unit)})"
         for what, name, unit, value, limit in rows
         if value > limit
     ]
 
 
-def _amount(value: float, unit: str) -> str:
+def amount(value: float, unit: str) -> str:
+    """A number with three digits and its unit, in thousands or millions of it where it is large."""
     for factor, prefix in ((1e6, "M"), (1e3, "k")):
         if value >= factor:
             return f"{value / factor:.3g} {prefix}{unit}"

@@ -34,6 +34,13 @@ class MotionLimits:
     acceleration: float = parameter(0.2, "Largest surge acceleration.", unit="m/s²", low=1e-6, high=1e3)
     yaw_rate: float = parameter(0.1, "Largest yaw rate.", unit="rad/s", low=1e-6, high=1e2)
     yaw_acceleration: float = parameter(0.02, "Largest yaw acceleration.", unit="rad/s²", low=1e-6, high=1e2)
+    current: float = parameter(
+        0.0,
+        "Current that motions along routes allow for: they leave propulsion to go and turn against it.",
+        unit="m/s",
+        low=0.0,
+        high=100.0,
+    )
 
 
 class Filter(NamedTuple):

@@ -1,177 +1,154 @@
-"""Paths: waypoints joined by straight legs, followed at a constant speed, with a stop at the last waypoint.
+"""Paths: waypoints joined by legs and corners that the hull can sail, from the present motion to rest at the last waypoint.
 
-The legs are followed by line-of-sight guidance. The reference switches to the next leg within an acceptance radius of the
-waypoint or when it has passed it; the reference filter rounds the corner. The end of the last leg is a goal with the heading of
-that leg.
+A stop divides a path into parts that begin at rest, with a turn on the spot towards the next waypoint. Each part is a route: its
+legs, and corners with the smallest radius at the speed of the legs, or slower where the legs are too short for that.
 """
 
+import cmath
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude
-from vessel_hsmc_ros.reference.goal import GoalConstants, GoalMemory, begin_stage
-from vessel_hsmc_ros.reference.goal import move as move_to_goal
-from vessel_hsmc_ros.reference.kernel_reference import write_row
-from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, advance_filter, read_filter
-from vessel_hsmc_ros.reference.steering import LEG_LOOKAHEAD, follow_line, surge_setpoint
-from vessel_hsmc_ros.reference.target import stationary
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
+from vessel_hsmc_ros.reference.corners import STOP, join
+from vessel_hsmc_ros.reference.on_the_spot import halt, spot_turn
+from vessel_hsmc_ros.reference.polyline import Part, Ship, Waypoint, begun, fitted_turning, polyline
+from vessel_hsmc_ros.reference.route import Route
+from vessel_hsmc_ros.reference.sailing import sail
+from vessel_hsmc_ros.reference.speed_profile import changes_of
+from vessel_hsmc_ros.reference.timetable import Timetable, blended, joined
+from vessel_hsmc_ros.reference.turning import check_straight, largest_acceleration
 
 Array = NDArray[np.float64]
 
-END = 8.0
-"""Distance before the last waypoint at which it becomes the goal, m."""
+DISTINCT = 1e-3
+"""Waypoints nearer to each other than this are one, relative to the radius of a turn."""
 
-DISTINCT = 0.01
-"""Consecutive waypoints nearer to each other than this are treated as one, m."""
+AT_REST = 1e-3
+"""Share of the speed below which the ship counts as at rest where a path begins."""
 
+JOIN_SPEEDS = (1.0, 0.6, 0.35, 0.2)
+"""Speeds of the turn with which a path begins under way, relative to that of the path, in the order of preference."""
 
-class PathConstants(NamedTuple):
-    """Constants of a path reference.
-
-    Attributes:
-        goal: Constants of the approach to the last waypoint.
-        radius: Acceptance radius of a waypoint, m.
-        due: Step at which the path is scheduled; below 0 for never.
-        points: Its waypoints, shape (n, 2), m.
-    """
-
-    goal: GoalConstants
-    radius: float
-    due: int
-    points: Array
+BLENDED = 0.2
+"""Share of a halt in which the acceleration of the motion before it decays."""
 
 
-class PathMemory(NamedTuple):
-    """Memory of a path reference.
-
-    Attributes:
-        goal: The motion, and the approach to the last waypoint, which shares it, so that the transition is continuous.
-        corners: Where the path begins, and its waypoints, shape (n, 2), m.
-        leg: Number of the present leg, from corner `leg` to the next; n - 1 or above after the last one.
-    """
-
-    goal: GoalMemory
-    corners: Array
-    leg: int
-
-
-class Track(NamedTuple):
-    """Distance along the present leg and to its left, its length, its course: m, m, m, rad."""
-
-    along: float
-    across: float
-    length: float
-    course: float
-
-
-@kernel
-def corner(corners: Array, i: int) -> tuple[float, float]:
-    """A corner of the path, m."""
-    return float(corners[i, 0]), float(corners[i, 1])
-
-
-@kernel
-def set_path(m: PathMemory, points: Array, c: PathConstants) -> PathMemory:
-    """Set a new path; its first leg begins at the present position of the reference.
+def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Acceleration, ship: Ship, speed: float) -> Timetable:
+    """The motion along a path, from the time 0 on.
 
     Args:
-        m: Memory.
-        points: Waypoints x, y, shape (n, 2), m.
-        c: Constants.
+        waypoints: The waypoints in their order; without one the ship comes to rest.
+        motion, acceleration: Present motion.
+        ship: The ship.
+        speed: Its usual speed, m/s.
 
-    Returns:
-        The memory with the new path.
+    Raises:
+        ParameterError: a leg or a corner cannot be sailed; the message contains which, and what would do.
     """
-    corners = np.empty((len(points) + 1, 2))
-    corners[0, 0], corners[0, 1] = m.goal.motion.x, m.goal.motion.y
-    n = 1
-    for i in range(len(points)):
-        (ax, ay), (bx, by) = corner(corners, n - 1), corner(points, i)
-        # Repeated waypoints would give legs without a direction.
-        if magnitude(bx - ax, by - ay) > DISTINCT:
-            corners[n, 0], corners[n, 1] = bx, by
-            n += 1
-    m = PathMemory(m.goal, corners[:n], 0)
-    return end_path(m, c) if n == 1 else m
+    speeds = {point.speed for point in waypoints}
+    for one in sorted(speeds):
+        check_straight(f"{ship.owner}: speed", one, ship.vessel, ship.limits)
+    fastest = max(speeds, default=speed)
+    least = DISTINCT * fitted_turning(fastest, ship).radius
+    parts = _parts(_distinct(complex(motion.x, motion.y), waypoints, least))
+    tables: list[Timetable] = []
+    if math.hypot(motion.u, motion.v) > AT_REST * fastest:
+        tables.append(_under_way(parts, motion, acceleration, fastest, ship))
+        motion = _rest_of(tables[-1])
+    for part in parts:
+        turned = spot_turn((motion.x, motion.y, motion.psi), part.points[0].position, ship.vessel, ship.limits)
+        if turned is not None:
+            tables.append(turned)
+            motion = _rest_of(turned)
+        tables.append(_from_rest(part, motion, ship))
+        motion = _rest_of(tables[-1])
+    return joined(tables) if tables else Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
 
 
-@kernel
-def end_path(m: PathMemory, c: PathConstants) -> PathMemory:
-    """Set the last waypoint as the goal, with the course of the last leg, or the present heading without a leg."""
-    last = len(m.corners) - 1
-    x, y = corner(m.corners, last)
-    psi = m.goal.motion.psi
-    if last > 0:
-        ax, ay = corner(m.corners, last - 1)
-        psi = math.atan2(y - ay, x - ax)
-    target = stationary(x, y, psi, m.goal.steps * c.goal.filter.period, math.nan)
-    return PathMemory(begin_stage(m.goal, target, target, c.goal), m.corners, m.leg)
+def _distinct(here: complex, waypoints: Sequence[Waypoint], least: float) -> list[Waypoint]:
+    """The waypoints at least a distance apart, m: repetitions would give legs without a direction."""
+    found: list[Waypoint] = []
+    for point in waypoints:
+        last = found[-1].position if found else here
+        if abs(point.position - last) > least:
+            found.append(point)
+        elif found and point.corner == STOP:
+            found[-1] = found[-1]._replace(corner=STOP)
+    return found
 
 
-@kernel
-def track(m: PathMemory) -> Track:
-    """Where the motion is relative to the present leg."""
-    (ax, ay), (bx, by) = corner(m.corners, m.leg), corner(m.corners, m.leg + 1)
-    course = math.atan2(by - ay, bx - ax)
-    x, y = m.goal.motion.x - ax, m.goal.motion.y - ay
-    c, s = math.cos(course), math.sin(course)
-    return Track(c * x + s * y, -s * x + c * y, magnitude(bx - ax, by - ay), course)
+def _parts(points: Sequence[Waypoint]) -> list[Part]:
+    """The parts between stops."""
+    parts, begin = [], 0
+    for i, point in enumerate(points, 1):
+        if point.corner == STOP or i == len(points):
+            parts.append(Part(tuple(points[begin:i]), begin))
+            begin = i
+    return parts
 
 
-@kernel
-def leg_completed(m: PathMemory, radius: float) -> bool:
-    """Whether to switch to the next leg, or to the goal at the end of the last one."""
-    t = track(m)
-    # The last leg ends before its waypoint, where the approach to the goal plans the stop.
-    if m.leg == len(m.corners) - 2:
-        return t.along >= t.length - END
-    (ax, ay), (bx, by) = corner(m.corners, m.leg + 1), corner(m.corners, m.leg + 2)
-    # Half the length of the next leg bounds the radius, so that a short leg is not skipped.
-    half = 0.5 * magnitude(bx - ax, by - ay)
-    return t.along >= t.length or magnitude(t.length - t.along, t.across) < (half if half < radius else radius)
+def _rest_of(table: Timetable) -> Motion:
+    x, y, psi = map(float, table.rows[-1, :3])
+    return Motion(x, y, psi, 0.0, 0.0, 0.0)
 
 
-@kernel
-def follow_leg(m: PathMemory, c: Filter) -> Filtered:
-    """The motion one period later, along the present leg."""
-    t, speed = track(m), c.speed
-    if m.leg == len(m.corners) - 2:
-        # On the last leg the ship brakes along the curve that ends at the waypoint.
-        left = t.length - t.along
-        speed = surge_setpoint(left if left > 0.0 else 0.0, c)
-    u_c, r_c = follow_line(m.goal.motion, t.course, t.across, speed, 0.0, LEG_LOOKAHEAD, c)
-    return advance_filter(m.goal.motion, u_c, r_c, c)
+def _from_rest(part: Part, motion: Motion, ship: Ship) -> Timetable:
+    start = complex(motion.x, motion.y)
+    elements, sections = polyline(start, part, ship)
+    # Not wrapped, so that the heading is continuous.
+    course = motion.psi + wrap(cmath.phase(part.points[0].position - start) - motion.psi)
+    route = Route(elements, (motion.x, motion.y, course))
+    table = sail(ship.owner, route, sections, ship.vessel, ship.limits).table
+    # The heading at rest differs from the course of the leg by rounding, or by what is left of a drift angle.
+    row = np.array([*motion[:3], *[0.0] * 6])
+    return blended(table, row, float(table.times[-1]) / len(elements))
 
 
-@kernel
-def move(m: PathMemory, c: PathConstants) -> PathMemory:
-    """The reference one period later."""
-    while m.leg < len(m.corners) - 1 and leg_completed(m, c.radius):
-        m = PathMemory(m.goal, m.corners, m.leg + 1)
-        if m.leg == len(m.corners) - 1:
-            m = end_path(m, c)
-    if m.leg < len(m.corners) - 1:
-        g = m.goal
-        goal = GoalMemory(follow_leg(m, c.goal.filter), g.target, g.arrived, g.direction, g.ahead, g.steps + 1)
-    else:
-        goal = move_to_goal(m.goal, c.goal)
-    m = PathMemory(goal, m.corners, m.leg)
-    return set_path(m, c.points, c) if goal.steps == c.due else m
+def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> Timetable:
+    """The first part from a motion; a halt where there is none, or where it is too short to slow down for its corners."""
+    ahead = motion.u > abs(motion.v)
+    for share in JOIN_SPEEDS if parts and ahead else ():
+        try:
+            table = _joining(parts[0], motion, acceleration, share * fastest, ship)
+        except ParameterError:
+            continue
+        parts.pop(0)
+        return table
+    halted = halt(motion, ship.vessel, ship.limits)
+    return blended(halted, world_row(motion, acceleration), BLENDED * float(halted.times[-1]))
 
 
-@kernel
-def read(m: PathMemory, c: PathConstants) -> tuple[Motion, Acceleration]:
-    """State, and the derivatives of its velocities."""
-    return read_filter(m.goal.motion, c.goal.filter)
+def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> Timetable:
+    """From a motion: its curvature decays, the speed becomes one to turn with, and the ship turns to the first waypoint."""
+    row = world_row(motion, acceleration)
+    velocity, change = complex(row[3], row[4]), complex(row[6], row[7])
+    W, start = abs(velocity), complex(motion.x, motion.y)
+    beta = wrap(cmath.phase(velocity) - motion.psi)
+    course = motion.psi + beta
+    turning = fitted_turning(speed, ship)
+    fastest = max(W, *(point.speed for point in part.points))
+    run = changes_of(largest_acceleration(fastest, ship.vessel, ship.limits), fastest).way(W, turning.speed)
+    kappa = (velocity.conjugate() * change).imag / W**3
+    target = (part.points[0].position - start) * cmath.exp(-1j * course)
+    # In the time of a transition, also where the ship is slow.
+    decay = turning.transition * min(1.0, W / turning.speed)
+    before, bend = join(target, kappa, decay, turning.radius, turning.transition, run)
+    elements, sections = begun(before, bend, W, turning)
+    begin = Route(elements, (motion.x, motion.y, course))
+    more, rest = polyline(complex(begin.position(begin.length)), part, ship, under_way=True)
+    route = Route([*elements, *more], (motion.x, motion.y, course))
+    sailing = sail(ship.owner, route, [*sections, *rest], ship.vessel, ship.limits, (W, beta))
+    return blended(sailing.table, row, turning.transition / turning.speed)
 
 
-@kernel
-def follow(m: PathMemory, c: PathConstants, rows: Array) -> None:
-    """Write the motion of each step into rows of shape (n, 9)."""
-    for k in range(len(rows)):
-        m = move(m, c) if k > 0 else m
-        write_row(rows[k], read(m, c))
+def world_row(motion: Motion, acceleration: Acceleration) -> Array:
+    """The row of a table: pose, its first and its second derivative, of a state and the derivatives of its velocities."""
+    x, y, psi, u, v, r = motion
+    du, dv, dr = acceleration
+    along = cmath.exp(1j * psi)
+    velocity, change = complex(u, v) * along, complex(du - r * v, dv + r * u) * along
+    return np.array([x, y, psi, velocity.real, velocity.imag, r, change.real, change.imag, dr])

@@ -1,12 +1,20 @@
 """The parameters of paths, and the waypoints that they contain."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.reference.corners import OVER, STOP, THROUGH
 from vessel_hsmc_ros.reference.goal_parameters import NEVER
+from vessel_hsmc_ros.reference.polyline import Waypoint
 
 Point = tuple[float, float]
+
+PATH = "reference_ship.path"
+
+CORNERS = (THROUGH, OVER, STOP)
 
 
 @dataclass(frozen=True)
@@ -16,21 +24,47 @@ class PathParameters:
     waypoints: tuple[float, ...] = parameter(
         (0.0, 0.0), "Waypoints: x, y of the first, of the second and so on.", unit="m", low=-1e6, high=1e6
     )
+    speeds: tuple[float, ...] = parameter(
+        (0.0,), "Speed on the leg to each waypoint, or one for all; 0 for `motion.speed`.", unit="m/s", low=0.0, high=1e3
+    )
+    corners: tuple[str, ...] = parameter(
+        (THROUGH,),
+        "What to do at each waypoint, or at all: through, cut the corner; over, turn after it; stop, come to rest there.",
+    )
+    corner_radius: float = parameter(
+        0.0, "Radius of the corners; 0 for the smallest at the speed of the legs.", unit="m", low=0.0, high=1e6
+    )
     time: float = parameter(NEVER, "Time at which the path is set; below 0 for never.", unit="s", low=-1.0, high=1e9)
     radius: float = parameter(
-        10.0, "Acceptance radius of a waypoint, for switching to the next leg.", unit="m", low=0.1, high=1e6
+        0.0, "No effect: the acceptance radius of earlier releases. `corner_radius` takes its place.", unit="m", low=0.0, high=1e6
     )
 
 
-def points_of(parameters: PathParameters) -> list[Point]:
+def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
     """The waypoints of the parameters.
 
+    Args:
+        p: The parameters.
+        speed: On legs without a speed of their own, m/s.
+
     Raises:
-        ParameterError: the number of coordinates is odd.
+        ParameterError: the number of coordinates is odd, or there are more or fewer speeds or corners than waypoints.
     """
-    numbers = parameters.waypoints
+    numbers = p.waypoints
     if len(numbers) % 2:
-        raise ParameterError(
-            f"reference_ship.path.waypoints with {len(numbers)} numbers is not allowed: it takes x, y for each waypoint"
-        )
-    return list(zip(numbers[::2], numbers[1::2], strict=True))
+        raise ParameterError(f"{PATH}.waypoints with {len(numbers)} numbers is not allowed: it takes x, y for each waypoint")
+    unknown = [corner for corner in p.corners if corner not in CORNERS]
+    if unknown:
+        raise ParameterError(f"{PATH}.corners = {unknown[0]} is not allowed: it takes {', '.join(CORNERS)}")
+    n = len(numbers) // 2
+    speeds, corners = _each("speeds", p.speeds, n), _each("corners", p.corners, n)
+    return [
+        Waypoint(complex(x, y), corner, own or speed)
+        for x, y, corner, own in zip(numbers[::2], numbers[1::2], corners, speeds, strict=True)
+    ]
+
+
+def _each(name: str, values: Sequence[Any], n: int) -> Sequence[Any]:
+    if len(values) not in (1, n):
+        raise ParameterError(f"{PATH}.{name} with {len(values)} values is not allowed: it takes one, or {n} for {n} waypoints")
+    return values if len(values) == n else list(values) * n

@@ -10,8 +10,8 @@ from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered
 GAIN = 0.25
 """Proportional gain from distance to speed and from angle to yaw rate, 1/s."""
 
-GOAL_LOOKAHEAD, LEG_LOOKAHEAD = 6.0, 15.0
-"""Lookahead distance of line-of-sight guidance behind a moving goal and on a path's leg, which begins with a corner, m."""
+GOAL_LOOKAHEAD = 6.0
+"""Lookahead distance of line-of-sight guidance behind a moving goal, m."""
 
 LEAST_SPEED = 0.3
 """The drift angle is computed with at least this surge speed, m/s: it is undefined at rest."""

@@ -1,0 +1,191 @@
+"""How well boats of any size can sail the paths that their reference plans: `python benchmarks/paths.py [FOLDER]`.
+
+For each of the six boats of the suite `boats` a survey and a path with all three kinds of corners, at 0.3 of the top speed,
+allowing for a current of 0.15 of it. The table has the distance of the reference from its geometry, the largest shares of the
+limits, the residual of the sway equation and the average speed relative to that of the legs. With a folder it draws path,
+curvature, speed and, by the guided law in calm water, the track of each boat. `--drawn N` checks surveys and paths of N drawn
+boats of 0.5 to 300 m.
+"""
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.reference.factory import make_reference, travel_limits
+from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
+from vessel_hsmc_ros.reference.timetable import Timetable, motion_at
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
+from vessel_sim_node.plant import unforced_sway
+
+SPEED, CURRENT, LEG, SPACING = 0.3, 0.15, 20.0, 4.0
+
+WAYPOINTS = (20.0, 0.0, 20.0, 12.0, 4.0, 20.0, 24.0, 28.0, 0.0, 28.0)
+CORNERS = ("through", "over", "through", "stop", "stop")
+"""A path in lengths, and what stands at its waypoints."""
+
+SAMPLES = 4000
+
+
+class Boat(NamedTuple):
+    """A boat: its name, scenario and units."""
+
+    name: str
+    scenario: Scenario
+    scale: Scale
+
+    def of(self, mode: str) -> Scenario:
+        """The scenario with a survey or the path as its reference."""
+        L, U = self.scale.L, self.scale.U
+        changes: dict[str, Any] = {
+            "mode": mode,
+            "motion.speed": SPEED * U,
+            "motion.current": CURRENT * U,
+            "lawnmower.speed": SPEED * U,
+            "lawnmower.leg_length": LEG * L,
+            "lawnmower.spacing": SPACING * L,
+            "path.time": 0.0,
+            "path.waypoints": [L * number for number in WAYPOINTS],
+            "path.corners": list(CORNERS),
+        }
+        return self.scenario.changed({f"reference_ship.{name}": value for name, value in changes.items()})
+
+
+def boat(name: str, data: MainData) -> Boat:
+    """The boat of main data, with the scenario that `init` writes."""
+    scenario = parse_scenario(scenario_text("boat", data), name, source=name)
+    return Boat(name, scenario, scale_of(scenario.vessel_sim.vessel))
+
+
+def table_of(scenario: Scenario) -> Timetable:
+    """The plan of the reference."""
+    table: Timetable = make_reference(scenario.reference_ship, 0.02).constants.table  # type: ignore[attr-defined]
+    return table
+
+
+def sampled(table: Timetable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, states (n, 6) and accelerations (n, 3) between the rows of a plan."""
+    times = np.linspace(table.times[0], table.times[-1], SAMPLES)
+    motions = [motion_at(float(t), table) for t in times]
+    return times, np.array([m for m, _ in motions]), np.array([a for _, a in motions])
+
+
+def off_geometry(b: Boat) -> float:
+    """Largest distance of the survey's reference from its legs and turns, in lengths."""
+    p = b.of("lawnmower").reference_ship
+    x, y, course = p.initial_pose
+    plan = plan_lawnmower(p.lawnmower, p.vessel.coefficients(), travel_limits(p), (x, y, course))
+    times, states, _ = sampled(plan.table)
+    off = np.abs(states[:, 0] + 1j * states[:, 1] - plan.route.position(plan.profile.at(times)[0]))
+    return float(off.max()) / b.scale.L
+
+
+def shares(b: Boat, mode: str) -> dict[str, float]:
+    """Largest shares of the limits, the residual of the sway equation, and the average speed relative to the set one."""
+    scenario = b.of(mode)
+    p = scenario.reference_ship
+    times, states, accelerations = sampled(table_of(scenario))
+    vessel = p.vessel.coefficients()
+    rows = zip(*states.T[3:], accelerations[:, 2], strict=True)
+    unforced = [unforced_sway(u, v, r, dr, vessel) for u, v, r, dr in rows]
+    speed = np.hypot(states[:, 3], states[:, 4])
+    return {
+        "yaw rate": float(np.abs(states[:, 5]).max()) / p.motion.yaw_rate,
+        "yaw acceleration": float(np.abs(accelerations[:, 2]).max()) / p.motion.yaw_acceleration,
+        "surge acceleration": float(np.abs(np.gradient(speed, times)).max()) / p.motion.acceleration,
+        "sway residual": float(np.abs(accelerations[:, 1] - unforced).max() / np.abs(accelerations[:, 1]).max()),
+        "average speed": float(speed.mean()) / p.motion.speed,
+    }
+
+
+def report(boats: list[Boat]) -> None:
+    """Print the table."""
+    names = ("yaw rate", "yaw acceleration", "surge acceleration", "sway residual", "average speed")
+    print(f"| boat | reference | off its geometry | {' | '.join(names)} |\n|---|---|---|{'---|' * len(names)}")
+    for b in boats:
+        for mode in ("lawnmower", "path"):
+            off = f"{off_geometry(b):.1e} L" if mode == "lawnmower" else "-"
+            found = shares(b, mode)
+            print(f"| {b.name} | {mode} | {off} | {' | '.join(f'{found[name]:.3g}' for name in names)} |", flush=True)
+
+
+def report_drawn(count: int) -> None:
+    """Print how many drawn boats can sail their survey and path, and the largest shares of the limits."""
+    rng, worst, refused = np.random.default_rng(1), dict[str, float](), list[str]()
+    for _ in range(count):
+        length = math.exp(rng.uniform(math.log(0.5), math.log(300.0)))
+        mass, force = 8.0 * length**3 * rng.uniform(0.3, 2.0), rng.uniform(0.02, 0.1) * 9.81
+        b = boat(f"{length:.3g} m", MainData(length=length, mass=mass, surge_force_limit=force * mass))
+        for mode in ("lawnmower", "path"):
+            try:
+                found = shares(b, mode)
+            except ParameterError as error:
+                refused.append(f"{b.name}, {mode}: {error}")
+                continue
+            worst = {name: max(value, worst.get(name, 0.0)) for name, value in found.items()}
+    print(f"{count} boats, {len(refused)} of {2 * count} references refused; largest: {worst}", *refused[:5], sep="\n")
+
+
+def draw(b: Boat, folder: Path) -> None:
+    """Draw path, curvature, speed and track of a boat."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, axes = plt.subplots(2, 3, figsize=(12.0, 7.0), layout="constrained")
+    for row, mode in zip(axes, ("lawnmower", "path"), strict=True):
+        scenario = b.of(mode)
+        table = table_of(scenario)
+        times, states, _ = sampled(table)
+        u, v, r = states[:, 3:].T
+        speed = np.hypot(u, v)
+        moving = speed > 0.05 * speed.max()
+        rate = r + np.gradient(np.unwrap(np.arctan2(v, np.maximum(u, 1e-9))), times)
+        way = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(times)))) / b.scale.L
+        run = simulate(scenario.changed({"vessel_sim.duration": float(math.ceil(table.times[-1]))}))
+        row[0].plot(*(states[:, :2] / b.scale.L).T, color="tab:orange", label="reference")
+        row[0].plot(*(run.state[:, :2] / b.scale.L).T, "--", color="tab:blue", label="track", linewidth=0.8)
+        if mode == "path":
+            row[0].plot(WAYPOINTS[::2], WAYPOINTS[1::2], "k+", markersize=9, label="waypoints")
+        error = np.hypot(*(run.state[:, :2] - run.reference[:, :2]).T) / b.scale.L
+        row[0].set(title=f"{b.name}, {mode}: error at most {error.max():.2g} L", xlabel="x/L", ylabel="y/L", aspect="equal")
+        row[0].legend()
+        row[1].plot(way[moving], (rate / np.maximum(speed, 1e-9))[moving] * b.scale.L)
+        row[1].set(xlabel="way/L", ylabel="curvature · L")
+        row[2].plot(times, speed / b.scale.U, label="speed/U")
+        row[2].plot(times, np.abs(r) / scenario.reference_ship.motion.yaw_rate, label="yaw rate/limit", linewidth=0.8)
+        row[2].set(xlabel="time, s")
+        row[2].legend()
+    figure.savefig(folder / f"{b.name.replace(' ', '_')}.png", dpi=90)
+    plt.close(figure)
+
+
+def main() -> None:
+    """Print the table and draw the pictures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, help="for pictures")
+    parser.add_argument("--drawn", type=int, default=0, help="number of drawn boats")
+    options = parser.parse_args()
+    if options.drawn:
+        report_drawn(options.drawn)
+        return
+    suite = yaml.safe_load((share_directory() / "config" / "suites" / "boats.yaml").read_text(encoding="utf-8"))
+    boats = [boat(name, MainData(**data)) for name, data in suite["ships"].items()]
+    report(boats)
+    if options.folder:
+        options.folder.mkdir(parents=True, exist_ok=True)
+        for b in boats:
+            draw(b, options.folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,191 @@
+"""Legs and corners of a path without a stop: each corner as fast as its legs leave room for."""
+
+import cmath
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.reference.corners import Corner, corner_of
+from vessel_hsmc_ros.reference.route import Element, Pieces, straight
+from vessel_hsmc_ros.reference.speed_profile import Section
+from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, turning_at, turning_with
+from vessel_sim_node.plant import Vessel
+
+RUN_UP = 0.25
+"""Share of a leg from or to rest that corners leave free, for the change of speed."""
+
+SLOWER, RUNGS = 0.95, 80
+"""Ratio of the speeds at which a corner is tried, and their number."""
+
+SHORTEST = 1e-9
+"""A leg between two corners that is shorter than this share of it is left out."""
+
+
+class Waypoint(NamedTuple):
+    """A waypoint: position, m, its corner, THROUGH, OVER or STOP, and the speed on the leg to it, m/s."""
+
+    position: complex
+    corner: str
+    speed: float
+
+
+class Part(NamedTuple):
+    """Waypoints up to a stop, and the number of those before."""
+
+    points: tuple[Waypoint, ...]
+    first: int
+
+
+class Ship(NamedTuple):
+    """Whose path it is.
+
+    Attributes:
+        vessel: Coefficients of the hull.
+        limits: Limits of the motion.
+        radius: Of all corners, m; 0 for the smallest.
+        owner: Name of the mode, for error messages.
+    """
+
+    vessel: Vessel
+    limits: TravelLimits
+    radius: float
+    owner: str
+
+
+Planned = tuple[list[Element], list[Section]]
+
+
+def fitted_turning(speed: float, ship: Ship) -> Turning:
+    """The turn of the ship's corners at a speed, or slower where their radius needs it.
+
+    Raises:
+        ParameterError: there is none within the limits.
+    """
+    if ship.radius:
+        return turning_with(ship.radius, speed, ship.vessel, ship.limits)
+    return turning_at(speed, ship.vessel, ship.limits)
+
+
+def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Planned:
+    """The beginning under way, as `corners.join` makes it: at the present speed, then at that of the turn.
+
+    Args:
+        before: Decay of the curvature, and the way on which the speed changes.
+        bend: The turn.
+        speed: Present speed, m/s.
+        turning: With the speed of the turn.
+    """
+    elements, sections = [Element(before[:1], 0, turn=True)], [Section(before[0].length, speed, True)]
+    if before[1:]:
+        elements.append(Element(before[1:], 0, turn=False))
+        sections.append(Section(before[1].length, max(speed, turning.speed), False))
+    if bend:
+        elements.append(Element(bend, 0, turn=True))
+        sections.append(Section(elements[-1].length, turning.speed, True))
+    return elements, sections
+
+
+def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) -> Planned:
+    """The legs and corners to the last waypoint.
+
+    Args:
+        start: Where the first leg begins, m.
+        part: The waypoints.
+        ship: The ship.
+        under_way: Whether it does not begin at rest.
+
+    Raises:
+        ParameterError: a corner cannot be sailed between its legs; the message contains which, and what would do.
+    """
+    points = part.points
+    ways = [b - a for a, b in zip((start, *(p.position for p in points)), (p.position for p in points), strict=False)]
+    lengths = [abs(way) for way in ways]
+    free = list(lengths)
+    free[-1] *= 1.0 - RUN_UP
+    if not under_way:
+        free[0] *= 1.0 - RUN_UP if len(free) > 1 else 1.0
+    corners = _corners(part, ways, free, ship)
+    elements, sections = [], []
+    for i, (length, point) in enumerate(zip(lengths, points, strict=True)):
+        left = length - (corners[i - 1][0].after if i else 0.0) - (corners[i][0].before if i < len(corners) else 0.0)
+        if left > SHORTEST * length:
+            elements.append(Element(straight(left), part.first + i, turn=False))
+            sections.append(Section(left, point.speed, False))
+        if i < len(corners) and corners[i][0].pieces:
+            elements.append(Element(corners[i][0].pieces, part.first + i, turn=True))
+            sections.append(Section(elements[-1].length, corners[i][1], True))
+    return elements, sections
+
+
+class _Bend(NamedTuple):
+    """What stands at a waypoint: number of the corner, from 1 on, its kind, its angle, rad, and the speed of its legs, m/s."""
+
+    number: int
+    kind: str
+    angle: float
+    speed: float
+
+    def corner(self, ship: Ship, slower: float = 1.0) -> tuple[Corner, float]:
+        """The corner, and its speed, at a share of the speed."""
+        turning = fitted_turning(slower * self.speed, ship)
+        return corner_of(self.kind, self.angle, turning.radius, turning.transition), turning.speed
+
+
+def _corners(part: Part, ways: Sequence[complex], free: Sequence[float], ship: Ship) -> list[tuple[Corner, float]]:
+    """The corners with their speeds."""
+    points, bends = part.points, []
+    for i, (before, after) in enumerate(pairwise(ways)):
+        angle = wrap(cmath.phase(after) - cmath.phase(before))
+        bends.append(_Bend(part.first + i + 1, points[i].corner, angle, min(points[i].speed, points[i + 1].speed)))
+    wanted = [bend.corner(ship)[0] for bend in bends]
+    # A leg belongs to its corners half and half, or one has what the other leaves.
+    room = [
+        (
+            max(0.5 * free[i], free[i] - wanted[i - 1].after) if i else free[i],
+            max(0.5 * free[i + 1], free[i + 1] - (wanted[i + 1].before if i + 1 < len(wanted) else 0.0)),
+        )
+        for i in range(len(bends))
+    ]
+    return [_fitted(bend, before, after, ship) for bend, (before, after) in zip(bends, room, strict=True)]
+
+
+def _fitted(bend: _Bend, before: float, after: float, ship: Ship) -> tuple[Corner, float]:
+    """The fastest corner that needs at most so much of the legs before and after it, m.
+
+    Raises:
+        ParameterError: there is none.
+    """
+
+    def fits(rung: int) -> bool:
+        corner, _ = bend.corner(ship, SLOWER**rung)
+        return corner.before <= before and corner.after <= after
+
+    if fits(0):
+        return bend.corner(ship)
+    low, high = 0, _rungs(bend.speed, ship.limits.current)
+    if not fits(high):
+        raise ParameterError(_unsailable(bend, before, after, ship, high))
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if fits(middle) else (middle, high)
+    return bend.corner(ship, SLOWER**high)
+
+
+def _rungs(speed: float, current: float) -> int:
+    """How many steps slower than a speed a corner may be: not slower than the current."""
+    if not current:
+        return RUNGS
+    return min(RUNGS, max(0, math.floor(math.log(current / speed) / math.log(SLOWER))))
+
+
+def _unsailable(bend: _Bend, before: float, after: float, ship: Ship, rungs: int) -> str:
+    corner, speed = bend.corner(ship, SLOWER**rungs)
+    needs, has = max((corner.before, before), (corner.after, after), key=lambda pair: pair[0] - pair[1])
+    remedy = "a smaller corner_radius, " if ship.radius else ""
+    return (
+        f"{ship.owner}: corner {bend.number} of {abs(math.degrees(bend.angle)):.0f}° needs {needs:.3g} m of a leg even at"
+        f" {speed:.2g} m/s, and has {has:.3g} m; {remedy}longer legs or a stop there would do"
+    )

@@ -1,0 +1,83 @@
+"""A ship that sails a route: the plan of geometry, speed and motion, checked against its limits."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.reference.route import Route
+from vessel_hsmc_ros.reference.route_motion import RouteMotion, motion_along, timetable
+from vessel_hsmc_ros.reference.speed_profile import Phase, Section, SpeedProfile, phases
+from vessel_hsmc_ros.reference.timetable import Timetable
+from vessel_hsmc_ros.reference.turning import TravelLimits, excesses, largest_acceleration
+from vessel_sim_node.plant import Vessel
+
+
+class Sailing(NamedTuple):
+    """A route, the speed along it, the motion of the hull on it, and its timetable from the time 0 on."""
+
+    route: Route
+    profile: SpeedProfile
+    motion: RouteMotion
+    table: Timetable
+
+
+AT_REST = (0.0, 0.0)
+
+REACHED = 1e-9
+
+ATTEMPTS, SLOWER, GENTLER = 24, 0.95, 0.7
+"""Attempts to keep all limits, and what reduces the speed of a turn and the acceleration from one to the next."""
+
+
+def sail(
+    owner: str,
+    route: Route,
+    sections: Sequence[Section],
+    vessel: Vessel,
+    limits: TravelLimits,
+    start: tuple[float, float] = AT_REST,
+) -> Sailing:
+    """Sail a route to rest.
+
+    Args:
+        owner: Name of the mode, for the error message.
+        route: The route.
+        sections: Its elements with their largest speeds.
+        vessel: Coefficients of the hull.
+        limits: Limits of the motion.
+        start: Speed [m/s] and drift angle at the beginning.
+
+    Raises:
+        ParameterError: a limit is exceeded, or the ship cannot slow down in time; the message contains where, demand and limit.
+    """
+    top = max(section.speed for section in sections)
+    acceleration = largest_acceleration(top, vessel, limits)
+    slower = list(sections)
+    for _ in range(ATTEMPTS):
+        sailing = _sailing(owner, route, phases(slower, acceleration, start[0]), vessel, start)
+        found = excesses(sailing.motion, limits)
+        if not found:
+            return sailing
+        # A drift that has not decayed takes yaw acceleration where the speed changes, and where turns follow each other.
+        worst = route.index_at(found[0].s)
+        if route.elements[worst].turn:
+            slower[worst] = slower[worst]._replace(speed=SLOWER * slower[worst].speed)
+        else:
+            acceleration *= GENTLER
+    where = place(route, found[0].s)
+    raise ParameterError(f"{owner}: {where} needs {' and '.join(map(str, found))}; a lower speed or longer legs would do")
+
+
+def _sailing(owner: str, route: Route, parts: Sequence[Phase], vessel: Vessel, start: tuple[float, float]) -> Sailing:
+    speed, beta = start
+    if parts[0].begin < (1.0 - REACHED) * speed:
+        raise ParameterError(f"{owner}: at {speed:.3g} m/s there is no room to slow down for the first corners")
+    profile = SpeedProfile(parts)
+    motion = motion_along(route, profile, vessel, beta)
+    return Sailing(route, profile, motion, timetable(motion, route, 0.0))
+
+
+def place(route: Route, s: float) -> str:
+    """The leg or turn of an arc length, m, in words."""
+    element = route.elements[route.index_at(s)]
+    return f"turn {element.leg + 1}" if element.turn else f"leg {element.leg + 1}"
