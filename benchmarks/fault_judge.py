@@ -12,6 +12,7 @@ from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.faults.fault import Fault
 from vessel_hsmc_ros.laws import LAWS as LAWS_OF_PACKAGE
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -43,8 +44,7 @@ SCENARIO = {
     "controller.hierarchical.yaw_reaching_gain": 20.0,
     "controller.hierarchical.surge_reaching_gain": 20.0,
     # The actuators of this ship are instant, and declared so: the guided law then returns fast.
-    "controller.vessel.surge_lag": 0.0,
-    "controller.vessel.yaw_lag": 0.0,
+    **{f"controller.vessel.{name}": value for name, value in INSTANT.items()},
     "controller.input_timeout": 0.5,
     "controller.ride_through": True,  # of the undisturbed run too, whose commands are then within the same limits
     "vessel_sim.command_timeout": 2.0,

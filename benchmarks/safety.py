@@ -1,7 +1,7 @@
 """Random sequences of messages through the safety checks, and what these cost.
 
-Drives sequences of messages, law values and operator commands, drawn by hypothesis, through freshness, plausibility, output guard
-and supervision; the assertions of test/support/safety_sequences.py state what must hold in each. Then prints the time of one call
+Drives sequences of messages, law values and operator commands, drawn by hypothesis, through the controller's own code without
+rclpy; the assertions of test/support/safety_sequences.py state what must hold in each. Then prints the time of one call
 of each check. The exit code is 1 if the output guard takes more than its limit.
 
     python benchmarks/safety.py [--sequences 100000]

@@ -1,5 +1,6 @@
 """A bag's file is valid after every system call, and after every page of a call that SIGKILL cut short."""
 
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,11 +8,14 @@ from typing import Any
 
 import pytest
 from bag_making import made_run, write_run
+from mcap.data_stream import RecordBuilder
 from mcap.reader import NonSeekingReader, make_reader
+from mcap.records import Header, Metadata
+from mcap.stream_reader import StreamReader
 
 from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer
-from vessel_hsmc_ros.bags.crash_safe_file import PAGE
-from vessel_hsmc_ros.bags.mcap_layout import MAGIC
+from vessel_hsmc_ros.bags.crash_safe_file import HEADER, PAGE, CrashSafeFile
+from vessel_hsmc_ros.bags.mcap_layout import FOOTER, MAGIC
 from vessel_hsmc_ros.bags.mcap_scan import scan
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
@@ -100,6 +104,39 @@ def test_after_every_page_written_the_file_is_valid_and_has_no_fewer_messages_th
     assert found == sorted(found)
     assert found[-1] == len(made_run(STEPS))
     assert path.read_bytes() == (tmp_path / "bag" / "bag_0.mcap").read_bytes()
+
+
+def metadata_record(size: int) -> bytes:
+    """A Metadata record of a size."""
+    builder = RecordBuilder()
+    Metadata(name="x" * (size - HEADER - 8), metadata={}).write(builder)
+    return bytes(builder.end())
+
+
+def count_by_any_reader(content: bytes) -> int:
+    """Metadata records in a complete file, read by MCAP's own library from front to back."""
+    return sum(isinstance(record, Metadata) for record in StreamReader(io.BytesIO(content)).records)
+
+
+def test_wherever_a_record_ends_before_a_page_every_state_is_a_complete_file(
+    tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)  # so that the file is often extended
+    builder = RecordBuilder()
+    Header(profile="", library="").write(builder)
+    file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
+    appended = 0
+    for gap in range(1, HEADER + 2):
+        file.append([metadata_record(3 * PAGE // 2 + -(file.end + 3 * PAGE // 2) % PAGE - gap)])
+        file.append([metadata_record(100)])
+        appended += 2
+    # Headers and footers, which make what they point to visible, are written by calls of their own.
+    pointers = [(offset, len(data)) for data, offset in calls if data and len(data) <= FOOTER.size]
+    assert all(offset // PAGE == (offset + size - 1) // PAGE for offset, size in pointers)
+    begun = 3  # states of a file that has only been begun
+    found = [count_by_any_reader(bytes(content)) for number, content in enumerate(states(calls)) if number >= begun]
+    assert found == sorted(found)
+    assert found[-1] == appended
 
 
 def test_closing_and_recovery_remove_the_reserved_space(tmp_path: Path) -> None:

@@ -220,6 +220,28 @@ def test_lists_of_different_lengths_are_columns_of_objects(tmp_path: Path) -> No
     assert series.stamp.tolist() == [0, 1, 2, 3]
 
 
+def test_a_run_whose_law_was_not_computed_at_times_has_tables_and_weights_of_one_shape(
+    recorded: Recorded, tmp_path: Path
+) -> None:
+    given, writer, rng = open_bag(recorded[0]), BagWriter(tmp_path / "bag"), np.random.default_rng(7)
+    topics = {name: topic(name, series.type) for name, series in given.topics.items()}
+    for each in topics.values():
+        writer.add_topic(each)
+    none = dict.fromkeys(("surge_weights", "sway_weights", "yaw_weights"), np.empty(0))
+    for raw in given.raw_messages():
+        idle = raw.topic == "/controller/state" and raw.log_time // PERIOD in (0, 5, 6)
+        kind = topics[raw.topic].kind
+        data = serialized(message(kind, raw.log_time, rng, **none), kind) if idle else raw.data
+        writer.write(topics[raw.topic], data, raw.log_time, raw.log_time)
+    writer.close()
+    run, whole = open_bag(tmp_path / "bag").run(VESSEL), given.run(VESSEL)
+    for name in none:
+        assert run.control[name].shape == (300, 27)
+        assert np.flatnonzero(np.isnan(run.control[name]).all(axis=1)).tolist() == [0, 5, 6]
+        np.testing.assert_array_equal(run.control[name][7:], whole.control[name][7:])
+    assert list(run.control_dataframe().columns) == list(whole.control_dataframe().columns)
+
+
 def test_a_topic_without_messages_has_empty_columns(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag")
     writer.add_topic(topic("/odom", TYPES["odom"]))

@@ -27,7 +27,7 @@ STORE.register({k: v for k, v in get_types_from_msg(definition(KIND), KIND).item
 
 @pytest.fixture
 def bag(tmp_path: Path) -> Path:
-    """A bag of one vessel in a namespace whose odometry begins at FIRST."""
+    """A bag of one vessel in a namespace whose odometry begins at FIRST; the first message arrives after the second."""
     writer = BagWriter(tmp_path / "bag")
     writer.attach(SCENARIO, dump_scenario(load_scenario("case2_tracking", {"controller.law": "guided"})))
     odometry, events = topic("/alpha/odom", TYPES["odom"]), topic("/alpha/events", KIND)
@@ -35,7 +35,8 @@ def bag(tmp_path: Path) -> Path:
     for each in (odometry, events):
         writer.add_topic(each)
     for k in range(100, 300):
-        writer.write(odometry, serialized(message(odometry.kind, k * PERIOD, rng), odometry.kind), k * PERIOD, k * PERIOD)
+        received = k * PERIOD + (PERIOD + 1) * (k == 100)
+        writer.write(odometry, serialized(message(odometry.kind, k * PERIOD, rng), odometry.kind), received, received)
     for stamp, node, kind, text in MADE:
         made = message(KIND, stamp, rng)
         made.node, made.kind, made.text = node, kind, text

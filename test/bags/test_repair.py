@@ -15,7 +15,9 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.rosbag2 import Reader
 
 from vessel_hsmc_ros.bags.mcap_writer import CHUNK_SIZE
+from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete, repair
+from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
 from vessel_hsmc_ros.core.exceptions import BagError
 
 
@@ -47,6 +49,16 @@ def test_a_bag_of_a_recorder_that_was_killed_at_once_is_empty_and_readable(tmp_p
     assert repair(writer.directory).messages == 0
     with Reader(writer.directory) as reader:
         assert list(reader.messages()) == []
+
+
+def test_a_recovered_bag_has_the_latest_notes(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(size=1), notes={"messages_dropped": "0"})
+    write_run(None, 1, writer=writer, close=False)
+    writer.notes["messages_dropped"] = "3"
+    write_run(None, 1, writer=writer, close=False)  # ends the first file, which has the notes of then at its end
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    repair(tmp_path / "bag")
+    assert open_bag(tmp_path / "bag").information["custom_data"]["messages_dropped"] == "3"
 
 
 def test_a_second_repair_changes_nothing(tmp_path: Path) -> None:

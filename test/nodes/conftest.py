@@ -33,12 +33,12 @@ class Bench:
         self.executor.add_node(self.probe)
         self.nodes: list[Any] = []
 
-    def start(self, node_class: Any, lockstep: bool = True, **parameters: Any) -> Any:
+    def start(self, node_class: Any, lockstep: bool = True, namespace: str = "", **parameters: Any) -> Any:
         """Start a node under test, in lockstep by default; `__` in the name of a parameter stands for a dot."""
         box = {"black_box.duration": 0.0} if node_class.NAME == "controller" and not lockstep else {}
         values = {"lockstep": lockstep, **box, **parameters}
         overrides = [Parameter(n, value=v) for n, v in {n.replace("__", "."): v for n, v in values.items()}.items()]
-        node = node_class(context=self.context, parameter_overrides=overrides)
+        node = node_class(context=self.context, namespace=namespace, parameter_overrides=overrides)
         self.nodes.append(node)
         self.executor.add_node(node)
         return node

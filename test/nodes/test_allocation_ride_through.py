@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
@@ -71,3 +72,22 @@ def test_in_lockstep_the_plant_holds_demands_that_are_missing_until_the_timeout(
         publishers[1].publish(Float64(data=20.0))
     bench.until(lambda: len(applied) == 6)
     assert [message.wrench.force.x for message in applied] == [30.0, 30.0, 30.0, 30.0, 20.0, 20.0]
+
+
+def test_in_lockstep_a_rudder_is_turned_for_the_last_speed_while_odometry_is_missing(bench: Any) -> None:
+    """The rudder of a ship at speed needs a small angle; for a ship at rest it would be turned to its limit."""
+    angles = bench.collect(Float64, "thrusters/screw/angle")
+    bench.collect(Float64, "thrusters/screw/thrust")
+    commands, odometry = bench.publisher(WrenchStamped, "cmd_wrench"), bench.publisher(Odometry, "odom")
+    node = bench.start(ThrusterAllocationNode, ride_through=True, command_timeout=0.3, **layout("rudder"))
+    bench.until(lambda: node.connected and commands.get_subscription_count() and odometry.get_subscription_count())
+    command, ship = conv.new_wrench(), conv.new_odometry()
+    for step, speed in enumerate([5.0, math.nan, 5.0, math.nan, math.nan]):
+        stamp = conv.time_message(step * 10**8)
+        conv.write_wrench(command, stamp, (0.0, 400.0))
+        conv.write_odometry(ship, stamp, np.array([0.0, 0.0, 0.0, speed, 0.0, 0.0]))
+        odometry.publish(ship)
+        commands.publish(command)
+        bench.until(lambda step=step: len(angles) == step + 1)
+    assert [message.data for message in angles] == [angles[0].data] * 5
+    assert 0.0 < abs(angles[0].data) < 0.5

@@ -13,6 +13,7 @@ from driving import ACCELERATION, REFERENCE, STATE, Plant
 from vessel_hsmc_ros.bags import black_box as writer
 from vessel_hsmc_ros.bags import black_box_content as content
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
+from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import black_box
@@ -116,3 +117,45 @@ def test_a_folder_that_takes_no_bag_is_named_and_another_takes_it(tmp_path: Path
     assert (message.log_time, message.data) == (5, wrench)
     with pytest.raises(BagError, match="Not a directory"):
         writer.write(io.BytesIO(content.header(folders[:1], {}, {}, "")))
+
+
+def small(*folders: Path) -> io.BytesIO:
+    """The content of a black box with one message."""
+    header = content.header([*map(str, folders)], {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
+    return io.BytesIO(header + content.record(5, 0, bytes(4)))
+
+
+def test_a_name_that_repeats_loses_nothing(tmp_path: Path) -> None:
+    wanted = tmp_path / "box_1"
+    written = [writer.write(small(wanted, tmp_path / "other")) for _ in range(3)]
+    assert written == [(tmp_path / name, "") for name in ("box_1", "box_1_2", "box_1_3")]
+    assert [open_bag(folder).count for folder, _ in written] == [1, 1, 1]
+
+
+def test_a_folder_that_another_process_makes_in_between_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wanted, spare = tmp_path / "box", tmp_path / "spare" / "box"
+    wanted.mkdir()
+    (wanted / "notes.txt").write_text("of another")
+    monkeypatch.setattr(writer, "_unused", lambda folder: folder)
+    folder, refused = writer.write(small(wanted, spare))
+    assert folder == spare
+    assert "File exists" in refused
+    assert (wanted / "notes.txt").read_text() == "of another"
+
+
+@pytest.mark.parametrize("failing", ["_begin_file", "close"])
+def test_of_a_bag_that_cannot_be_written_nothing_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: str) -> None:
+    original = getattr(BagWriter, failing)
+
+    def fail(bag: BagWriter) -> None:
+        if bag.directory == tmp_path / "full":
+            (bag.directory / "part").write_text("")
+            error = OSError(28, "No space left on device")
+            raise error if failing == "_begin_file" else BagError(str(error))
+        original(bag)
+
+    monkeypatch.setattr(BagWriter, failing, fail)
+    folder, refused = writer.write(small(tmp_path / "full", tmp_path / "spare"))
+    assert folder == tmp_path / "spare"
+    assert "No space left" in refused
+    assert not (tmp_path / "full").exists()

@@ -1,7 +1,9 @@
 """What the controller commands, and the reason that it gives, when its clock is stepped."""
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from driving import REFERENCE, STATE, RealTimePlant
@@ -38,6 +40,53 @@ def test_a_step_of_the_simulated_clock_is_the_reason_of_the_safe_action(
     assert reasons(sea.states) == [reason, ControlState.NOT_READY]
     assert sea.states[-1].operation == ControlState.ACTIVE
     assert sea.states[-1].missed_periods == 0
+
+
+@pytest.mark.parametrize(("step", "reason"), STEPS[:2])
+def test_after_a_step_of_the_clock_odometry_of_another_place_is_taken_at_once(
+    sea: RealTimePlant, simulated_time: Any, step: int, reason: int
+) -> None:
+    """As of a simulation that begins anew: between the two places lies no motion of a ship."""
+    simulated_time.now = 10 * SECOND
+    node = sea.start(ControllerNode, law="guided", input_timeout=0.1)
+    sea.run(0.3)
+    assert sea.state is not None
+    sea.state = sea.state + np.array([500.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    sea.states.clear()
+    simulated_time.jump(step)
+    sea.run(0.1)
+    first = next(state for state in sea.states if math.isfinite(state.surge_error))
+    assert abs(first.surge_error) > 400.0
+    assert "jumped" not in node.inputs.concerns()[0].message
+
+
+@pytest.mark.parametrize(("step", "forgets"), [(-5 * SECOND, True), (5 * SECOND, False)])
+def test_a_clock_that_is_set_back_clears_what_the_law_has_learned(
+    sea: RealTimePlant, simulated_time: Any, step: int, forgets: bool
+) -> None:
+    simulated_time.now = 10 * SECOND
+    sea.start(ControllerNode, law="guided", input_timeout=0.1)
+    sea.run(0.5)
+    learned = sea.states[-1].yaw_weight_norm
+    sea.states.clear()
+    simulated_time.jump(step)
+    sea.run(0.05)
+    first = next(state for state in sea.states if math.isfinite(state.yaw_surface))
+    assert learned > 0.0
+    assert (first.yaw_weight_norm < 0.2 * learned) == forgets
+
+
+def test_after_a_clock_that_is_set_back_the_observer_estimates_from_the_new_samples(
+    sea: RealTimePlant, simulated_time: Any
+) -> None:
+    simulated_time.now = 10 * SECOND
+    node = sea.start(ControllerNode, law="guided", input_timeout=0.1, observer__enabled=True)
+    sea.run(0.3)
+    assert sea.state is not None
+    sea.state = sea.state + np.array([500.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    simulated_time.jump(-5 * SECOND)
+    sea.run(0.2)
+    assert node.loop.estimate.x == pytest.approx(sea.state[0], abs=1.0)
 
 
 def test_the_reason_of_a_clock_that_jumped_is_given_until_there_are_new_inputs(sea: RealTimePlant, simulated_time: Any) -> None:
@@ -90,3 +139,16 @@ def test_a_step_of_the_system_clock_is_the_reason_of_the_safe_action(
     assert node.status()[0] == (DiagnosticStatus.WARN if reason == BACK else DiagnosticStatus.ERROR)
     timer.reset()
     bench.until(lambda: sea.states[-1].operation == ControlState.ACTIVE)
+
+
+def test_a_later_fault_has_its_own_reason_and_not_that_of_the_step_of_the_clock(sea: RealTimePlant, simulated_time: Any) -> None:
+    simulated_time.now = 10 * SECOND
+    sea.start(ControllerNode, law="guided", input_timeout=0.1)
+    sea.run(0.3)
+    simulated_time.jump(-5 * SECOND)
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.ACTIVE
+    sea.state = None
+    sea.states.clear()
+    sea.run(0.3)
+    assert reasons(sea.states) == [ControlState.OVERDUE]

@@ -49,13 +49,13 @@ def spoil(sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, **fields: Any) ->
 
 
 def assert_bounded(sea: RealTimePlant) -> None:
-    """Every change of the commands is that of the law by itself, or bounded by the ramp."""
+    """Every change of the commands is bounded by the ramp, but for those from one command of the law to the next."""
     count = min(len(sea.commands), len(sea.states))  # the last message of one of them may be on its way
     states = {conv.nanoseconds(state.header.stamp): state for state in sea.states}
     pairs = [(wrench, states[at]) for at, wrench in zip(sea.stamps(), sea.wrenches(), strict=True) if at in states][:count]
     wrenches = np.array([wrench for wrench, _ in pairs])
     own = np.array([state.operation == ControlState.ACTIVE and not state.reason for _, state in pairs])
-    changes = np.abs(np.diff(wrenches, axis=0))[~own[1:]]
+    changes = np.abs(np.diff(wrenches, axis=0))[~(own[1:] & own[:-1])]
     assert len(changes)
     assert (changes <= RATES * 0.01 * (1.0 + 1e-9)).all()
 
@@ -142,6 +142,19 @@ def test_a_stop_latches_until_it_is_rearmed_and_enabled(bench: Any, sea: RealTim
     assert [event.kind for event in events if event.node == "controller"] == ["disable", "stop", "rearm", "enable"]
 
 
+def test_a_stop_is_commanded_at_once_and_not_in_the_next_period(bench: Any, sea: RealTimePlant) -> None:
+    """The simulated clock stands from the request on, so that no period begins."""
+    node = start(sea)
+    for _ in range(2):  # a second stop is answered like the first
+        sea.run(0.4)
+        assert any(sea.wrenches()[-1])
+        assert bench.call(Trigger, "/controller/stop", Trigger.Request()).success
+        bench.until(lambda: sea.wrenches()[-1] == (0.0, 0.0), deadline=10.0)
+        assert sea.stamps()[-1] == node.now()
+        assert bench.call(Trigger, "/controller/rearm", Trigger.Request()).success
+        assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
+
+
 def test_the_lifecycle_services_activate_and_deactivate(bench: Any, sea: RealTimePlant) -> None:
     start(sea, start_enabled=False)
     sea.run(0.2)
@@ -211,7 +224,12 @@ def test_a_jump_is_held_out_and_then_taken_without_a_bump(sea: RealTimePlant) ->
     assert abs(sea.states[-1].surge_error) < 50.0
     sea.run(0.2)
     assert abs(sea.states[-1].surge_error) > 200.0
-    assert_bounded(sea)
+    taken = next(k for k, state in enumerate(sea.states) if abs(state.surge_error) > 200.0)
+    assert sea.states[taken].reason == ControlState.HANDOVER
+    at = sea.stamps().index(conv.nanoseconds(sea.states[taken].header.stamp))
+    changes = np.abs(np.diff(np.array(sea.wrenches()[at - 1 : at + 10]), axis=0))
+    assert (changes <= RATES * 0.01 * (1.0 + 1e-9)).all()
+    assert changes[0].any(), "the law wants another wrench there"
 
 
 def test_a_clock_that_is_set_back_resets_law_and_inputs(sea: RealTimePlant, simulated_time: Any) -> None:
@@ -232,10 +250,15 @@ def test_a_node_without_its_clock_reports_that_it_waits_for_it(bench: Any) -> No
     bench.until(lambda: node.status()[1].startswith("waiting for /clock"))
 
 
-def test_the_last_command_is_zero(bench: Any, sea: RealTimePlant) -> None:
-    node = start(sea)
+@pytest.mark.parametrize("operation", ["ACTIVE", "SAFE"])
+def test_the_last_command_is_zero(bench: Any, sea: RealTimePlant, operation: str) -> None:
+    node = start(sea, safety__ramp_time=1.0)
     sea.run(0.3)
-    assert any(sea.wrenches()[-1])
+    if operation == "SAFE":
+        sea.state = None
+        sea.run(0.15)
+    assert sea.states[-1].operation == getattr(ControlState, operation)
+    assert any(sea.wrenches()[-1]), "on the way to zero"
     node.close()
     bench.until(lambda: sea.wrenches()[-1] == (0.0, 0.0))
     assert sea.stamps()[-1] == node.now()

@@ -4,11 +4,13 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from driving import STEP, RealTimePlant
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Log
-from vessel_hsmc_msgs.msg import ReferenceState
+from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 
@@ -53,3 +55,19 @@ def test_frame_ids_have_the_frame_prefix_of_the_vessel(bench: Any, plant: Any) -
     bench.until(lambda: plant.commands and plant.states and estimates)
     assert plant.commands[0].header.frame_id == plant.states[0].header.frame_id == "alpha/base_link"
     assert (estimates[0].header.frame_id, estimates[0].child_frame_id) == ("alpha/odom", "alpha/base_link")
+
+
+@pytest.mark.parametrize("late", ["odometry", "reference"])
+def test_the_law_commands_only_after_enough_samples_of_each_input(bench: Any, simulated_time: Any, late: str) -> None:
+    """The one input has come for long when the other begins."""
+    sea = RealTimePlant(bench, simulated_time)
+    given = {"odometry": "state", "reference": "desired"}[late]
+    value = getattr(sea, given)
+    setattr(sea, given, None)
+    sea.start(ControllerNode, law="guided", safety__fresh_samples=10)
+    sea.run(0.3)
+    began = simulated_time.now
+    setattr(sea, given, value)
+    sea.run(0.2)
+    active = [conv.nanoseconds(state.header.stamp) for state in sea.states if state.operation == ControlState.ACTIVE]
+    assert began + 9 * STEP <= active[0] <= began + 13 * STEP

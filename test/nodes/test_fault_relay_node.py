@@ -93,6 +93,13 @@ def test_an_event_names_each_fault_as_it_begins_and_ends(bench: Any, script: Any
     ]
 
 
+def test_in_real_time_an_event_has_the_time_of_day_at_which_its_fault_begins(bench: Any, script: Any) -> None:
+    feed = Feed(bench, script(Fault(at=0.1, duration=0.1, kind="drop", topic="odom")), lockstep=False)
+    feed.odometry(5_000)  # its stamp, 500 s, is the start of the script
+    bench.until(lambda: len(feed.events) == 2)
+    assert [conv.nanoseconds(event.header.stamp) for event in feed.events] == [500_100_000_000, 500_200_000_000]
+
+
 @pytest.mark.parametrize(
     ("settings", "expected"),
     [

@@ -22,6 +22,8 @@ CLASSES = {
     "recorder": "vessel_hsmc_ros.nodes.recorder:RecorderNode",
     "markers": "vessel_hsmc_ros.nodes.markers:MarkerNode",
     "watchdog": "vessel_hsmc_ros.nodes.watchdog:WatchdogNode",
+    "navsat_odom": "vessel_hsmc_ros.nodes.navsat_odom:NavsatOdometryNode",
+    "drive": "vessel_hsmc_ros.nodes.drive:DriveNode",
     "live": "vessel_hsmc_ros.nodes.live:LiveNode",
     "fault_relay": "vessel_hsmc_ros.nodes.fault_relay:FaultRelayNode",
 }

@@ -36,7 +36,7 @@ def test_an_input_is_overdue_once_it_is_older_than_the_timeout(monitor: InputMon
 @pytest.mark.parametrize(
     ("bad", "expected"),
     [
-        (sample(0, "map"), "odometry with frame 'map' is not allowed: it must be 'odom'"),
+        (sample(0, "map"), "odometry with frame 'map' is not allowed: it must be 'odom'; frames_checked: false takes any"),
         (sample(-10 * TIMEOUT), "odometry with a stamp 5 s old is not allowed: it takes at most 0.5 s"),
         (sample(60 * TIMEOUT), "odometry with a stamp 30 s ahead is not allowed: it takes at most 0.1 s"),
     ],
@@ -92,3 +92,13 @@ def test_an_input_that_is_overdue_because_it_was_refused_is_reported_with_the_re
     monitor.take("odometry", sample(0, number=math.nan), 0, 0, "odometry with x = nan is not allowed")
     monitor.report_overdue("odometry", Reason.OVERDUE, 0)
     assert monitor.status() == (ERROR, "odometry with x = nan is not allowed; ignored")
+
+
+def test_after_a_reset_samples_are_counted_anew(monitor: InputMonitor) -> None:
+    for name in INPUTS:
+        for stamp in range(3):
+            assert not monitor.take(name, sample(stamp), 0, 0)
+    assert monitor.fresh == dict.fromkeys(INPUTS, 3)
+    monitor.reset()
+    assert monitor.fresh == dict.fromkeys(INPUTS, 0)
+    assert monitor.overdue(0, 0) == ("odometry", Reason.NOT_RECEIVED)

@@ -69,7 +69,7 @@ def test_a_run_with_goals_or_waypoints_of_a_file_is_bit_identical_with_the_offli
     np.testing.assert_array_equal(wrench, offline.wrench)
 
 
-@pytest.mark.parametrize("mode", ["straight", "circle", "figure_eight", "square"])
+@pytest.mark.parametrize("mode", ["straight", "circle", "figure_eight", "square", "lawnmower"])
 def test_a_run_along_a_curve_is_bit_identical_with_the_offline_run(bench: Any, mode: str) -> None:
     changes = {"reference_ship.mode": mode, "vessel_sim.duration": 5.0, "controller.law": "guided", **RATES}
     scenario = load_scenario("waypoints", changes)

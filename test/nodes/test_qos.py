@@ -7,6 +7,7 @@ from rclpy.qos import HistoryPolicy, ReliabilityPolicy
 
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
 
 @pytest.mark.parametrize(("lockstep", "history"), [(True, HistoryPolicy.KEEP_ALL), (False, HistoryPolicy.KEEP_LAST)])
@@ -25,3 +26,21 @@ def test_in_lockstep_a_reader_that_falls_behind_loses_nothing(bench: Any) -> Non
         publisher.publish(message)
     bench.until(lambda: len(received) == 500)
     assert [m.wrench.force.x for m in received] == list(range(500))
+
+
+def test_a_reader_of_the_newest_that_falls_behind_takes_none_that_is_too_old_for_the_controller(bench: Any) -> None:
+    """At the default rate and time-out: a busy node that took older ones first would refuse every message, for ever."""
+    publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    received = bench.collect(WrenchStamped, "cmd_wrench", qos.newest(False))
+    bench.until(publisher.get_subscription_count)
+    message, count = conv.new_wrench(), 300
+    for k in range(count):  # the test's thread does not spin, so the reader takes nothing
+        conv.write_wrench(message, conv.time_message(k * STEP), (float(k), 0.0))
+        publisher.publish(message)
+    bench.until(lambda: received and received[-1].wrench.force.x == count - 1)
+    parameters = ControllerParameters()
+    assert (count - 1 - received[0].wrench.force.x) / parameters.rate_hz < 0.5 * parameters.input_timeout
+
+
+def test_in_lockstep_the_newest_is_as_lossless_as_all() -> None:
+    assert qos.newest(True) == qos.data(True)

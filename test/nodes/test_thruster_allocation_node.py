@@ -241,3 +241,39 @@ def test_shaft_speeds_are_published_where_the_thrust_coefficients_are_given(benc
     allocator.command(50.0)
     bench.until(lambda: len(speeds) == 1)
     assert speeds[0].data == pytest.approx(50.0)
+
+
+class Clocked(Allocator):
+    """The same on simulated time, which begins at 10 s."""
+
+    def __init__(self, bench: Any, time: Any, **parameters: Any) -> None:
+        time.now = 10**10
+        super().__init__(bench, use_sim_time=True, **parameters)
+        self.time = time
+        time.run(0.01)
+
+    def answer(self, force: float) -> float:
+        """The thrust of one of two propellers for a force that is commanded now."""
+        self.stamp, count = self.time.now - 10**8, len(self.thrust)
+        self.command(force)
+        self.bench.until(lambda: len(self.thrust) > count, deadline=10.0)
+        return float(self.thrust[-1].data)
+
+
+def test_after_a_time_out_the_rate_limit_counts_from_no_thrust(bench: Any, simulated_time: Any) -> None:
+    allocator = Clocked(bench, simulated_time, command_timeout=0.2, vessel__thrusters__thrust_rate=[100.0])
+    thrusts = []
+    for _ in range(3):
+        thrusts.append(allocator.answer(100.0))
+        simulated_time.jump(10**8)
+    simulated_time.jump(15 * 10**7)
+    bench.until(lambda: len(allocator.thrust) == 4)
+    thrusts += [allocator.thrust[-1].data, allocator.answer(100.0)]
+    assert thrusts == pytest.approx([0.0, 10.0, 20.0, 0.0, 25.0]), "0.25 s after the command before, at 100 N/s"
+
+
+def test_commands_of_a_clock_that_was_set_back_are_carried_out(bench: Any, simulated_time: Any) -> None:
+    allocator = Clocked(bench, simulated_time, command_timeout=0.2)
+    assert allocator.answer(30.0) == pytest.approx(15.0)
+    simulated_time.jump(-5 * 10**9)
+    assert allocator.answer(50.0) == pytest.approx(25.0)

@@ -172,11 +172,11 @@ def test_a_second_publisher_of_commands_is_reported_and_the_lockstep_run_goes_on
 
 
 def test_pause_suspends_the_step_and_the_command_timeout(bench: Any, helm: Any) -> None:
-    bench.start(VesselSimNode, command_timeout=0.2)
+    bench.start(VesselSimNode, command_timeout=1.0)
     bench.until(lambda: helm.odometry)
     assert bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=True)).message == "paused"
     helm.command(0)
-    bench.spin(0.5)
+    bench.spin(1.5)
     assert helm.stamps() == [0]
     assert bench.call(SetBool, "/vessel_sim/pause", SetBool.Request(data=False)).message == "running"
     bench.until(lambda: helm.stamps() == [0, STEP])

@@ -1,6 +1,7 @@
 """The watchdog in real time: on simulated time where its time-out is exact, since the ramp is by the steady clock."""
 
 import math
+import time
 from typing import Any
 
 import pytest
@@ -10,7 +11,7 @@ from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes import qos, watchdog
 from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 
 WARN, ERROR, OK = DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.OK
@@ -19,12 +20,12 @@ WARN, ERROR, OK = DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatu
 class Watched:
     """A watchdog, a publisher of commands, and what the watchdog passes on."""
 
-    def __init__(self, bench: Any, **parameters: Any) -> None:
+    def __init__(self, bench: Any, namespace: str = "", **parameters: Any) -> None:
         self.bench = bench
-        self.commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
-        self.output = bench.collect(WrenchStamped, "watched_wrench", qos.STREAM)
+        self.commands = bench.publisher(WrenchStamped, f"{namespace}/cmd_wrench", lockstep=False)
+        self.output = bench.collect(WrenchStamped, f"{namespace}/watched_wrench", qos.STREAM)
         values = {"watched_nodes": [""], "ramp_time": 0.0, **parameters}
-        self.node = bench.start(WatchdogNode, lockstep=False, **values)
+        self.node = bench.start(WatchdogNode, lockstep=False, namespace=namespace, **values)
         bench.until(lambda: self.node.connected and self.commands.get_subscription_count() and self.output)
 
     def command(self, force: float, moment: float = 0.0, late: float = 0.0) -> Any:
@@ -64,20 +65,43 @@ def test_a_command_that_is_not_fresh_is_not_passed_on(bench: Any, force: float, 
     assert {conv.read_wrench(message)[0] for message in watched.output} == {0.0, 1e3}
 
 
-def test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return(bench: Any) -> None:
-    watched = Watched(bench, command_timeout=0.5, ramp_time=0.5)
-    bench.until(lambda: watched.command(1e3) or watched.latest[0] == 1e3)
-    del watched.output[:-1]
-    bench.until(lambda: watched.latest[0] == 0.0)
-    down = [conv.read_wrench(message)[0] for message in watched.output]
-    assert down == sorted(down, reverse=True)
-    # The first step down comes a period of the watchdog after the time-out, not with the whole time-out.
-    assert down[1] == pytest.approx(1e3, rel=0.3)
-    del watched.output[:-1]
-    bench.until(lambda: watched.command(1e3) or watched.latest[0] == 1e3)
-    up = [conv.read_wrench(message)[0] for message in watched.output]
-    assert up == sorted(up)
-    assert up[1] == pytest.approx(0.0, abs=300.0)
+class SteadyClock:
+    """Stands for the module `time` in the watchdog, so that its ramp does not depend on the load of the machine."""
+
+    now = 100.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+def test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return(
+    bench: Any, simulated_time: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steady = SteadyClock()
+    monkeypatch.setattr(watchdog, "time", steady)
+    simulated_time.now = 10**9
+    watched = Watched(bench, command_timeout=0.5, ramp_time=0.5, use_sim_time=True)
+    simulated_time.run(0.01)
+    watched.command(0.0)
+    bench.until(lambda: watched.concern("command").values["taken"] == 1)
+    steady.now += 10.0  # all the way to what is commanded
+    watched.command(1e3, late=-0.001)
+    bench.until(lambda: watched.latest[0] == 1e3)
+
+    def at(force: float) -> Any:
+        return bench.until(lambda: watched.latest[0] == pytest.approx(force))
+
+    steady.now += 10.0  # what passes before the time-out is no part of the ramp
+    watched.command(1e3, late=-0.002)
+    bench.until(lambda: watched.concern("command").values["taken"] == 3)
+    simulated_time.jump(6 * 10**8)
+    for share in (0.75, 0.25, 0.0):
+        steady.now += 0.125 if share == 0.75 else 0.25
+        at(share * 1e3)
+    for taken, share in ((4, 0.25), (5, 1.0)):
+        steady.now += 0.125 if taken == 4 else 0.5
+        watched.command(1e3, late=-0.001 * taken)
+        at(share * 1e3)
 
 
 def test_a_stop_holds_until_it_is_rearmed(bench: Any) -> None:
@@ -94,6 +118,38 @@ def test_a_stop_holds_until_it_is_rearmed(bench: Any) -> None:
     assert bench.call(Trigger, "/watchdog/rearm", Trigger.Request()).success
     watched.command(2e3)
     bench.until(lambda: watched.latest[0] == 2e3)
+
+
+def test_a_stop_is_at_once_whatever_the_ramp_is(bench: Any) -> None:
+    watched = Watched(bench, command_timeout=60.0, ramp_time=5.0)
+    bench.until(lambda: watched.command(1e3) or watched.latest[0] > 500.0)
+    count = len(watched.output)
+    assert bench.call(Trigger, "/watchdog/stop", Trigger.Request()).success
+    bench.until(lambda: any(not any(conv.read_wrench(each)) for each in watched.output[count:]))
+    passed = [conv.read_wrench(each)[0] for each in watched.output[count:]]
+    assert all(force == 0.0 or force > 500.0 for force in passed), "no way down between command and zero"
+
+
+def test_a_stop_does_not_wait_for_the_next_period(bench: Any) -> None:
+    watched = Watched(bench, command_timeout=60.0, rate_hz=1.0)
+    watched.command(1e3)
+    bench.until(lambda: watched.latest[0] == 1e3)
+    for timer in watched.node.timers:
+        if timer.callback == watched.node._on_timer:
+            timer.cancel()
+    assert bench.call(Trigger, "/watchdog/stop", Trigger.Request()).success
+    bench.until(lambda: watched.latest[0] == 0.0, deadline=10.0)
+
+
+def test_a_changed_time_out_holds_for_the_commands_that_follow(bench: Any, simulated_time: Any) -> None:
+    simulated_time.now = 10**9
+    watched = Watched(bench, command_timeout=60.0, use_sim_time=True)
+    simulated_time.run(0.01)
+    watched.command(1e3)
+    bench.until(lambda: watched.latest[0] == 1e3)
+    assert bench.set_parameters("watchdog", command_timeout=0.2).successful
+    simulated_time.jump(300_000_000)
+    bench.until(lambda: watched.latest[0] == 0.0, deadline=10.0)
 
 
 def test_commands_of_two_publishers_are_not_passed_on(bench: Any) -> None:
@@ -131,3 +187,32 @@ def test_the_time_out_counts_from_the_stamp(bench: Any, simulated_time: Any) -> 
 def test_a_watchdog_does_not_work_in_lockstep(bench: Any) -> None:
     with pytest.raises(ParameterError, match="a watchdog works in real time"):
         bench.start(WatchdogNode, lockstep=True)
+
+
+def test_commands_of_a_clock_that_was_set_back_are_passed_on(bench: Any, simulated_time: Any) -> None:
+    simulated_time.now = 10**10
+    watched = Watched(bench, command_timeout=0.2, use_sim_time=True)
+    simulated_time.run(0.01)
+    watched.command(1e3)
+    bench.until(lambda: watched.latest[0] == 1e3)
+    simulated_time.jump(-5 * 10**9)
+    watched.command(2e3)
+    bench.until(lambda: watched.latest[0] == 2e3, deadline=10.0)
+
+
+def test_a_watchdog_hears_the_nodes_of_its_own_vessel_and_no_others(bench: Any) -> None:
+    diagnostics = bench.probe.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    watched = Watched(bench, "/alpha", watched_nodes=["controller"], heartbeat_timeout=0.5)
+
+    def heard_after(*names: str) -> float:
+        """The age of the controller's heartbeat after a second of diagnostics of other names."""
+        array = DiagnosticArray(status=[DiagnosticStatus(name=name) for name in names])
+        end = time.monotonic() + 1.0
+        bench.until(lambda: diagnostics.publish(array) or time.monotonic() > end)
+        return float(watched.concern("heartbeat").values["controller_age"])
+
+    bench.until(diagnostics.get_subscription_count)
+    assert heard_after("controller", "bravo/controller", "alpha/controller: timing") > 0.5
+    assert watched.concern("heartbeat").level == ERROR
+    bench.until(lambda: heard_after("alpha/controller") < 0.5)
+    bench.until(lambda: watched.concern("heartbeat").level == OK)

@@ -1,5 +1,6 @@
 """The executables of the nodes where a library is missing."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -21,25 +22,31 @@ def code_without(modules: tuple[str, ...], code: str) -> list[str]:
 
 
 @pytest.mark.parametrize("executable", ["controller_node", "vessel_sim_node", "reference_ship_node", "recorder_node"])
-def test_without_the_message_package_a_node_names_the_build_command_in_one_line(executable: str) -> None:
+@pytest.mark.parametrize("workspace", ["", "/opt/ros/jazzy"])
+def test_without_the_message_package_a_node_names_the_way_to_install_it_in_one_line(executable: str, workspace: str) -> None:
     code = f"from vessel_hsmc_ros.nodes import entry_points; sys.exit(entry_points.{executable}())"
     blocked = ("vessel_hsmc_msgs",)
     if executable in ("vessel_sim_node", "recorder_node"):
         blocked = ("rclpy",)  # these two use no message of the package itself
-    done = subprocess.run(code_without(blocked, code), capture_output=True, text=True, timeout=120.0)
+    environment = {**os.environ, "AMENT_PREFIX_PATH": workspace}
+    done = subprocess.run(code_without(blocked, code), env=environment, capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert f"{blocked[0]} is not installed: " in line
-    assert ("colcon build --base-paths src 'src/*/msg_defs'" in line) == (blocked[0] == "vessel_hsmc_msgs")
+    remedy = "by `colcon build`" if workspace else "make wheels"
+    assert (remedy in line) == (blocked[0] == "vessel_hsmc_msgs")
+    assert ("pip install 'ros-jazzy-rclpy" in line) == (blocked[0] == "rclpy")
 
 
 @pytest.mark.parametrize(
     ("module", "remedy"),
-    [("rclpy", "nodes need ROS 2"), ("vessel_hsmc_msgs", "build both packages with `colcon build --base-paths")],
+    [("rclpy", "nodes need ROS 2"), ("vessel_hsmc_msgs", "`pip install` its wheel"), ("rich", "`pip install rich`")],
 )
 def test_the_command_run_names_a_missing_module_and_its_remedy(tmp_path: Path, module: str, remedy: str) -> None:
     code = "sys.argv[1:] = ['run', 'case2_tracking']; from vessel_hsmc_ros.cli.main import main; sys.exit(main())"
-    done = subprocess.run(code_without((module,), code), cwd=tmp_path, capture_output=True, text=True, timeout=120.0)
+    environment = {name: value for name, value in os.environ.items() if name != "AMENT_PREFIX_PATH"}
+    command = code_without((module,), code)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"error: {module} is not installed: {remedy}")

@@ -121,10 +121,8 @@ def test_run_without_ros_names_what_is_missing(start: Any) -> None:
     code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
     command = start("python", "-c", code + "from vessel_hsmc_ros.cli.main import main; sys.exit(main())")
     assert command.wait(60.0) == 1
-    assert (
-        "error: rclpy is not installed: nodes need ROS 2, source a Jazzy workspace; `vessel-hsmc simulate` does without"
-        in command.text
-    )
+    assert "error: rclpy is not installed: nodes need ROS 2, `pip install 'ros-jazzy-rclpy" in command.text
+    assert "or source a Jazzy workspace; `vessel-hsmc simulate` does without" in command.text
 
 
 BAD_RUNS = [

@@ -117,11 +117,9 @@ def test_vessels_in_real_time_keep_to_the_wall_clock(start: Start) -> None:
     assert [each["steps"] for each in summary["vessels"].values()] == [100, 100]
 
 
-def test_vessels_whose_namespace_is_in_use_are_refused(tmp_path: Path, start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_vessels_whose_namespace_is_in_use_are_refused(start: Start) -> None:
     from vessel_hsmc_ros.runs.supervisor import exclusive
 
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr("tempfile.tempdir", None)
     with exclusive("vessel_2"):
         command = start("vessel-hsmc", "run", "case2_tracking", "--vessels", "2")
         assert command.wait(COMMAND_LIMIT) == 1

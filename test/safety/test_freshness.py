@@ -56,6 +56,19 @@ def test_duplicates_and_reorderings_are_dropped_and_counted() -> None:
     assert odom.refused == {Reason.DUPLICATE: 2, Reason.OUT_OF_ORDER: 2}
 
 
+def test_the_first_sample_decides_which_of_several_frames_is_taken_until_a_reset() -> None:
+    odom = Freshness(0.5, FreshnessParameters(), ("odom", "map"), ("base_link",))
+    given = ["", "map", "odom", "map", "earth"]
+    reasons = [odom.accept(odometry(NOW + k, frame=frame), NOW, 0) for k, frame in enumerate(given)]
+    assert reasons == [Reason.NONE, Reason.NONE, Reason.WRONG_FRAME, Reason.NONE, Reason.WRONG_FRAME]
+    odom.reset()
+    assert odom.accept(odometry(frame="odom"), NOW, 0) is Reason.NONE
+
+
+def test_a_covariance_of_zero_is_not_known_and_counts() -> None:
+    assert fresh(covariance_limit=0.1).accept(odometry(covariance=0.0), NOW, 0) is Reason.NONE
+
+
 def test_an_input_is_overdue_by_its_receipt_and_by_its_stamp() -> None:
     odom = fresh()
     assert odom.overdue(NOW, 0) is Reason.NOT_RECEIVED
@@ -115,3 +128,13 @@ def test_earlier_stamps_are_taken_again_after_a_reset() -> None:
 def test_any_frame_is_taken_where_frames_are_not_checked_or_not_declared() -> None:
     assert fresh(frames_checked=False).accept(odometry(frame="map"), NOW, 0) is Reason.NONE
     assert Freshness(0.5, FreshnessParameters()).accept(odometry(frame="map"), NOW, 0) is Reason.NONE
+
+
+def test_after_a_reset_the_reason_of_an_earlier_refusal_is_no_longer_given() -> None:
+    odom = fresh()
+    odom.accept(odometry(frame="map"), NOW, 0)
+    assert odom.overdue(NOW, 0) is Reason.WRONG_FRAME
+    odom.reset()
+    assert odom.overdue(NOW, 0) is Reason.NOT_RECEIVED
+    assert odom.refused == {Reason.WRONG_FRAME: 1}
+    assert odom.accept(odometry(NOW - 100 * MS), NOW, 0) is Reason.NONE, "earlier stamps count again"

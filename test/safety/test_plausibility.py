@@ -60,6 +60,7 @@ def test_a_glitch_is_held_out_and_the_next_good_sample_is_taken() -> None:
     found = jumps()
     verdicts = [found.check((k + 1) * SECOND // 10, at(x)) for k, x in enumerate([500.0, 0.1, 500.0, 500.0, 0.2])]
     assert verdicts == [Verdict.HOLD, Verdict.TAKE, Verdict.HOLD, Verdict.HOLD, Verdict.TAKE]
+    assert found.held == 0
 
 
 def test_samples_that_agree_on_a_new_place_are_taken_as_a_relocalisation() -> None:
@@ -131,3 +132,12 @@ def test_an_interruption_starts_the_time_of_a_monitor_anew() -> None:
     monitor = Saturation(TIMES, LIMITS)
     for k in range(100):
         assert monitor.step((0.0 if k % 8 == 0 else 100.0, 0.0), T) is Alarm.OK
+
+
+def test_an_alarm_stays_while_its_condition_returns_again_and_again() -> None:
+    """A loose propeller, or a position that comes and goes: each absence is shorter than that which ends the alarm."""
+    monitor = Innovation(TIMES)
+    for _ in range(40):
+        monitor.step(True, T)
+    assert {monitor.step(k % 8 == 0, T) for k in range(100)} == {Alarm.SAFE}
+    assert [monitor.step(False, T) for _ in range(11)][-1] is Alarm.OK

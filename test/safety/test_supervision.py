@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.safety.parameters import SafetyParameters
+from vessel_hsmc_ros.safety.parameters import ACTIONS, SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import Authority
 from vessel_hsmc_ros.safety.supervision import Supervision
@@ -221,3 +221,27 @@ def test_commands_of_a_law_without_limits_are_cut_to_those_of_the_ship_where_act
     assert s.operation is Operation.ACTIVE
     assert s.step((math.nan, 0.0), OK, T) == (98.0, -39.2)
     assert (s.operation, s.reason) == (Operation.SAFE, Reason.COMMAND_NOT_FINITE)
+
+
+@pytest.mark.parametrize("action", ACTIONS)
+def test_a_second_fault_is_answered_like_the_first(action: str) -> None:
+    s = running(action=action, hold_time=0.3, fresh_samples=2)
+    answers = []
+    for _ in range(3):
+        answers.append([s.step(None, Reason.OVERDUE, T, (0.5, -1.0), (20.0, 5.0)) for _ in range(8)])
+        for _ in range(200):
+            s.step(GOOD, OK, T)
+        assert (s.operation, s.command) == (Operation.ACTIVE, GOOD)
+    assert answers[1:] == [answers[0]] * 2
+
+
+def test_after_a_fault_the_rate_of_the_law_does_not_count_from_the_safe_action() -> None:
+    """Else a law whose command stands still would be refused for its distance from the ramp, for ever."""
+    s = running(surge_force_rate=50.0, fresh_samples=2)
+    assert commands(s, 31)[-1] == 0.0
+    commands(s, 2, GOOD, OK)
+    assert s.operation is Operation.ACTIVE
+    assert commands(s, 60, GOOD, OK)[-1] == GOOD[0]
+    assert s.violations == {}
+    assert s.step((GOOD[0] - 6.0, GOOD[1]), OK, T) != (GOOD[0] - 6.0, GOOD[1]), "its own changes are bounded"
+    assert s.reason is Reason.COMMAND_RATE

@@ -21,7 +21,9 @@ CHILDREN = {
 }
 QUALIFIERS = {"topics": {"publish", "subscribe"}, "services": {"reply", "request"}, "actions": {"call", "execute"}}
 NODES = (*LOOP, *WATCHERS, *AUXILIARY, "replay")
-BEYOND = {"thrusters/*", "watched_wrench", "~/transition_event", "relayed/*"}
+SENSORS = {"fix", "fix_2", "imu", "heading", "fix_velocity", "course", "speed"}
+DRIVES = {"normalised_wrench", "cmd_vel", "throttle", "steering"}
+BEYOND = {"thrusters/*", "watched_wrench", "~/transition_event", "relayed/*", *SENSORS, *DRIVES}
 """Topics that are not in the lists of recorded and watched ones."""
 
 

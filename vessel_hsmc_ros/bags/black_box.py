@@ -5,6 +5,7 @@
 `black_box_content` makes the content. The process prints the folder of the bag.
 """
 
+import itertools
 import json
 import os
 import sys
@@ -24,7 +25,7 @@ NICENESS = 10
 
 
 def write(content: BinaryIO) -> tuple[Path, str]:
-    """Write the bag into the first folder that takes it.
+    """Write the bag into the first folder that takes it; one that exists is left alone, and another name is taken beside it.
 
     Args:
         content: Opened file of the content, which is read to its end.
@@ -38,19 +39,37 @@ def write(content: BinaryIO) -> tuple[Path, str]:
     about = json.loads(content.readline())
     messages = content.read()
     refused = ""
-    for folder in map(Path, about["folders"]):
+    for wanted in map(Path, about["folders"]):
+        folder = _unused(wanted)
         try:
             _write(folder, about, messages)
         except BagError as error:
-            rmtree(folder, ignore_errors=True)
             refused = str(error)
         else:
             return folder, refused
     raise BagError(refused)
 
 
+def _unused(folder: Path) -> Path:
+    """The folder, or the first of folder_2, folder_3 and so on that does not exist.
+
+    Names repeat: two processes start in the same second, and a computer without a battery for its clock starts at the same time.
+    """
+    names = itertools.chain([folder], (folder.with_name(f"{folder.name}_{number}") for number in itertools.count(2)))
+    return next(name for name in names if not name.exists())
+
+
 def _write(folder: Path, about: Mapping[str, Any], messages: bytes) -> None:
+    """Write the bag into a folder that does not exist; if it cannot be written, what has been made of it is removed."""
     writer = BagWriter(folder, notes=about["notes"])
+    try:
+        _fill(writer, about, messages)
+    except BagError:
+        rmtree(folder, ignore_errors=True)
+        raise
+
+
+def _fill(writer: BagWriter, about: Mapping[str, Any], messages: bytes) -> None:
     writer.attach(PARAMETERS, about["parameters"])
     topics = [_topic(name, kind) for name, kind in about["topics"]]
     for topic in topics:

@@ -60,10 +60,23 @@ def control(series: Series, start: int, lists: bool, estimates: Series | None) -
         estimates: The topic controller/estimate; None without an observer.
     """
     names = [name for name in series.fields if not name.startswith("header.") and (lists or name not in series.wide)]
-    columns = {"time": seconds_of(series.stamp - start), **{name: series[name] for name in names}}
+    columns = {"time": seconds_of(series.stamp - start), **{name: _filled(series[name]) for name in names}}
     if estimates is not None:
         columns["estimate"] = at_stamps(series.stamp, estimates, states(estimates), np.nan)
     return columns
+
+
+def _filled(column: Array) -> Array:
+    """A column with lists of unlike lengths as one of numbers, (n, k), with NaN behind the shorter ones.
+
+    A law that has not been computed, for instance during a pause, leaves the lists of its weights empty.
+    """
+    if column.dtype != object:
+        return column
+    rows = np.full((len(column), max(map(len, column))), math.nan)
+    for row, values in zip(rows, column, strict=True):
+        row[: len(values)] = values
+    return rows
 
 
 def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> Run:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import rmtree
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class BagWriter:
         message_count: Messages written so far.
 
     Raises:
-        BagError: the folder exists or cannot be created.
+        BagError: the folder exists or cannot be created, or its first file cannot be written; then it is removed.
     """
 
     def __init__(
@@ -69,11 +70,14 @@ class BagWriter:
         self._split_after = -1
         try:
             directory.mkdir(parents=True)
-            self._begin_file()
         except OSError as error:
             raise BagError(f"bag folder {directory} cannot be made: {error.strerror}") from None
-        with self._bag_errors():
+        try:
+            self._begin_file()
             self._write_metadata()
+        except OSError as error:
+            rmtree(directory, ignore_errors=True)  # it is our own
+            raise self._bag_error(error) from None
 
     def add_topic(self, topic: Topic) -> None:
         """Open a channel for a topic; metadata.yaml has it from the next flush on."""

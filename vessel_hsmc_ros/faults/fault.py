@@ -61,7 +61,7 @@ KINDS = {
     ),
     "second_publisher": Kind("topic", "another node publishes the topic as well", ("amount",), lockstep=_NOT_IN_LOCKSTEP),
     "mismatched_qos": Kind(
-        "topic", "another node publishes it, best effort, which no node of the loop takes", lockstep=_NOT_IN_LOCKSTEP
+        "topic", "another node reads it with a durability that no node of the loop offers", lockstep=_NOT_IN_LOCKSTEP
     ),
 }
 """Every kind of fault by its name."""

@@ -1,6 +1,7 @@
 """Goals and paths from messages of other programs; unlike the package's own messages, they are validated."""
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import GoalError
@@ -15,12 +16,12 @@ FARTHEST = 1e7
 """Largest coordinate of a goal or waypoint, m: that of a place on Earth in a local frame."""
 
 
-def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, float | None]:
+def read_goal(message: Any, frames: Collection[str] = (WORLD,)) -> tuple[float, float, float, float | None]:
     """Validate and convert a goal pose.
 
     Args:
         message: A geometry_msgs/PoseStamped.
-        frame: The frame in which goals are accepted.
+        frames: The frames in which goals are accepted.
 
     Returns:
         x, y, heading and stamp, s; the stamp is None where the message has none (0).
@@ -28,7 +29,7 @@ def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, fl
     Raises:
         GoalError: a number is not finite or too far away, the quaternion has no length, or the message is in another frame.
     """
-    _require_frame(message.header.frame_id, frame, "goal")
+    _require_frame(message.header.frame_id, frames, "goal")
     position, q = message.pose.position, message.pose.orientation
     _require_near(position, "goal")
     _require_finite({f"orientation.{name}": getattr(q, name) for name in "xyzw"}, "goal")
@@ -42,32 +43,32 @@ def read_goal(message: Any, frame: str = WORLD) -> tuple[float, float, float, fl
     return position.x, position.y, heading_from_quaternion(q.x, q.y, q.z, q.w), seconds(stamp) if stamp else None
 
 
-def read_path(message: Any, frame: str = WORLD) -> list[tuple[float, float]]:
+def read_path(message: Any, frames: Collection[str] = (WORLD,)) -> list[tuple[float, float]]:
     """Validate a path and return its waypoints x, y; orientations are ignored.
 
     Args:
         message: A nav_msgs/Path.
-        frame: The frame in which paths are accepted.
+        frames: The frames in which paths are accepted; its poses have the same one, or none.
 
     Raises:
         GoalError: there is no pose, a number is not finite or too far away, or a pose is in another frame.
     """
-    _require_frame(message.header.frame_id, frame, "path")
+    _require_frame(message.header.frame_id, frames, "path")
     if not message.poses:
         raise GoalError("path of 0 poses is not allowed: it takes at least one")
     points = []
     for number, stamped in enumerate(message.poses):
         if stamped.header.frame_id:  # often left empty: then the path's own frame counts
-            _require_frame(stamped.header.frame_id, frame, f"pose {number} of the path")
+            _require_frame(stamped.header.frame_id, (message.header.frame_id,), f"pose {number} of the path")
         position = stamped.pose.position
         _require_near(position, f"pose {number} of the path")
         points.append((position.x, position.y))
     return points
 
 
-def _require_frame(found: str, frame: str, what: str) -> None:
-    if found != frame:
-        raise GoalError(f"{what} in frame '{found}' is not allowed: it takes frame {frame}")
+def _require_frame(found: str, frames: Collection[str], what: str) -> None:
+    if found not in frames:
+        raise GoalError(f"{what} in frame '{found}' is not allowed: it takes frame {' or '.join(frames)}")
 
 
 def _require_near(position: Any, what: str) -> None:

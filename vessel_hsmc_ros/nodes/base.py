@@ -15,6 +15,7 @@ from rclpy.serialization import serialize_message
 
 from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
+from vessel_hsmc_ros.nodes.compatibility import Compatibility
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.foreign_requests import survive_requests
@@ -60,9 +61,11 @@ class VesselNode(Node):
     black_box: BlackBox | None = None
 
     def __init__(self, **options: Any) -> None:
+        self.compatibility = Compatibility(self)
         super().__init__(self.NAME, **options)
         survive_requests(self, self.services)
         self.parameters: Any = declare(self, self.PARAMETERS)
+        self.compatibility.check()
         self.add_on_set_parameters_callback(partial(take_changes, self))
         self.finished = False
         self.failure = ""
@@ -78,6 +81,17 @@ class VesselNode(Node):
         self.create_timer(1.0, self.publish_diagnostics, clock=self._wall)
         self.create_timer(LEVEL_PERIOD, lambda: self.publish_diagnostics(only_changes=True), clock=self._wall)
         self._connecting = self.create_timer(0.02, self._check_connected, clock=self._wall)
+
+    def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any, **options: Any) -> Publisher:
+        """As that of rclpy; readers that cannot be connected are reported, and a user may override the quality of service."""
+        return super().create_publisher(
+            msg_type, topic, **{**self.compatibility.options(topic, "publisher", qos_profile), **options}
+        )
+
+    def create_subscription(self, msg_type: Any, topic: str, callback: Any, qos_profile: Any, **options: Any) -> "Subscription":
+        """As `create_publisher`, for a subscription."""
+        own = self.compatibility.options(topic, "subscription", qos_profile)
+        return super().create_subscription(msg_type, topic, callback, **{**own, **options})
 
     # -- for subclasses -----------------------------------------------------------------------------------------------
 
@@ -202,6 +216,8 @@ class VesselNode(Node):
             mode = "real time on the simulated time of /clock"
         topics = [f"{verb} {', '.join(names)}" for verb, names in self._topics.items() if names]
         self.get_logger().info("; ".join(part for part in (self.describe(), mode, *topics) if part))
+        if unused := self.compatibility.unused():
+            self.get_logger().warning(f"{unused}: the node has no such publisher or subscription")
 
     def spin(self, running: Callable[[], bool]) -> None:
         """Serve callbacks until the node has finished or `running` returns False."""
@@ -233,10 +249,13 @@ class VesselNode(Node):
         if self.failure:
             return own._replace(level=ERROR, message=self.failure)
         if not self.connected:
-            return own._replace(level=WARN, message=self._waiting)
+            return own._replace(level=WARN, message="; ".join(filter(None, (self._waiting, self.compatibility.problem()))))
         if own.level == OK and (conflict := self.connections.conflict()):
             self.get_logger().warning(conflict, throttle_duration_sec=WARNING_PERIOD)
             return own._replace(level=WARN, message=conflict)
+        if incompatible := self.compatibility.problem():
+            message = incompatible if own.level == OK else f"{own.message}; {incompatible}"
+            return own._replace(level=max(own.level, WARN), message=message)
         return own
 
     def _check_connected(self) -> None:

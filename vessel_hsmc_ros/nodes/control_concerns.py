@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +70,7 @@ class ControlConcerns:
                 "missed periods",
             ),
             saturation(share, lasting=alarms.get(Reason.SATURATED, Alarm.OK) is not Alarm.OK),
-            *([monitors(alarms)] if alarms else []),
+            *([monitors(alarms, [m.detail for m in watch.monitors if m.detail])] if watch else []),
             bounded("surface magnitude", surfaces, limits.surface_limit),
             bounded("weight norm", norms, limits.weight_norm_limit),
             self._numerical_health(),
@@ -102,9 +102,9 @@ class ControlConcerns:
         return Concern("numerical health", OK, "all values are finite", {"condition": condition})
 
 
-def monitors(alarms: Mapping[Reason, Alarm]) -> Concern:
-    """The monitors of what no single sample shows, by what each of them looks for."""
-    raised = [reason.text for reason, alarm in alarms.items() if alarm is not Alarm.OK]
+def monitors(alarms: Mapping[Reason, Alarm], details: Sequence[str] = ()) -> Concern:
+    """The monitors of what no single sample shows, by what each of them looks for, and what they have found."""
+    raised = [*(reason.text for reason, alarm in alarms.items() if alarm is not Alarm.OK), *details]
     level = ERROR if Alarm.SAFE in alarms.values() else WARN if raised else OK
     shown = {reason.name.lower(): alarm.name.lower() for reason, alarm in alarms.items()}
     return Concern("monitors", level, "; ".join(raised) or "nothing found", shown)

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
-from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_odometry, read_reference
+from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_reference
 from vessel_hsmc_ros.nodes.controller_status import LEVELS, guard_concern, operation_status
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
@@ -26,6 +26,8 @@ from vessel_hsmc_ros.nodes.managed import ManagedNode
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.publishers import Publishers
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.nodes.state_input import listen_to_state
+from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
 from vessel_hsmc_ros.scenario.control import make_control_loop
@@ -63,6 +65,7 @@ class ControllerNode(ManagedNode):
         self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
         self._clock_step = RecentProblem()
         self._begun, self._zeros = False, LAST_COMMANDS
+        self._alarms: dict[Reason, Alarm] = {}
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self.health = ControlConcerns(self.loop, p.lockstep)
         self.black_box = installed(self, p.black_box, self.now)
@@ -87,7 +90,7 @@ class ControllerNode(ManagedNode):
             self._estimate = self.framed(conversions.new_odometry())
         self._command = self.framed(conversions.new_wrench())
         self._state = self.framed(conversions.new_control_state())
-        self.listen(Odometry, "odom", lambda message: self._steps.take_odometry(read_odometry(message)), newest)
+        self._state_input = listen_to_state(self, lambda measured: self._steps.take_odometry(measured), newest)
         self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), newest)
 
     def describe(self) -> str:
@@ -139,6 +142,7 @@ class ControllerNode(ManagedNode):
         if terms is not None:
             self._updates += 1
             self.health.stepped(terms)
+            self._report_alarms()
         conversions.write_terms(self._state, time_stamp, terms or Terms())
         self._state.operation, self._state.reason = int(self.loop.supervision.operation), int(self.loop.supervision.reason)
         self._state.compute_time = self._compute_time
@@ -149,6 +153,17 @@ class ControllerNode(ManagedNode):
             self.send(self._estimate_out, self._estimate)
         if not self._begun and self.parameters.start_enabled and isinstance(self._steps, RealTime) and not self._steps.ready():
             self.activate_quietly()
+
+    def _report_alarms(self) -> None:
+        """Log each monitor that begins to warn or to demand the safe action, and what it has found."""
+        for monitor in self.loop.watch.monitors if self.loop.watch else ():
+            if monitor.alarm > self._alarms.get(monitor.reason, Alarm.OK):
+                text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
+                if monitor.alarm is Alarm.SAFE:
+                    self.get_logger().error(f"{text}; the safe action is commanded")
+                else:  # rclpy gives each line of code one severity
+                    self.get_logger().warning(text)
+            self._alarms[monitor.reason] = monitor.alarm
 
     # -- what a person commands ---------------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, in_body_frame
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.messages import conversions
@@ -50,9 +50,16 @@ class Desired(NamedTuple):
         return f"reference with {found} is not allowed: all of it must be finite numbers" if found else ""
 
 
-def read_odometry(message: Odometry) -> Measured:
-    """The motion in an odometry message, and what its checks take."""
+def read_odometry(message: Odometry, twist_frame: str = "child") -> Measured:
+    """The motion in an odometry message, and what its checks take.
+
+    Args:
+        message: As published.
+        twist_frame: Frame of its velocities: child, or parent.
+    """
     motion, header, covariance = conversions.read_odometry(message), message.header, message.pose.covariance
+    if twist_frame == "parent" and math.isfinite(motion.psi):
+        motion = in_body_frame(motion)
     variance = max((float(covariance[i]) for i in POSITION_VARIANCES), key=lambda v: math.inf if math.isnan(v) else v)
     stamp = conversions.nanoseconds(header.stamp)
     return Measured(Sample(stamp, header.frame_id, message.child_frame_id, motion, variance), motion)
@@ -78,10 +85,14 @@ class ControllerInputs:
 
     def __init__(self, node: VesselNode, loop: ControlLoop) -> None:
         p = node.parameters
-        world, body = (p.frame_prefix + frame for frame in (conversions.WORLD, conversions.BODY))
-        expected = {"odometry": Expected("odom", world, body), "reference": Expected("reference", world)}
+        worlds, bodies = (tuple(p.frame_prefix + f for f in frames) for frames in (p.odometry.frames, p.odometry.body_frames))
+        expected = {
+            "odometry": Expected("odom" if p.odometry.form == "odometry" else "pose", worlds, bodies),
+            "reference": Expected("reference", worlds),
+        }
         self.monitor = InputMonitor(node, expected, p.input_timeout, p.safety.freshness)
         self._node, self._loop = node, loop
+        self._own_frame, self._frame = worlds[:1], ""
         self._jumps = Jumps(p.safety, p.vessel.length)
         self._measured: tuple[int, Motion] | None = None
         self._desired: Desired | None = None
@@ -89,7 +100,7 @@ class ControllerInputs:
 
     def reset(self, reason: Reason) -> None:
         """Forget the inputs, for a reason that is given until there are new ones."""
-        self._forgotten = reason
+        self._forgotten, self._frame = reason, ""
         self.monitor.reset()
         self._jumps.reset()
         self._measured = self._desired = None
@@ -112,6 +123,7 @@ class ControllerInputs:
         """
         if self.monitor.take("odometry", measured.sample, now, received, measured.wrong):
             return False
+        self._match_frames(measured.sample.frame)
         verdict = self._jumps.check(measured.sample.stamp, measured.motion)
         if verdict is Verdict.HOLD:
             self.monitor.report("odometry has jumped as no ship moves: it is held out until it persists")
@@ -121,6 +133,12 @@ class ControllerInputs:
             self._loop.supervision.handover()
         self._measured = measured.sample.stamp, measured.motion
         return True
+
+    def _match_frames(self, frame: str) -> None:
+        """Let the reference be in the frame of the odometry, or in the one that it has without a goal or path."""
+        if frame and frame != self._frame:
+            self._frame = frame
+            self.monitor.narrow("reference", (*self._own_frame, frame))
 
     def take_reference(self, desired: Desired, now: int, received: int) -> None:
         """Take a reference if it counts; the arguments are those of `take_odometry`."""

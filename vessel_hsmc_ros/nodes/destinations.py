@@ -45,13 +45,13 @@ def _frame(remote: Remote, mode: str) -> str:
     Raises:
         RunError: it is in another mode.
     """
-    values = get_parameters(remote, REFERENCE, ("mode", "frame_prefix"))
+    values = get_parameters(remote, REFERENCE, ("mode", "frame_prefix", "frames"))
     if values["mode"] != mode:
         raise RunError(
             f"{remote.name(REFERENCE)} takes no {mode}: its mode is {values['mode']};"
             f" start the run with --set reference_ship.mode={mode}"
         )
-    return str(values["frame_prefix"]) + conversions.WORLD
+    return str(values["frame_prefix"]) + str([*values["frames"], conversions.WORLD][0])
 
 
 def _pose(pose: Pose, frame: str) -> PoseStamped:

@@ -10,8 +10,10 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 
+from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+from vessel_hsmc_ros.nodes.ros_environment import check_ros
 
 
 def entry_point(module: str) -> Callable[[], int]:
@@ -25,9 +27,13 @@ def entry_point(module: str) -> Callable[[], int]:
         # The node's own handlers follow when it is imported; until then there is nothing to complete.
         signal.signal(signal.SIGINT, lambda *_: os._exit(0))
         try:
+            check_ros()
             node = import_module(module)
         except ModuleNotFoundError as error:
             sys.stderr.write(f"[FATAL]: {missing_module(error)}\n")
+            return 2
+        except InstallationError as error:
+            sys.stderr.write(f"[FATAL]: {error}\n")
             return 2
         code: int = node.main()
         return code
@@ -43,4 +49,6 @@ recorder_node = entry_point(LOOP["recorder"].module)
 fault_relay_node = entry_point(AUXILIARY["fault_relay"].module)
 marker_node = entry_point(WATCHERS["markers"].module)
 watchdog_node = entry_point(WATCHERS["watchdog"].module)
+navsat_odom_node = entry_point(WATCHERS["navsat_odom"].module)
+drive_node = entry_point(WATCHERS["drive"].module)
 live_node = entry_point(WATCHERS["live"].module)

@@ -24,8 +24,11 @@ INTRUDER_PERIOD = NANOSECONDS // 20
 CLOCK_PERIOD = NANOSECONDS // 200
 """Time between two messages of a clock, ns."""
 
-_BEST_EFFORT = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+_LATCHED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=10,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 
 
@@ -42,10 +45,10 @@ class Source(Protocol):
 
 
 class Intruder:
-    """A second publisher of a topic, of a node of its own; it exists while its fault is active.
+    """A second publisher of a topic, or an incompatible reader, of a node of its own; it exists while its fault is active.
 
-    It publishes where the receivers subscribe, below `relayed/`, and shows itself to the rightful publisher by a publisher of the
-    original topic on which it is silent.
+    The publisher publishes where the receivers subscribe, below `relayed/`, and shows itself to the rightful publisher by a
+    publisher of the original topic on which it is silent.
 
     Args:
         relay: The relay node.
@@ -56,6 +59,7 @@ class Intruder:
     def __init__(self, relay: Node, fault: Fault, name: str) -> None:
         self._relay, self._fault, self._name = relay, fault, name
         self._node: Any = None
+        self._talk: Publisher | None = None
         self._next = 0
 
     def act(self, now: int, elapsed: int) -> None:
@@ -66,16 +70,18 @@ class Intruder:
         elif not active and self._node is not None:
             self._node.destroy_node()
             self._node = None
-        if active and now >= self._next:
+        if active and self._talk is not None and now >= self._next:
             self._next = now + INTRUDER_PERIOD
             self._talk.publish(self._message(now))
 
     def _appear(self) -> None:
         node = Node(self._name, namespace=self._relay.get_namespace(), context=self._relay.context, use_global_arguments=False)
         kind = raw.message_class(message_type(self._fault.topic))
-        profile = _BEST_EFFORT if self._fault.kind == "mismatched_qos" else qos.data(lockstep=False)
-        self._talk: Publisher = node.create_publisher(kind, f"{RELAYED}{self._fault.topic}", profile)
-        if self._fault.kind == "second_publisher":
+        if self._fault.kind == "mismatched_qos":
+            node.create_subscription(kind, self._fault.topic, lambda _: None, _LATCHED)
+        else:
+            profile = qos.data(lockstep=False)
+            self._talk = node.create_publisher(kind, f"{RELAYED}{self._fault.topic}", profile)
             node.create_publisher(kind, self._fault.topic, profile)
         self._node = node
 

@@ -42,6 +42,14 @@ publishes      markers, ship/path, reference/path, /tf""",
 subscribes to  cmd_wrench, /diagnostics
 publishes      watched_wrench
 services       ~/stop, ~/rearm""",
+    "navsat_odom": """\
+subscribes to  fix; imu, heading or fix_2; fix_velocity, or course and speed
+publishes      odom
+services       fromLL, toLL where robot_localization is installed""",
+    "drive": """\
+subscribes to  cmd_wrench; controller/state with the form cmd_vel
+publishes      normalised_wrench, cmd_vel, or throttle and steering, by its form
+services       ~/stop, ~/rearm""",
     "live": """\
 subscribes to  every topic of the run, and serves it to Foxglove""",
 }

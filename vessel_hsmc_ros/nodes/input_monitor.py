@@ -22,12 +22,12 @@ class Expected(NamedTuple):
 
     Attributes:
         topic: Its topic.
-        frame, child_frame: Its frames; empty for any.
+        frames, child_frames: Its frames, of which it has one; empty for any.
     """
 
     topic: str
-    frame: str = ""
-    child_frame: str = ""
+    frames: str | tuple[str, ...] = ()
+    child_frames: str | tuple[str, ...] = ()
 
 
 class InputMonitor:
@@ -51,7 +51,7 @@ class InputMonitor:
         self._node, self._timeout, self._expected = node, timeout, expected
         self._parameters = parameters = parameters or FreshnessParameters()
         self._topics = {name: node.resolve_topic_name(each.topic) for name, each in expected.items()}
-        self._freshness = {n: Freshness(timeout, parameters, e.frame, e.child_frame) for n, e in expected.items()}
+        self._freshness = {n: Freshness(timeout, parameters, e.frames, e.child_frames) for n, e in expected.items()}
         self._stamps: dict[str, int] = {}
         self._checked: tuple[str, int | None] = "", None
         self._waiting = ""
@@ -163,12 +163,10 @@ class InputMonitor:
 
     def _refused(self, name: str, sample: Sample, reason: Reason, now: int) -> str:
         """Why a sample is refused, with its value and what is allowed."""
-        frames, expected, off = (sample.frame, sample.child_frame), self._expected[name], seconds(sample.stamp - now)
-        needed = f"{expected.frame!r}" + (f" and {expected.child_frame!r}" if expected.child_frame else "")
-        given = f"{frames[0]!r}" + (f" and {frames[1]!r}" if expected.child_frame else "")
+        off = seconds(sample.stamp - now)
         p, repeated = self._parameters, "it must be later than the last one"
         texts = {
-            Reason.WRONG_FRAME: f"frame {given} is not allowed: it must be {needed}",
+            Reason.WRONG_FRAME: self._wrong_frame(name, sample),
             Reason.NOT_FINITE: "a number that is not finite is not allowed: all of it must be finite numbers",
             Reason.UNCERTAIN: f"a variance of {sample.covariance:g} m² is not allowed: at most {p.covariance_limit:g} m²",
             Reason.STAMP_OLD: f"a stamp {-off:.3g} s old is not allowed: it takes at most {self._timeout:g} s",
@@ -176,10 +174,23 @@ class InputMonitor:
         }
         return f"{name} with {texts.get(reason, f'a stamp of {seconds(sample.stamp):.9f} s is dropped: {repeated}')}"
 
+    def _wrong_frame(self, name: str, sample: Sample) -> str:
+        """The frames of a sample, and those that it may have."""
+        freshness = self._freshness[name]
+        pairs = zip((sample.frame, sample.child_frame), freshness.frames, strict=True)
+        given, needed = zip(*((repr(frame), " or ".join(map(repr, allowed))) for frame, allowed in pairs if allowed), strict=True)
+        before = " as before" if freshness.narrowed else ""
+        remedy = "frames_checked: false takes any"
+        return f"frame {' and '.join(given)} is not allowed: it must be {' and '.join(needed)}{before}; {remedy}"
+
+    def narrow(self, name: str, frames: tuple[str, ...]) -> None:
+        """Take samples of an input in some of its frames only."""
+        self._freshness[name].narrow(frames)
+
     def _assume_frame(self, name: str, sample: Sample) -> None:
         """Warn of samples that name no frame, at the first one and after each interruption."""
-        if (frame := self._expected[name].frame) and not sample.frame:
-            text = f"{name} names no frame: it is taken to be in {frame!r}"
+        if (frames := self._freshness[name].frames[0]) and not sample.frame:
+            text = f"{name} names no frame: it is taken to be in {frames[0]!r}"
             self._node.get_logger().warning(text, throttle_duration_sec=WARNING_PERIOD)
 
     def _mismatch(self) -> str:

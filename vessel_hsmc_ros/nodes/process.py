@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.spelling import spelled
+from vessel_hsmc_ros.nodes.argument_rules import check_rules
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.help_text import help_text, unknown_argument, without_ros_arguments
 from vessel_hsmc_ros.nodes.scheduling import spare_collections
@@ -100,6 +101,7 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
         return CANNOT_START
     try:
         node = node_class()
+        check_rules(sys.argv[1:] if arguments is None else arguments, node.get_name(), node.get_namespace())
     except (VesselHsmcError, RCLError) as error:
         get_logger(node_class.NAME).fatal(start_error(error))
         rclpy.shutdown()

@@ -1,7 +1,8 @@
 """Quality of service of every topic.
 
-All data topics are reliable. In lockstep no message may be lost: publishers and subscribers keep all messages, and a slow
-subscriber blocks its publisher. In real time a slow subscriber loses the oldest messages.
+All data topics are published reliably. In lockstep no message may be lost: publishers and subscribers keep all messages, and a
+slow subscriber blocks its publisher. In real time a slow subscriber loses the oldest messages, and inputs are read best effort,
+which receives from reliable and from best-effort publishers alike.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,8 +51,9 @@ def data(lockstep: bool) -> QoSProfile:
 
 
 NEWEST = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
+    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
 )
+"""Drivers of sensors publish best effort, as `SensorDataQoS` does; a reliable subscription would receive nothing from them."""
 
 
 def newest(lockstep: bool) -> QoSProfile:

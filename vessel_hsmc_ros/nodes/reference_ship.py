@@ -51,7 +51,9 @@ class ReferenceShipNode(VesselNode):
         profile, offered = qos.data(p.lockstep), qos.offered(p.lockstep, p.rate_hz)
         self._reference_out = self.advertise(ReferenceState, "reference", offered, partner="cmd_wrench")
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
-        self._reference, self._pose = self.framed(conversions.new_reference()), self.framed(conversions.new_pose())
+        self._frames = tuple(p.frame_prefix + frame for frame in p.frames)
+        self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
+        self._name_frame(self._frames[0] if self._frames else "")
         if p.lockstep:
             self.connections.allow_one_publisher("reference")
             self.listen(Clock, "/clock", self._on_clock, qos.CLOCK)
@@ -59,6 +61,7 @@ class ReferenceShipNode(VesselNode):
             self.create_subscription(PoseStamped, "goal_pose", self._on_goal, qos.STREAM)
         elif p.mode == "path":
             self.create_subscription(Path, "path", self._on_path, qos.STREAM)
+        self._path: Path | None = None
         self._paused = False
         self.reporter.offer("reset", self._reset)
         self.reporter.offer_switch("pause", "resume", self._pause)
@@ -81,6 +84,7 @@ class ReferenceShipNode(VesselNode):
             self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)  # one period ahead
 
     def _on_timer(self) -> None:
+        self._take_path()
         if self._paused:  # a pause shifts the start, so that no periods are overdue after it
             self._pace.hold(self._index)
         due, moved = self._pace.due(self._index)
@@ -105,9 +109,10 @@ class ReferenceShipNode(VesselNode):
 
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
-            x, y, psi, stamp = read_goal(message, self._reference.header.frame_id)
+            x, y, psi, stamp = read_goal(message, self._frames)
             self._check_order(stamp)
             self._ship.set_goal(x, y, psi, stamp)
+            self._name_frame(message.header.frame_id)
             # A stream of poses is one event, its first goal, and so is a goal that is published repeatedly.
             goal = f"x = {x:g}, y = {y:g}, heading = {psi:g}"
             if goal != self._goal and self._ship.target().speed == 0.0:
@@ -115,6 +120,10 @@ class ReferenceShipNode(VesselNode):
             self._goal = goal
 
         self._take(work)
+
+    def _name_frame(self, frame: str) -> None:
+        """Name the frame of the reference: that of its goal or path, which the controller compares with its odometry's."""
+        self._reference.header.frame_id = self._pose.header.frame_id = frame
 
     def _check_order(self, stamp: float | None) -> None:
         """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps.
@@ -128,9 +137,20 @@ class ReferenceShipNode(VesselNode):
         self._goal_stamp = stamp
 
     def _on_path(self, message: Path) -> None:
+        """Take a path; in real time the newest one at the next period, because a plan takes longer than a callback may."""
+        self._path = message
+        if self.parameters.lockstep:
+            self._take_path()
+
+    def _take_path(self) -> None:
+        message, self._path = self._path, None
+        if message is None:
+            return
+
         def work() -> None:
-            points = read_path(message, self._reference.header.frame_id)
+            points = read_path(message, self._frames)
             self._ship.set_path(points)
+            self._name_frame(message.header.frame_id)
             x, y = points[-1]
             self.reporter.event("path", f"{len(points)} waypoints, the last at x = {x:g}, y = {y:g}")
 

@@ -15,6 +15,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
+from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
@@ -89,7 +90,7 @@ class ThrusterAllocationNode(VesselNode):
     # -- commands -----------------------------------------------------------------------------------------------------
 
     def _on_odometry(self, message: Odometry) -> None:
-        speed = message.twist.twist.linear.x
+        speed = read_odometry(message, self.parameters.odometry.twist_frame).motion.u
         if self.parameters.lockstep:
             self._speeds.append(speed)
             self._answer()

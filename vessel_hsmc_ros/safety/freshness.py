@@ -1,12 +1,14 @@
 """Which samples of an input count, and when the last one has become too old.
 
-A sample counts if it was received within T and is stamped within [now - T, now + T_future], later than the last one taken, in its
-frame, finite, and with a covariance below its bound. A message that names no frame is taken to be in the right one. Times are
-integers in nanoseconds, so that the limits are exact.
+A sample counts if it was received within T and is stamped within [now - T, now + T_future], later than the last one taken, in one
+of its frames, finite, and with a covariance below its bound; one of zero is not known and counts. A message that names no frame
+is taken to be in the right one. The frames of the first sample taken are those of all that follow: a localisation may publish
+in `odom` and in `map`, which are not the same place. Times are integers in nanoseconds, so that the limits are exact.
 """
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.timing import NANOSECONDS
@@ -24,7 +26,7 @@ class Sample(NamedTuple):
         stamp: ns.
         frame, child_frame: Of the message; empty where it names none.
         values: All of its numbers.
-        covariance: The largest variance of the position, m².
+        covariance: The largest variance of the position, m²; 0 where it is not known.
     """
 
     stamp: int
@@ -40,24 +42,32 @@ class Freshness:
     Args:
         timeout: T, s.
         parameters: The other bounds.
-        frame, child_frame: Those that the input must have; empty for any.
+        frame, child_frame: Those that the input must have, one or several of which it has one; empty for any.
 
     Attributes:
+        frames: The frames and child frames that are taken, each empty for any.
         refused: Number of refused samples by reason.
         last: Stamp of the last sample taken, ns; None before the first.
     """
 
-    def __init__(self, timeout: float, parameters: FreshnessParameters, frame: str = "", child_frame: str = "") -> None:
+    def __init__(
+        self,
+        timeout: float,
+        parameters: FreshnessParameters,
+        frame: str | Iterable[str] = (),
+        child_frame: str | Iterable[str] = (),
+    ) -> None:
         self.parameters = parameters
         self.timeout = round(timeout * NANOSECONDS)
         self._tolerance = round(parameters.future_tolerance * NANOSECONDS)
-        self._frames = (frame, child_frame)
+        self._allowed = several(frame), several(child_frame)
         self.refused: Counter[Reason] = Counter()
         self.reset()
 
     def reset(self) -> None:
         """Forget the last sample, as after the clock was set back; the counts go on."""
         self.last: int | None = None
+        self.frames = self._allowed
         self._received = 0
         self._refusal = Reason.NONE, 0  # of the latest sample, unless that is a repetition, and when it was received
 
@@ -79,7 +89,19 @@ class Freshness:
                 self._refusal = reason, received
         else:
             self.last, self._received, self._refusal = sample.stamp, received, (Reason.NONE, 0)
+            self.narrow(several(sample.frame), several(sample.child_frame))
         return reason
+
+    @property
+    def narrowed(self) -> bool:
+        """Whether a sample has decided which of several frames is taken."""
+        return self.frames != self._allowed
+
+    def narrow(self, frames: tuple[str, ...], child_frames: tuple[str, ...] = ()) -> None:
+        """Take, of the allowed frames, these only from now on; none changes nothing."""
+        pairs = zip((frames, child_frames), self.frames, strict=True)
+        narrowed = [tuple(name for name in allowed if name in given) or allowed for given, allowed in pairs]
+        self.frames = narrowed[0], narrowed[1]
 
     def overdue(self, now: int, received_now: int) -> Reason:
         """Whether the last sample taken still counts.
@@ -123,5 +145,10 @@ class Freshness:
         return Reason.STAMP_FUTURE if stamp > now + self._tolerance else Reason.NONE
 
     def _has_frames(self, sample: Sample) -> bool:
-        pairs = zip((sample.frame, sample.child_frame), self._frames, strict=True)
-        return all("" in (frame, required) or frame == required for frame, required in pairs)
+        pairs = zip((sample.frame, sample.child_frame), self.frames, strict=True)
+        return all(not (frame and allowed) or frame in allowed for frame, allowed in pairs)
+
+
+def several(frame: str | Iterable[str]) -> tuple[str, ...]:
+    """The frames of one name or of several, without empty ones."""
+    return tuple(name for name in ((frame,) if isinstance(frame, str) else frame) if name)

@@ -25,7 +25,12 @@ class Monitor:
     Args:
         reason: What the condition means.
         warning, safe: Times after which it is a warning, and demands the safe action, s.
+
+    Attributes:
+        detail: What was found, beyond the reason.
     """
+
+    detail = ""
 
     def __init__(self, reason: Reason, warning: float, safe: float) -> None:
         self.reason = reason

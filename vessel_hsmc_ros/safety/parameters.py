@@ -75,6 +75,11 @@ class MonitorParameters:
         "Time for which the observer rejects measurements that contradict its estimate before a warning.", 2.0
     )
     innovation_safe: float = delay("The same before the safe action; inf: never.", 10.0)
+    velocity_warning: float = delay(
+        "Time for which the measured velocities of a moving ship contradict its positions before a warning, without an observer.",
+        1.0,
+    )
+    velocity_safe: float = delay("The same before the safe action; inf: never.", 4.0)
 
 
 @dataclass(frozen=True)
@@ -133,7 +138,7 @@ def check_safety(p: SafetyParameters, law: str, laws: Collection[str], limits: t
             raise ParameterError(
                 f"controller.safety.fallback_law = {p.fallback_law} is not allowed with law {law}: it takes one of {others}"
             )
-    for name in ("not_moving", "saturation", "innovation"):
+    for name in ("not_moving", "saturation", "innovation", "velocity"):
         warning, safe = getattr(p.monitors, f"{name}_warning"), getattr(p.monitors, f"{name}_safe")
         if warning > safe:
             raise ParameterError(

@@ -1,0 +1,62 @@
+"""The plane of a datum beside an independent computation, at all latitudes and at the date line."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.messages.geodesy import Plane
+
+A, F = 6378137.0, 1.0 / 298.257223563
+E2 = F * (2.0 - F)
+
+DATUMS = [(0.0, 0.0), (59.9, 10.7), (-33.9, 151.2), (89.5, 12.0), (-89.5, -170.0), (10.0, 179.99), (-17.0, -179.99)]
+
+
+def earth_centred(latitude: float, longitude: float) -> np.ndarray:
+    phi, lam = math.radians(latitude), math.radians(longitude)
+    n = A / math.sqrt(1.0 - E2 * math.sin(phi) ** 2)
+    return np.array([n * math.cos(phi) * math.cos(lam), n * math.cos(phi) * math.sin(lam), n * (1.0 - E2) * math.sin(phi)])
+
+
+def tangent(datum: tuple[float, float], latitude: float, longitude: float) -> np.ndarray:
+    """East and north in the tangent plane of a datum, through Earth-centred coordinates."""
+    phi, lam = map(math.radians, datum)
+    d = earth_centred(latitude, longitude) - earth_centred(*datum)
+    east = np.array([-math.sin(lam), math.cos(lam), 0.0])
+    north = np.array([-math.sin(phi) * math.cos(lam), -math.sin(phi) * math.sin(lam), math.cos(phi)])
+    return np.array([east @ d, north @ d])
+
+
+@pytest.mark.parametrize("datum", DATUMS)
+@given(x=st.floats(-1e4, 1e4), y=st.floats(-1e4, 1e4))
+def test_a_place_within_ten_kilometres_returns_to_within_a_micrometre(datum: tuple[float, float], x: float, y: float) -> None:
+    plane = Plane(*datum)
+    found = plane.place(*plane.coordinates(x, y))
+    assert found[:2] == pytest.approx((x, y), abs=1e-6)
+
+
+@pytest.mark.parametrize("datum", DATUMS)
+@given(x=st.floats(-500.0, 500.0), y=st.floats(-500.0, 500.0))
+def test_near_the_datum_it_is_the_tangent_plane(datum: tuple[float, float], x: float, y: float) -> None:
+    """The chord of an arc of 700 m is 4e-7 m shorter, and its middle lies 0.01 m above it."""
+    assert tangent(datum, *Plane(*datum).coordinates(x, y)) == pytest.approx((x, y), abs=2e-6)
+
+
+def test_the_published_distance_of_a_minute_of_latitude() -> None:
+    assert Plane(45.0, 0.0).place(45.0 + 1.0 / 60.0, 0.0)[:2] == pytest.approx((0.0, 1852.2), abs=0.2)
+
+
+@pytest.mark.parametrize(("latitude", "sign"), [(60.0, 1.0), (-60.0, -1.0), (0.0, 0.0)])
+def test_the_convergence_is_the_change_of_longitude_times_the_sine_of_the_latitude(latitude: float, sign: float) -> None:
+    place = Plane(latitude, 10.0).place(latitude, 10.1)
+    assert place.convergence == pytest.approx(math.radians(0.1) * math.sin(math.radians(latitude)), rel=1e-4, abs=1e-12)
+
+
+@pytest.mark.parametrize("datum", [(90.0, 0.0), (-90.0, 0.0), (91.0, 0.0), (math.nan, 0.0), (0.0, math.inf)])
+def test_a_datum_at_a_pole_or_nowhere_is_an_error(datum: tuple[float, float]) -> None:
+    with pytest.raises(ParameterError, match="without the poles"):
+        Plane(*datum)

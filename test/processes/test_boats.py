@@ -1,0 +1,56 @@
+"""A boat whose stack is plain rclpy, steered through the interface of a stack, started by the commands of docs/boats.md."""
+
+import re
+import shlex
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from harness import Command
+
+from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
+
+BOAT = Path(__file__).parents[1] / "support" / "foreign_boat.py"
+SHIP = ["--length", "5", "--mass", "520", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--speed", "2"]
+REPORT = re.compile(r"at (\S+) (\S+), (\S+) m from the reference")
+MOUNTED = "antenna: [1.0, 0.0], datum: [59.9, 10.7]"
+"""Place of the antenna of the foreign boat, and its origin."""
+
+STACKS = {
+    "ardupilot_dds": "--state pose_twist --frame base_link --twist parent --best-effort --rate 28 32 --command cmd_vel",
+    "otter": "--state navsat --best-effort --rate 9 11 --command normalised",
+}
+
+
+@pytest.mark.parametrize("stack", STACKS)
+def test_a_foreign_boat_follows_a_path_and_stops(start: Callable[..., Command], tmp_path: Path, stack: str) -> None:
+    written = start("vessel-hsmc", "init", tmp_path / "boat", *SHIP, "--interface", stack, "--no-check")
+    assert written.wait(60.0) == 0, written.text
+    (tmp_path / "legs.csv").write_text("x,y\n0,0\n20,0\n")
+    connection = tmp_path / f"boat_{stack}.yaml"  # with the place of the antenna, as the page has a person write it
+    connection.write_text(connection.read_text().replace("velocity: course", f"velocity: course, {MOUNTED}"))
+    remaps = [f"{own}:={other}" for topics in interfaces()[stack].nodes.values() for own, other in topics.items()]
+    for line in commands(interfaces()[stack], str(tmp_path / "boat")):
+        program, *arguments = shlex.split(line)
+        start(program, *arguments)
+    boat = start(Path(sys.executable), BOAT, *STACKS[stack].split(), "--ros-args", *(w for r in remaps for w in ("-r", r)))
+    boat.until(lambda: REPORT.search(boat.text), 60.0)
+
+    def latest() -> tuple[float, ...]:
+        return tuple(map(float, REPORT.findall(boat.text)[-1]))
+
+    call = start("vessel-hsmc", "path", tmp_path / "legs.csv")
+    assert call.wait(60.0) == 0, call.text
+    boat.until(lambda: start("vessel-hsmc", "call", "enable").wait(60.0) == 0, 60.0)
+    boat.until(lambda: latest()[0] > 3.0, 60.0)
+    assert abs(latest()[1]) < 0.5, "off the leg, which is along x"
+
+    def advance() -> float:
+        """The way of the last second, m."""
+        before, now = (float(found[0]) for found in REPORT.findall(boat.text)[-2:])
+        return now - before
+
+    moving = advance()
+    assert start("vessel-hsmc", "call", "stop").wait(60.0) == 0
+    boat.until(lambda: advance() < 0.5 * moving, 60.0)  # without thrust it slows down

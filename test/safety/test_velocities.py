@@ -1,0 +1,109 @@
+"""Velocities that contradict the positions, and those that do not however noisy they are."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.safety.monitors import Alarm
+from vessel_hsmc_ros.safety.parameters import MonitorParameters
+from vessel_hsmc_ros.safety.velocities import Velocities
+
+LENGTH, SPEED = 4.0, 1.2
+
+REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def true_motion(t: float) -> Motion:
+    """A circle at constant speed, its centre at (-3, 7)."""
+    r = 0.1
+    psi = 1.0 + r * t
+    return Motion(-3.0 + SPEED / r * math.sin(psi), 7.0 - SPEED / r * math.cos(psi), psi, SPEED, 0.0, r)
+
+
+def alarms(
+    measured: Callable[[Motion, np.random.Generator], Motion], seconds: float = 40.0, rate: float = 20.0, length: float = LENGTH
+) -> tuple[list[Alarm], Velocities]:
+    monitor, random = Velocities(MonitorParameters(), length), np.random.default_rng(1)
+    times = np.arange(0.0, seconds, 1.0 / rate)
+    return [monitor.step(round(t * 1e9), measured(true_motion(t), random), 1.0 / rate) for t in times], monitor
+
+
+def in_parent_frame(m: Motion, _: object) -> Motion:
+    c, s = math.cos(m.psi), math.sin(m.psi)
+    return m._replace(u=c * m.u - s * m.v, v=s * m.u + c * m.v)
+
+
+WRONG = {
+    "in the frame of the pose": (in_parent_frame, "twist_frame: parent"),
+    "not filled in": (lambda m, _: m._replace(u=0.0, v=0.0, r=0.0), "observer.enabled: true"),
+    "of the other sign": (lambda m, _: m._replace(u=-m.u), "twist"),
+    "yaw rate positive to starboard": (lambda m, _: m._replace(r=-m.r), "positive to port"),
+    "yaw rate in degrees": (lambda m, _: m._replace(r=math.degrees(m.r)), "in rad/s"),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_wrong_velocities_are_named_and_demand_the_safe_action_within_ten_seconds(kind: str) -> None:
+    spoil, hint = WRONG[kind]
+    found, monitor = alarms(spoil)
+    assert found == sorted(found)
+    assert found.index(Alarm.WARN) / 20.0 <= 7.5
+    assert found.index(Alarm.SAFE) / 20.0 <= 10.5
+    assert hint in monitor.detail
+
+
+def noisy(position: float, velocity: float) -> Callable[[Motion, np.random.Generator], Motion]:
+    return lambda m, random: Motion(
+        *(value + s * random.normal() for value, s in zip(m, [position] * 2 + [0.01] + [velocity] * 2 + [0.02], strict=True))
+    )
+
+
+def swaying(m: Motion, random: np.random.Generator) -> Motion:
+    """The wave motion is in the positions only, as where a filter smooths the velocities."""
+    return m._replace(x=m.x + 0.3 * math.sin(m.psi / 0.1 * 1.1))
+
+
+HEALTHY = {
+    "exact": lambda m, _: m,
+    "RTK": noisy(0.02, 0.02),
+    "GNSS": noisy(0.7, 0.1),
+    "poor GNSS": noisy(3.0, 0.3),
+    "waves in the positions only": swaying,
+    "a share of a fifth": lambda m, _: m._replace(u=1.2 * m.u),
+    "at rest": lambda *_: REST,
+    "at rest with noise": lambda _, random: noisy(0.7, 0.1)(REST, random),
+}
+
+
+@pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
+@pytest.mark.parametrize("kind", HEALTHY)
+def test_velocities_that_fit_give_no_alarm(kind: str, rate: float) -> None:
+    found, monitor = alarms(HEALTHY[kind], seconds=60.0, rate=rate)
+    assert (set(found), monitor.detail) == ({Alarm.OK}, "")
+
+
+def test_jumps_of_the_position_give_no_alarm() -> None:
+    jumps = iter(np.arange(800))
+    found, _ = alarms(lambda m, _: m._replace(x=m.x + 5.0 * (next(jumps) // 150)))
+    assert set(found) == {Alarm.OK}
+
+
+def test_an_alarm_stays_while_the_ship_lies_still_and_ends_when_it_moves_with_velocities_that_fit() -> None:
+    found, monitor = alarms(WRONG["not filled in"][0], seconds=15.0)
+    assert found[-1] is Alarm.SAFE
+    rest, begin = true_motion(15.0)._replace(u=0.0, v=0.0, r=0.0), 15.0
+    assert {monitor.step(round((begin + k / 20.0) * 1e9), rest, 0.05) for k in range(600)} == {Alarm.SAFE}
+    after = [monitor.step(round((begin + 30.0 + k / 20.0) * 1e9), true_motion(15.0 + k / 20.0), 0.05) for k in range(400)]
+    assert after[-1] is Alarm.OK
+    monitor.reset()
+    assert monitor.alarm is Alarm.OK
+
+
+def test_an_interruption_begins_the_comparison_anew() -> None:
+    monitor = Velocities(MonitorParameters(), LENGTH)
+    for k in range(200):
+        t = 0.05 * k + 3.0 * (k // 80)
+        assert monitor.step(round(t * 1e9), WRONG["not filled in"][0](true_motion(t), None), 0.05) is Alarm.OK

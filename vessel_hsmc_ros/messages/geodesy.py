@@ -1,0 +1,62 @@
+"""Latitude and longitude, and the plane of a datum: geodesics of the WGS84 ellipsoid, by GeographicLib.
+
+A place is at x = s·sin(a), y = s·cos(a), s being the length of the geodesic from the datum to it and a its azimuth there: an
+azimuthal equidistant projection, in which distance and direction from the datum are exact. Within 10 km scale and angles
+are right to 1e-6. Away from the datum north is not along y but turned by the convergence.
+"""
+
+import math
+from typing import NamedTuple
+
+from geographiclib.geodesic import Geodesic
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import TURN
+
+
+class Place(NamedTuple):
+    """A place in the plane.
+
+    Attributes:
+        x, y: East and north of the datum, m.
+        convergence: Angle from east there to the x axis, clockwise, rad: what a heading counted from east has to be turned by.
+    """
+
+    x: float
+    y: float
+    convergence: float
+
+
+class Plane:
+    """The plane of a datum.
+
+    Args:
+        latitude, longitude: Of the datum, degrees; no pole.
+
+    Raises:
+        ParameterError: there is no such place, or it is a pole, where there is no north.
+    """
+
+    def __init__(self, latitude: float, longitude: float) -> None:
+        if not (abs(latitude) < 90.0 and abs(longitude) <= 360.0):
+            raise ParameterError(
+                f"datum {latitude}, {longitude} is not allowed: it takes a latitude within -90 and 90 degrees, without the poles,"
+                " and a longitude within -360 and 360"
+            )
+        self.latitude, self.longitude = latitude, longitude
+
+    def place(self, latitude: float, longitude: float) -> Place:
+        """Where a latitude and a longitude are, degrees."""
+        found = Geodesic.WGS84.Inverse(self.latitude, self.longitude, latitude, longitude, Geodesic.DISTANCE | Geodesic.AZIMUTH)
+        s, azimuth = found["s12"], math.radians(found["azi1"])
+        return Place(
+            s * math.sin(azimuth), s * math.cos(azimuth), math.remainder(math.radians(found["azi2"] - found["azi1"]), TURN)
+        )
+
+    def coordinates(self, x: float, y: float) -> tuple[float, float]:
+        """Latitude and longitude, degrees, of a place x, y, m."""
+        azimuth = math.degrees(math.atan2(x, y))
+        found = Geodesic.WGS84.Direct(
+            self.latitude, self.longitude, azimuth, math.hypot(x, y), Geodesic.LATITUDE | Geodesic.LONGITUDE
+        )
+        return found["lat2"], found["lon2"]

@@ -1,0 +1,213 @@
+"""The drive node: gives commands the form that a stack takes, with a time-out, a ramp and zero at the end."""
+
+import math
+import sys
+import time
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
+from rclpy.duration import Duration
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+from vessel_hsmc_msgs.msg import ControlState
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.limits import between, clip
+from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
+from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.scenario.stack_parameters import DriveParameters
+
+LAST_COMMANDS = 3
+"""How often zero is sent before the topic is left to others, as in standby and at the end."""
+
+
+class DriveNode(VesselNode):
+    """Takes `cmd_wrench` while it is fresh, and publishes it at a fixed rate in the form of a stack's own commands.
+
+    normalised and helm: shares of the largest force and moment. cmd_vel: surge speed and yaw rate, for stacks with loops of their
+    own for them: those that the guidance of the law commands or, with a `response_time` T of the loops, those with which the
+    loops give the commanded wrench, u + T·tau_1/m11 and r + T·tau_2/m33. A law without these terms cannot drive it.
+
+    The output is share·command within the limits. The share goes to 0 in `ramp_time` when commands are not fresh or the law does
+    not command, back to 1 in the same time when they are, and is 0 from `~/stop` until `~/rearm`. At zero without fresh commands,
+    as with a controller in standby, the topic is left to others.
+    """
+
+    NAME = "drive"
+    PARAMETERS = DriveParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        if p.lockstep:
+            raise ParameterError("drive.lockstep = True is not allowed: a drive works in real time")
+        self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
+        self._state: ControlState | None = None
+        self._command: Command = (0.0, 0.0)
+        self._share, self._shared_at = 0.0, time.monotonic()
+        self._is_stopped = False
+        self._zeros = LAST_COMMANDS
+        self._sent = 0
+        self._problem = RecentProblem()
+        self._outputs = self._advertise(p.form)
+        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
+        if p.form == "cmd_vel":
+            self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
+        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self._wall)
+        self.create_service(Trigger, "~/stop", self._stop)
+        self.create_service(Trigger, "~/rearm", self._rearm)
+
+    def _advertise(self, form: str) -> dict[str, Any]:
+        kinds = {
+            "normalised": {"normalised_wrench": WrenchStamped},
+            "cmd_vel": {"cmd_vel": TwistStamped if self.parameters.stamped else Twist},
+            "helm": {"throttle": Float64, "steering": Float64},
+        }
+        profile = qos.offered(False, self.parameters.rate_hz)
+        return {topic: self.advertise(kind, topic, profile) for topic, kind in kinds[form].items()}
+
+    def describe(self) -> str:
+        """The form and its limits."""
+        p = self.parameters
+        limits = (
+            f"{p.surge_speed_limit:g} m/s and {p.yaw_rate_limit:g} rad/s"
+            if p.form == "cmd_vel"
+            else f"1 is {p.surge_force_limit:g} N and {p.yaw_moment_limit:g} N·m"
+        )
+        return f"form {p.form}, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
+
+    # -- commands -----------------------------------------------------------------------------------------------------
+
+    def _on_command(self, message: WrenchStamped) -> None:
+        self._input.take(message)
+
+    def _on_state(self, message: ControlState) -> None:
+        self._state = message
+
+    def _wanted(self) -> Command | None:
+        """The command in the units of the form and within its limits; None if there is none that counts."""
+        wrench, p = self._input.present(), self.parameters
+        if wrench is None or self._is_stopped:
+            return None
+        if p.form != "cmd_vel":
+            return clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0)
+        return self._velocity(wrench)
+
+    def _velocity(self, wrench: Command) -> Command | None:
+        """Surge speed and yaw rate while the law commands."""
+        state, p = self._state, self.parameters
+        age = math.inf if state is None else seconds(self.now() - conversions.nanoseconds(state.header.stamp))
+        if state is None or age > p.command_timeout:
+            topic = self.resolve_topic_name("controller/state")
+            self._report(f"no recent message on {topic}, which has the surge speed and the yaw rate for cmd_vel")
+            return None
+        if state.operation != ControlState.ACTIVE:
+            return None
+        u, r = state.commanded_surge_velocity, state.commanded_yaw_rate
+        if not (math.isfinite(u) and math.isfinite(r)):
+            self._report("the law commands no surge speed and yaw rate: for cmd_vel use one that does, such as guided")
+            return None
+        if p.response_time:
+            # By the surfaces, the difference of the motion and what is commanded, the motion itself is known.
+            force, moment = wrench
+            u += state.surge_surface + p.response_time * force / p.surge_inertia
+            r += state.yaw_surface + p.response_time * moment / p.yaw_inertia
+        return clip(u, p.surge_speed_limit), clip(r, p.yaw_rate_limit)
+
+    def _on_timer(self) -> None:
+        wanted, now = self._wanted(), time.monotonic()
+        p = self.parameters
+        change = (now - self._shared_at) / p.ramp_time if p.ramp_time else 1.0
+        self._shared_at = now
+        self._share = 0.0 if self._is_stopped else between(self._share + (change if wanted else -change), 0.0, 1.0)
+        if wanted is not None:
+            self._command = wanted
+        if wanted is None and not self._share and not self._is_stopped:
+            if self._zeros >= LAST_COMMANDS:
+                return
+            self._zeros += 1
+        else:
+            self._zeros = 0
+        self._publish((self._share * self._command[0], self._share * self._command[1]))
+
+    def _publish(self, command: Command) -> None:
+        p, (a, b) = self.parameters, command
+        stamp = self.get_clock().now().to_msg()
+        if p.form == "normalised":
+            message = self.framed(conversions.new_wrench())
+            conversions.write_wrench(message, stamp, (float(a), float(b)))
+            self.send(self._outputs["normalised_wrench"], message)
+        elif p.form == "cmd_vel":
+            twist = Twist()
+            twist.linear.x, twist.angular.z = float(a), float(b)
+            if p.stamped:
+                stamped = TwistStamped(twist=twist)
+                stamped.header.stamp, stamped.header.frame_id = stamp, conversions.BODY
+                self.send(self._outputs["cmd_vel"], self.framed(stamped))
+            else:
+                self.send(self._outputs["cmd_vel"], twist)
+        else:
+            self.send(self._outputs["throttle"], Float64(data=float(a)))
+            self.send(self._outputs["steering"], Float64(data=float(b) * p.steering_sign))
+        self._sent += 1
+
+    # -- services and diagnostics -------------------------------------------------------------------------------------
+
+    def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._is_stopped, self._share, self._command = True, 0.0, (0.0, 0.0)
+        self._publish(self._command)
+        response.success, response.message = True, "stopped: the output is zero until ~/rearm"
+        self.get_logger().warning(response.message)
+        return response
+
+    def _rearm(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._is_stopped = False
+        response.success, response.message = True, "rearmed: fresh commands are passed on"
+        self.get_logger().info(response.message)
+        return response
+
+    def _report(self, text: str) -> None:
+        self._problem.report(ERROR, text)
+        self.get_logger().error(text, throttle_duration_sec=5.0)
+
+    def retune(self, parameters: DriveParameters) -> None:
+        """Take a changed time-out."""
+        self._input.retune(parameters.command_timeout)
+
+    def close(self) -> None:
+        """Leave the drives without a command: zero, several times."""
+        if self.connected and (self._share or self._zeros < LAST_COMMANDS):
+            self._is_stopped = True
+            for _ in range(LAST_COMMANDS):
+                self._publish((0.0, 0.0))
+            for publisher in self._outputs.values():
+                publisher.wait_for_all_acked(Duration(nanoseconds=round(ACKNOWLEDGE_LIMITS["real time"] * NANOSECONDS)))
+        super().close()
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Whether commands are passed on."""
+        values = {"share": self._share, "sent": self._sent, "stopped": self._is_stopped}
+        if self._is_stopped:
+            return WARN, "stopped: the output is zero until ~/rearm", values
+        if self._problem.current:
+            return *self._problem.current, values
+        return OK, "passing commands on" if self._share == 1.0 else "the output is zero or on its way", values
+
+    def concerns(self) -> list[Concern]:
+        """The status, and that of the commands."""
+        level, text = self._input.problem() or (OK, "fresh")
+        return [*super().concerns(), Concern("command", level, text, self._input.values())]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until a signal ends it."""
+    return run_node(DriveNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
