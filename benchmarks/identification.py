@@ -1,10 +1,13 @@
 """What identification recovers: CyberShip II from noisy simulated runs, and CyberShip Enterprise I from its tank runs.
 
     python benchmarks/identification.py recover [--seeds 200] [--noise 1.0] [--gusts 0.05]
+    python benchmarks/identification.py coverage [--seeds 100] [--each]
     python benchmarks/identification.py tank
 
 `recover` simulates the ship of Skjetne, Smogeli and Fossen (2004) with sensor noise, identifies it for each seed, and prints how
-many estimates lie within one, two and three standard errors of the true values. `tank` identifies CyberShip Enterprise I from one
+many estimates lie within one, two and three standard errors of the true values. `coverage` does the same with the Otter at 10 and
+25 Hz under much excitation and little, with a force that is held from sample to sample or changes in between, and prints how many
+95 % intervals contain the true values. `tank` identifies CyberShip Enterprise I from one
 of the runs in test/data/enterprise1 and predicts the other one over windows of 20 s, beside the published hull data.
 """
 
@@ -21,14 +24,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.identification.estimate import identify
-from vessel_hsmc_ros.identification.models import model
+from vessel_hsmc_ros.identification.models import DIAGONAL_INERTIA, model
 from vessel_hsmc_ros.identification.prediction import predict
 from vessel_hsmc_ros.identification.types import Identified
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 
 import cybership2_runs
+import otter_runs
 import tank_runs
 
 DURATION = 240.0
@@ -80,6 +85,53 @@ def table(errors: dict[str, list[float]]) -> None:
             print(f"{name:36s} {true} {0:9d}")
 
 
+def covered(seed: int, rate_hz: float, rich: bool, held: bool) -> Identified | None:
+    """Identify the Otter from the run of one seed; None if that fails."""
+    try:
+        return identify([otter_runs.otter(seed, rate_hz, rich, held)], model("coupled"))
+    except VesselHsmcError:
+        return None
+
+
+def coverage(seeds: int, each: bool) -> None:
+    """Print how many 95 % intervals contain the true values, by excitation, wrench and rate; for each parameter on request."""
+    print("excitation force    Hz    m11    m22    m33     all  rms error of m33  failed  warned of residuals")
+    cases = [(rich, held, rate) for rich in (False, True) for held in (False, True) for rate in (10.0, 25.0)]
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for rich, held, rate in cases:
+            futures = [pool.submit(covered, seed, rate, rich, held) for seed in range(seeds)]
+            found = [one for future in futures if (one := future.result())]
+            doubted = sum(any("the residuals of" in text for text in one.warnings) for one in found)
+            name = f"{'rich' if rich else 'poor':10s} {'held' if held else 'sampled':7s} {rate:3.0f}"
+            print(f"{name} {line(found)}           {seeds - len(found):6d}  {doubted:6d}", flush=True)
+            if each:
+                by_parameter(found)
+
+
+def line(found: list[Identified]) -> str:
+    """Coverage of each inertia and of all parameters, and the rms error of the yaw inertia."""
+    inertias = [inside(found, name) for name in DIAGONAL_INERTIA]
+    everything = np.concatenate([inside(found, name) for name in model("coupled").parameters])
+    shares = "  ".join(f"{100.0 * np.mean(values):4.0f}%" for values in (*inertias, everything))
+    errors = np.array([one.values["yaw_inertia"] / otter_runs.OTTER["yaw_inertia"] - 1.0 for one in found])
+    return f"{shares}  {100.0 * np.sqrt(np.mean(errors**2)):6.1f}%"
+
+
+def inside(found: list[Identified], name: str) -> np.ndarray:
+    """Whether the true value lies in the 95 % interval of a parameter, for each run that has estimated it."""
+    errors = [
+        (one.values[name] - otter_runs.OTTER[name]) / one.standard_errors[name] for one in found if name in one.standard_errors
+    ]
+    return np.abs(np.array(errors)) < 1.96
+
+
+def by_parameter(found: list[Identified]) -> None:
+    """Print the coverage of each parameter, and how often it was estimated."""
+    for name in model("coupled").parameters:
+        if len(covers := inside(found, name)):
+            print(f"    {name:36s} {len(covers):4d} estimated {100.0 * np.mean(covers):4.0f}% covered")
+
+
 def tank() -> None:
     """Print the estimates from one tank run, and the errors on the other one beside those of the published hull data."""
     used, held_out = tank_runs.tank_run(tank_runs.USED), tank_runs.tank_run(tank_runs.HELD_OUT)
@@ -102,7 +154,7 @@ def tank() -> None:
 
 
 def main() -> None:
-    """Run one of the two."""
+    """Run one of the three."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     first = commands.add_parser("recover")
@@ -111,10 +163,16 @@ def main() -> None:
     first.add_argument(
         "--gusts", type=float, default=0.0, help="standard deviation of disturbing forces as a share of the wrench"
     )
+    second = commands.add_parser("coverage")
+    second.add_argument("--seeds", type=int, default=100)
+    second.add_argument("--each", action="store_true", help="each parameter too")
     commands.add_parser("tank")
     given = parser.parse_args()
     if given.command == "tank":
         tank()
+        return
+    if given.command == "coverage":
+        coverage(given.seeds, given.each)
         return
     recover(given.seeds, given.noise, given.gusts)
 

@@ -12,6 +12,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,19 +70,26 @@ def load(names: list[str] | None = None) -> list[Mutant]:
     return mutants
 
 
-def run_test(tree: Path, test: str) -> int | None:
-    """Run one test in a copy of the source tree and return pytest's exit code, None after the time-out.
+def run_tests(tree: Path, tests: Sequence[str], timeout: float = TIMEOUT, **variables: str) -> int | None:
+    """Run tests in a copy of the source tree, to the first that fails, and return pytest's exit code, None after the time-out.
 
     A test that hangs on a mutant counts as failed, hence the session of its own: its child processes are killed with it.
+
+    Args:
+        tree: The copy.
+        tests: Names of tests, and options of pytest.
+        timeout: s.
+        variables: Further variables of the environment.
     """
     # Interpreted: to compile a mutant takes longer than its test.
-    environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", test]
+    own = {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_DISABLE_JIT": "1"}
+    environment = os.environ | own | variables
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
     with subprocess.Popen(
         command, cwd=tree, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     ) as process:
         try:
-            return process.wait(timeout=TIMEOUT)
+            return process.wait(timeout)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, 9)
             return None
@@ -89,14 +97,14 @@ def run_test(tree: Path, test: str) -> int | None:
 
 def judge(mutant: Mutant, tree: Path) -> str:
     """Return "killed", "survived", or the reason why neither can be concluded."""
-    if run_test(tree, mutant.test) != PASSED:
+    if run_tests(tree, [mutant.test]) != PASSED:
         return "its test does not pass on the unchanged source"
     try:
         original = mutant.apply(tree)
     except ValueError as error:
         return str(error)
     try:
-        code = run_test(tree, mutant.test)
+        code = run_tests(tree, [mutant.test])
     finally:
         (tree / mutant.file).write_text(original, encoding="utf-8")
     if code in (FAILED, None):
@@ -132,9 +140,9 @@ def main() -> int:
     console = Console(width=160)
     mutants = load(arguments.names)
     verdicts = judge_all(mutants, arguments.jobs, console)
-    table = Table("id", "verdict", "file", "what goes wrong")
+    table = Table("id", "verdict", "file", "noticed by", "what goes wrong")
     for mutant, verdict in zip(mutants, verdicts, strict=True):
-        table.add_row(mutant.id, verdict, mutant.file, mutant.why)
+        table.add_row(mutant.id, verdict, mutant.file, mutant.test.partition("::")[0], mutant.why)
     console.print(table)
     killed = verdicts.count("killed")
     console.print(f"{killed} of {len(mutants)} killed")

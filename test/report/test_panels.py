@@ -8,6 +8,7 @@ import pytest
 from records import record
 
 from vessel_hsmc_ros.core.metrics import position_error
+from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.report import Record, jitter
 from vessel_hsmc_ros.report.help_texts import HELP
 from vessel_hsmc_ros.report.panels import Panel, panels
@@ -51,7 +52,7 @@ def test_network_estimate_and_truth_are_the_same_quantity_in_a_large_disturbance
         f"vessel_sim.disturbance.periodic.{name}": value for name, value in (("surge_force", 3e4), ("sway_force", 2e4))
     }
     # A network that knows its actuators does not learn them.
-    load |= {"controller.vessel.surge_lag": 0.0, "controller.vessel.yaw_lag": 0.0}
+    load |= {f"controller.vessel.{name}": value for name, value in INSTANT.items()}
     made = simulated(duration=25.0, **GUIDED, **load)
     for axis in ("surge dynamics f_u", "sway dynamics f_v"):
         estimate, truth = by_title(made)[f"{axis} and disturbance"].lines

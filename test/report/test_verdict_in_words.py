@@ -50,7 +50,11 @@ def test_a_run_that_drifts_away_does_not_track_and_its_error_grows() -> None:
 
 @pytest.mark.parametrize(
     ("error", "trend"),
-    [(lambda t: 50.0 * np.exp(-t / 100.0), "still decreases"), (lambda t: 5.0 + 0.0 * t, "neither grows nor decreases")],
+    [
+        (lambda t: 50.0 * np.exp(-t / 100.0), "still decreases"),
+        (lambda t: 5.0 + 0.0 * t, "neither grows nor decreases"),
+        (lambda t: np.maximum(100.0 * np.exp(-t / 20.0), 1.0 + 0.1 * (t - 100.0)), "grows"),
+    ],
 )
 def test_a_run_that_has_not_settled_has_a_trend(error: Callable[[Array], Array], trend: str) -> None:
     assert judged(error).endswith(f"and {trend}.")
@@ -119,3 +123,25 @@ def test_a_velocity_for_which_the_hull_data_do_not_hold_is_mentioned() -> None:
     assert text.endswith("The ship has a surge velocity of 2 m/s, where the hull data hold from -1 to 1.5 m/s.")
     # Through the water: a current of 1 m/s ahead leaves 1 m/s.
     assert "hull data" not in judged(np.zeros_like, changes={**limited, "vessel_sim.disturbance.current.east": 1.0})
+
+
+@pytest.mark.parametrize("psi", [0.0, 0.5 * np.pi, -0.5 * np.pi, np.pi])
+def test_the_velocity_through_the_water_is_that_along_the_hull_whatever_its_heading(psi: float) -> None:
+    """A current with the ship leaves less, one against it more."""
+    time = np.arange(0.0, 200.0, 0.05)
+    ahead = np.outer(time, 1.0 * np.array([np.cos(psi), np.sin(psi)]))
+    state = np.column_stack([ahead, *np.tile([[psi], [1.0], [0.0], [0.0]], len(time))])
+    run = make_run(time, state, reference=state, wrench=np.zeros((len(time), 2)))
+
+    def verdict(current: float) -> str:
+        drift = {"east": current * np.cos(psi), "north": current * np.sin(psi)}
+        changes = {f"vessel_sim.disturbance.current.{name}": float(value) for name, value in drift.items()}
+        bounds: dict[str, object] = {
+            "vessel_sim.vessel.surge_speed_range": [-1.0, 1.5],
+            "vessel_sim.vessel.sway_speed_range": [-0.1, 0.1],
+        }
+        scenario = load_scenario("case2_tracking", {**GUIDED, **bounds, **changes})
+        return with_verdict(Record("run", run, measured(run, scenario), scenario=scenario)).verdict
+
+    assert "hull data" not in verdict(0.8)
+    assert "a surge velocity of 1.8 m/s, where the hull data hold from -1 to 1.5 m/s" in verdict(-0.8)

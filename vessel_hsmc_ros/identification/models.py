@@ -35,6 +35,8 @@ OTHERS = (
 MODELS = {"paper": PAPER, "linear": LINEAR_MODEL, "coupled": COUPLED}
 GAINS = ("surge_force_gain", "sway_force_gain", "yaw_moment_gain")
 OFFSETS = ("force_x", "force_y", "yaw_moment_offset")
+DELAY = "wrench_delay"
+"""By how much the wrench acts later than it is recorded, s: estimated always, as an error of it looks like inertia."""
 
 
 def model(names: str | Sequence[str], inputs: Sequence[str] = ()) -> Model:

@@ -1,12 +1,12 @@
 """The numbers that are estimated, as a vector: their names, values, bounds, and the ship and inputs that they stand for."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.identification.models import GAINS, OFFSETS, PAPER
+from vessel_hsmc_ros.identification.models import DELAY, GAINS, OFFSETS, PAPER
 from vessel_hsmc_ros.identification.types import Array, Model
 from vessel_sim_node.plant import Vessel, VesselParameters
 
@@ -45,7 +45,7 @@ HULL = (
 POSITIVE = ("surge_inertia", "sway_inertia", "yaw_inertia")
 NOT_NEGATIVE = PAPER[3:]
 """The damping of each velocity by itself: with these, and without others, the ship never gains energy."""
-NEUTRAL = dict.fromkeys(GAINS, 1.0) | dict.fromkeys(OFFSETS, 0.0)
+NEUTRAL = dict.fromkeys(GAINS, 1.0) | dict.fromkeys((*OFFSETS, DELAY), 0.0)
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,12 @@ class Unknowns:
     Attributes:
         names: Of the free numbers.
         fixed: Values of all hull parameters and inputs; those of free numbers are not used.
+        earliest: By how much the wrench may act before it is recorded, s.
     """
 
     names: tuple[str, ...]
     fixed: Mapping[str, float] = field(default_factory=dict)
+    earliest: float = 0.0
 
     def values(self, vector: Array) -> dict[str, float]:
         """All numbers by their names."""
@@ -66,12 +68,13 @@ class Unknowns:
 
     def without(self, held: Mapping[str, float]) -> "Unknowns":
         """The unknowns with some of them held at values."""
-        return Unknowns(tuple(name for name in self.names if name not in held), {**self.fixed, **held})
+        return replace(self, names=tuple(name for name in self.names if name not in held), fixed={**self.fixed, **held})
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds: inertia and gains are positive, the damping of a velocity by itself is not negative."""
         low = [0.0 if name in (*POSITIVE, *NOT_NEGATIVE, *GAINS) else -np.inf for name in self.names]
-        return np.array(low), np.full(len(self.names), np.inf)
+        delay = np.array(self.names) == DELAY
+        return np.where(delay, -self.earliest, low), np.where(delay, 0.0, np.inf)
 
 
 def unknowns(model: Model, start: VesselParameters | None) -> Unknowns:
@@ -92,8 +95,8 @@ def vessel(values: Mapping[str, float]) -> Vessel:
     return VesselParameters(**hull).coefficients()
 
 
-def inputs(values: Mapping[str, float]) -> tuple[Array, Array]:
-    """Gains of surge force, sway force and yaw moment, (3,), and offsets of earth-fixed forces and yaw moment, (3,)."""
+def inputs(values: Mapping[str, float]) -> tuple[Array, Array, float]:
+    """Gains of surge force, sway force and yaw moment, (3,), offsets of earth-fixed forces and yaw moment, (3,), and delay."""
     chosen: Sequence[Sequence[str]] = (GAINS, OFFSETS)
     gains, offsets = (np.array([float(values.get(name, NEUTRAL[name])) for name in names]) for names in chosen)
-    return gains, offsets
+    return gains, offsets, float(values.get(DELAY, 0.0))

@@ -22,6 +22,8 @@ DIFFERENCE = 1e-5
 """Relative step of the finite differences."""
 DIVERGED = 1e9
 """Residuals from which on the motion is taken to diverge, in standard deviations of the noise."""
+LARGEST = 1e100
+"""Largest derivative: the squares of larger ones, where the motion nearly diverges, overflow."""
 INNER = 2
 """Gauss-Newton steps for the initial states."""
 MOST = 40
@@ -105,9 +107,13 @@ class Shooting:
         left = rows - self._basis @ (self._basis.transpose(0, 2, 1) @ rows)
         return np.asarray(left.reshape(*base.shape, len(vector)))
 
+    @np.errstate(over="ignore", invalid="ignore")
     def turn(self, vector: Array) -> float:
         """By how much the uncertainty of its initial state turns the ship within a window, at most, rad."""
-        tangent = self._to_starts(vector, self.starts, self._errors(vector, self.starts))
+        try:
+            tangent = self._to_starts(vector, self.starts, self._errors(vector, self.starts))
+        except ParameterError:  # an inertia matrix without an inverse
+            return np.inf
         heading = tangent.reshape(len(self.starts), -1, 6, 6)[:, :-1, 2] * self.noise[2] * self.spread
         return float(np.sqrt(np.square(heading).sum(axis=2)).max())
 
@@ -129,9 +135,11 @@ class Shooting:
 def _derivatives(parts: Sequence[Array]) -> Array:
     """Derivatives by each of p numbers, (w, k + 1, 6) each, as (w, (k + 1)·6, p); zero where the motion diverges."""
     rows = np.stack(parts, axis=-1)
-    return np.where(np.isfinite(rows), rows, 0.0).reshape(len(rows), -1, len(parts))
+    rows = np.clip(np.where(np.isfinite(rows), rows, 0.0), -LARGEST, LARGEST)
+    return np.asarray(rows.reshape(len(rows), -1, len(parts)))
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, tolerance: float = 1e-7) -> Array:
     """Minimise the weighted residuals within the bounds, from a start.
 
@@ -148,7 +156,8 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
         IdentificationError: the motion diverges, whatever the start.
     """
     low, high = shooting.unknowns.bounds()
-    inside = _finite(shooting, np.where(np.isfinite(low), np.maximum(start, low + 1e-6 * shooting.scale), start))
+    margin = 1e-6 * shooting.scale
+    inside = _finite(shooting, np.clip(start, low + margin, high - margin))
     iterations = itertools.count(1)
 
     def derivatives(vector: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import lsq_linear
 
-from vessel_hsmc_ros.identification.models import GAINS, OFFSETS
+from vessel_hsmc_ros.identification.models import DELAY, GAINS, OFFSETS
 from vessel_hsmc_ros.identification.parameter_vector import HULL, POSITIVE, Unknowns, vessel
 from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
 from vessel_hsmc_ros.identification.types import Array, Measurements
@@ -57,6 +57,8 @@ def columns(names: Sequence[str], run: Measurements, smoothed: Smoothed) -> Arra
         elif name in OFFSETS:
             offset = np.broadcast_to(np.eye(3)[OFFSETS.index(name)], run.wrench.shape)
             column = -in_body_frame(offset, smoothed.pose[:, 2])
+        elif name == DELAY:
+            column = np.gradient(run.wrench, run.time, axis=0)
         else:
             column = regressors(name, smoothed.velocity, smoothed.acceleration)
         found.append(column)

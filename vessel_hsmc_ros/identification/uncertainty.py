@@ -5,7 +5,7 @@ residuals: the sandwich (JᵀJ)⁻¹ Jᵀ·G·J (JᵀJ)⁻¹ with the residuals'
 than for white ones, and the standard errors are increased by that.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from scipy.linalg import toeplitz
@@ -13,6 +13,8 @@ from scipy.linalg import toeplitz
 from vessel_hsmc_ros.identification.types import Array
 from vessel_hsmc_ros.identification.windows import Windows
 
+LASTING, BRIEF = 0.5, (0.02, 0.1)
+"""Longest lags of the residuals' autocorrelation, and of their products with the derivatives, as shares of a window."""
 STRONG = 0.98
 """Correlation from which on two parameters are reported."""
 INDISTINGUISHABLE = 1e-6
@@ -32,23 +34,43 @@ def covariance(cut: Windows, residuals: Array, jacobian: Array) -> Array:
     residuals, jacobian = residuals[:, :-1], jacobian[:, :-1]
     count = measured.sum(axis=(0, 1)) - len(measured) - rows.shape[1] / 6.0
     variance = np.square(residuals).sum(axis=(0, 1)) / np.maximum(count, 1.0)
-    bread = np.linalg.pinv(rows.T @ rows, hermitian=True)
+    bread = inverse(rows)
     white = np.einsum("wkci,c,wkcj->ij", jacobian, variance, jacobian, optimize=True)
-    meat = np.zeros_like(white)
+    meat = [np.zeros_like(white), *(_local(residuals, jacobian, share) for share in BRIEF)]
     for column in np.flatnonzero(measured.any(axis=(0, 1))):
-        meat += variance[column] * _coloured(residuals[:, :, column], jacobian[:, :, column])
-    plain, sandwich = bread @ white @ bread, bread @ meat @ bread
-    growth = np.sqrt(np.maximum(1.0, np.diag(sandwich) / np.maximum(np.diag(plain), 1e-300)))
-    return np.asarray(plain * np.outer(growth, growth))
+        meat[0] += variance[column] * _coloured(residuals[:, :, column], jacobian[:, :, column])
+    plain = np.diag(bread @ white @ bread)
+    larger = np.max([np.diag(bread @ each @ bread) for each in meat], axis=0) / np.maximum(plain, 1e-300)
+    growth = np.sqrt(np.maximum(1.0, larger))
+    return np.asarray(bread @ white @ bread * np.outer(growth, growth))
+
+
+def inverse(rows: Array) -> Array:
+    """(JᵀJ)⁻¹ of derivatives J, (n, p): the covariance for white residuals of unit variance."""
+    # Scaled to columns of norm one: the pseudo-inverse cuts off by size, and units would decide what it leaves out.
+    norms = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    scaled = rows / norms
+    return np.asarray(np.linalg.pinv(scaled.T @ scaled, rcond=1e-13, hermitian=True) / np.outer(norms, norms))
 
 
 def _coloured(residuals: Array, jacobian: Array) -> Array:
     """Jᵀ·G·J for one column of the measurements, (w, k) and (w, k, p), with the autocorrelation of its residuals; (p, p)."""
     longest = residuals.shape[1]
     sums = np.sum([np.correlate(part, part, "full")[longest - 1 :] for part in residuals], axis=0)
-    # Bartlett's weights: few products contribute to long lags, and the matrix stays positive.
-    correlation = sums / max(sums[0], 1e-300) * np.maximum(0.0, 1.0 - np.arange(longest) / (0.5 * longest))
+    correlation = sums / max(sums[0], 1e-300) * bartlett(longest, LASTING)
     return np.asarray(np.einsum("wki,wkj->ij", jacobian, toeplitz(correlation) @ jacobian, optimize=True))
+
+
+def _local(residuals: Array, jacobian: Array, share: float) -> Array:
+    """The same from the products of the residuals, after Newey and West: some are larger where a force changes; (p, p)."""
+    scores = np.einsum("wkci,wkc->wki", jacobian, residuals)
+    weights = toeplitz(bartlett(scores.shape[1], share))
+    return np.asarray(np.einsum("wki,wkj->ij", scores, weights @ scores, optimize=True))
+
+
+def bartlett(samples: int, share: float) -> Array:
+    """Bartlett's weights of the lags, which end at a share of the samples; with them the matrix stays positive, (n,)."""
+    return np.maximum(0.0, 1.0 - np.arange(samples) / (share * samples))
 
 
 def correlations(matrix: Array) -> Array:
@@ -83,36 +105,21 @@ def indistinguishable(names: Sequence[str], jacobian: Array, scale: Array) -> di
     return found
 
 
-def uninformed(
-    names: Sequence[str], vector: Array, matrix: Array, fixed: Mapping[str, float], needed: Sequence[str]
-) -> dict[str, str]:
-    """Names of parameters whose standard error exceeds their value, with the reason: the least certain first, and so on.
-
-    A parameter that is held changes the estimates of all others, and makes their errors smaller; both follow from the covariance.
+def least_known(names: Sequence[str], vector: Array, matrix: Array, needed: Collection[str]) -> tuple[str, str]:
+    """Name of the parameter whose standard error exceeds its value by most, and that as the reason; empty texts for none.
 
     Args:
         names: Of the parameters.
         vector: Their estimates, (p,).
         matrix: Covariance of their errors, (p, p).
-        fixed: The values at which they would be held.
-        needed: Names of those that are never held.
+        needed: Names of those that do not count.
     """
-    found: dict[str, str] = {}
-    vector, matrix = vector.copy(), matrix.copy()
-    held = np.array([fixed.get(name, 0.0) for name in names])
+    errors, sizes = np.sqrt(np.maximum(np.diag(matrix), 0.0)), np.maximum(np.abs(vector), 1e-300)
     candidates = [index for index, name in enumerate(names) if name not in needed]
-    while candidates:
-        errors = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-        sizes = np.maximum(np.abs(vector), 1e-300)
-        worst = max(candidates, key=lambda index: errors[index] / sizes[index])
-        if errors[worst] <= sizes[worst]:
-            return found
-        found[names[worst]] = f"its standard error {errors[worst]:.2g} exceeds its value {vector[worst]:.2g}"
-        gain = matrix[:, worst] / matrix[worst, worst]
-        vector = vector - gain * (vector[worst] - held[worst])
-        matrix = matrix - np.outer(gain, matrix[worst])
-        candidates.remove(worst)
-    return found
+    worst = max(candidates, key=lambda index: errors[index] / sizes[index], default=-1)
+    if worst < 0 or errors[worst] <= sizes[worst]:
+        return "", ""
+    return names[worst], f"its standard error {errors[worst]:.2g} exceeds its value {vector[worst]:.2g}"
 
 
 def strong_correlations(names: Sequence[str], correlation: Array) -> list[str]:

@@ -16,6 +16,8 @@ from vessel_sim_node.plant import Vessel
 
 Integers = NDArray[np.int64]
 
+BEYOND = 60.0
+"""How long the first and the last wrench of a run are taken to act, s: longer than any delay."""
 LARGEST_STEP = 0.25
 """Samples that are further apart are bridged by several steps, s."""
 
@@ -29,6 +31,8 @@ class Windows(NamedTuple):
         measured: x, y, psi, u, v, r, (w, k, 6); NaN where not measured and in the padding.
         begin, end: The samples of each window among those of all runs, (w,) each.
         steps: Steps of integration from a sample to the next.
+        at: Times of the samples, runs one after the other with a gap, (w, k), s.
+        knots, impulse: Times and integral of the wrench of all runs, (m,), s, and (m, 3).
     """
 
     times: Array
@@ -37,6 +41,21 @@ class Windows(NamedTuple):
     begin: Integers
     end: Integers
     steps: int
+    at: Array
+    knots: Array
+    impulse: Array
+
+    def delayed(self, delay: float) -> Array:
+        """The mean wrench from each sample to the next, (w, k, 3), if it acts later than it is recorded.
+
+        Args:
+            delay: By how much, s. A force that is sampled while it changes, instead of held, has half an interval less than 0.
+        """
+        if delay == 0.0:
+            return self.wrench
+        ends = self.at - delay + self.times
+        columns = [np.interp(ends, self.knots, each) - np.interp(self.at - delay, self.knots, each) for each in self.impulse.T]
+        return np.asarray(np.stack(columns, axis=-1) / np.where(self.times > 0.0, self.times, 1.0)[:, :, None])
 
 
 def windows(runs: Sequence[Measurements], length: float, exact: bool = False) -> Windows:
@@ -62,10 +81,25 @@ def windows(runs: Sequence[Measurements], length: float, exact: bool = False) ->
     times = np.concatenate([np.append(np.diff(run.time), run.time[-1] - run.time[-2]) for run in runs])
     measured = np.concatenate([np.hstack([run.pose, run.velocity]) for run in runs])[rows]
     measured[~inside] = np.nan
+    clock, knots, impulse = _impulses(runs)
     steps = max(1, math.ceil(float(np.median(times)) / LARGEST_STEP - 1e-6))
-    return Windows(
-        np.where(inside, times[rows], 0.0), np.concatenate([run.wrench for run in runs])[rows], measured, begin, end, steps
-    )
+    wrench = np.concatenate([run.wrench for run in runs])[rows]
+    return Windows(np.where(inside, times[rows], 0.0), wrench, measured, begin, end, steps, clock[rows], knots, impulse)
+
+
+def _impulses(runs: Sequence[Measurements]) -> tuple[Array, Array, Array]:
+    """Times of all samples, (n,), and the integral of the wrench with its times; the first and last wrench of a run go on."""
+    at, knots, impulse, first = [], [], [], 0.0
+    for run in runs:
+        last = run.time[-1] - run.time[-2]
+        time = first + BEYOND + np.append(run.time, run.time[-1] + last) - run.time[0]
+        edges = np.concatenate([[first], time, [time[-1] + BEYOND]])
+        wrench = np.concatenate([run.wrench[:1], run.wrench, run.wrench[-1:]])
+        at.append(time[:-1])
+        knots.append(edges)
+        impulse.append(np.concatenate([np.zeros((1, 3)), np.cumsum(wrench * np.diff(edges)[:, None], axis=0)]))
+        first = edges[-1] + 1.0
+    return np.concatenate(at), np.concatenate(knots), np.concatenate(impulse)
 
 
 def unrolled(cut: Windows, values: Array, samples: int) -> Array:
@@ -76,7 +110,7 @@ def unrolled(cut: Windows, values: Array, samples: int) -> Array:
     return result
 
 
-def simulated(cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets: Array) -> Array:
+def simulated(cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets: Array, delay: float = 0.0) -> Array:
     """The motion in all windows, (w, k, 6).
 
     Args:
@@ -85,10 +119,11 @@ def simulated(cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets
         vessel: Coefficients of the ship.
         gains: Factors on surge force, sway force and yaw moment, (3,).
         offsets: Steady forces in the earth-fixed frame and yaw moment, (3,).
+        delay: By how much the wrench acts later than it is recorded, s.
     """
     states = np.empty(cut.measured.shape)
     call: Any = compilation.compiled(simulate_windows, allocates=False) if compilation.available() else simulate_windows
-    call(cut.times, cut.wrench, starts, vessel, gains, offsets, cut.steps, states)
+    call(cut.times, cut.delayed(delay), starts, vessel, gains, offsets, cut.steps, states)
     return states
 
 
