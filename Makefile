@@ -2,21 +2,49 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-MESSAGES := build/messages
 MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
 
 # Commands and tests start many processes: the modules are compiled once, also where the environment would forbid it.
 export PYTHONDONTWRITEBYTECODE :=
 
+# Another ROS whose workspace is sourced in this shell would mix with the one in the environment.
+unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION ROS_DISTRO
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+ifdef LD_LIBRARY_PATH
+empty :=
+space := $(empty) $(empty)
+export LD_LIBRARY_PATH := $(subst $(space),:,$(foreach path,$(subst :, ,$(LD_LIBRARY_PATH)),$(if $(wildcard $(path)/librcl.so),,$(path))))
+endif
+
+# An environment holds the path of its folder: in a copied or moved folder it is made anew.
+MOVED := $(shell test -f $(VENV)/bin/pip && ! grep -qF "$(CURDIR)/$(VENV)/" $(VENV)/bin/pip && rm -f $(VENV)/.requirements && echo --clear)
+
+# Of several `make` in this folder one sets it up, and the others wait.
+LOCKED = @mkdir -p build && exec 9> build/.lock && { flock --nonblock 9 || { \
+	echo "Another make sets this folder up: waiting for it ..."; flock 9; }; } && $(MAKE) --no-print-directory --silent
+
 .DEFAULT_GOAL := help
-.PHONY: help setup demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
-	benchmark benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site lock clean
+.PHONY: help setup tools laws wheels try-wheels demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
+	benchmark benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site dev lock clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-20s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-setup: $(VENV)/.package  ## create the virtual environment, compile the messages, install the package, compile the laws
+setup:  ## create the virtual environment with what running needs, and the package in it
+	$(LOCKED) $(VENV)/.package
+
+tools:  ## setup, and what tests, checks, wheels and studies need: campaigns, tuning, the live view
+	$(LOCKED) $(VENV)/.tools
+
+laws: setup  ## compile the control laws beforehand, about two minutes; otherwise the first simulation of each does
 	@$(BIN)/python -m vessel_hsmc_ros.simulation.compile
+
+wheels: tools  ## build the wheels of package and messages into dist, for this version of Python, and the source archive
+	@$(BIN)/python tools/messages.py --wheel
+	@$(BIN)/uv build --quiet --no-build-isolation --python $(BIN)/python --out-dir dist
+
+try-wheels: wheels  ## install the wheels into an empty environment without a compiler, and run the demo there
+	@$(BIN)/python tools/try_wheels.py
 
 demo: setup  ## run the paper's case 2 with the paper's law and with the guided law, and compare them in one page
 	@$(BIN)/vessel-hsmc demo
@@ -30,16 +58,18 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
 
 # Two processes share the tests file by file, because fixtures live as long as their file. Each has a ROS domain of its own.
-test: setup  ## run all tests
+test: tools laws  ## run all tests
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-coverage: setup  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
+coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project
 
-mutants: setup  ## apply each known bug of test/mutants to a copy and check that its test fails
+SINCE ?= HEAD~1
+mutants: tools  ## check that tests notice the known bugs of test/mutants, and bugs drawn from what changed since SINCE=commit
 	@$(BIN)/python test/mutants/run.py
+	@$(BIN)/python test/mutants/draw.py --since $(SINCE)
 
-golden: setup  ## run every scenario, show the differences from its golden run, record it
+golden: tools  ## run every scenario, show the differences from its golden run, record it
 	@$(BIN)/python test/golden/refresh.py
 
 node-readers:  ## install npm's MCAP reader into build/node, for test/bags
@@ -47,7 +77,7 @@ node-readers:  ## install npm's MCAP reader into build/node, for test/bags
 	@npm install --silent --no-audit --no-fund --prefix build/node @mcap/core@2.2.2 @mcap/support@1.1.0 \
 		@foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0
 
-check: setup  ## format, lint, types, directions of imports, declared imports, spelling, terms
+check: tools  ## format, lint, types, directions of imports, declared imports, spelling, terms
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
@@ -56,89 +86,88 @@ check: setup  ## format, lint, types, directions of imports, declared imports, s
 	@$(BIN)/codespell
 	@$(BIN)/python test/project/terms.py
 
-hooks: $(VENV)/.dev  ## run the quick checks before each commit of this clone
+hooks: dev  ## run the quick checks before each commit of this clone
 	@$(BIN)/pre-commit install
 
-format: setup  ## format the code
+format: tools  ## format the code
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
 
-terms: setup  ## list words that have a standard term instead (test/project/terms.yaml)
+terms: tools  ## list words that have a standard term instead (test/project/terms.yaml)
 	@$(BIN)/python test/project/terms.py
 
-benchmark: setup  ## measure a lockstep step against bare rclpy round trips, the start-up, and the pace in real time
+benchmark: tools  ## measure a lockstep step against bare rclpy round trips, the start-up, and the pace in real time
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/start_up.py
 	@$(BIN)/python benchmarks/real_time.py
 
-benchmark-speed: setup  ## measure compiled runs: against scalar C++, on two cores, of many runs, and the commands that use them
+benchmark-speed: tools  ## measure compiled runs: against scalar C++, on two cores, of many runs, and the commands that use them
 	@$(BIN)/python benchmarks/batch.py
 	@$(BIN)/python benchmarks/compiled.py
 
-benchmark-bags: setup  ## measure writing, recording and live viewing, and kill 20 recorders
+benchmark-bags: tools  ## measure writing, recording and live viewing, and kill 20 recorders
 	@$(BIN)/python benchmarks/bags.py
 	@$(BIN)/python benchmarks/watching.py
 	@$(BIN)/python benchmarks/kills.py
 
-benchmark-guided: setup  ## run the suite of the guided law at 10, 50 and 100 Hz
+benchmark-guided: tools  ## run the suite of the guided law at 10, 50 and 100 Hz
 	@$(BIN)/python benchmarks/guided.py
 
-benchmark-realistic: setup  ## measure the effect of each part of the realistic ship
+benchmark-realistic: tools  ## measure the effect of each part of the realistic ship
 	@$(BIN)/python benchmarks/realistic.py
 
-benchmark-safety: setup  ## measure the safety checks, endurance, kills of nodes and the fault matrix: about an hour
+benchmark-safety: tools  ## measure the safety checks, endurance, kills of nodes and the fault matrix: about an hour
 	@$(BIN)/python benchmarks/safety.py
 	@$(BIN)/python benchmarks/false_alarms.py
 	@$(BIN)/python benchmarks/node_kills.py --repeats 20
 	@$(BIN)/python benchmarks/faults.py --page docs/faults.md
 	@$(BIN)/python benchmarks/soak.py
 
-benchmark-report: setup  ## measure the report of one hour at 100 Hz against its limits
+benchmark-report: tools  ## measure the report of one hour at 100 Hz against its limits
 	@$(BIN)/python benchmarks/report.py
 
-docs: setup  ## write docs/parameters.md and the tables of docs/safety.md from the declarations
+docs: tools  ## write docs/parameters.md and the tables of docs/safety.md from the declarations
 	@$(BIN)/vessel-hsmc parameters > docs/parameters.md
 	@$(BIN)/vessel-hsmc parameters --into docs/safety.md
+	@$(BIN)/vessel-hsmc parameters --boats > docs/boats.md
 
 # The variable suppresses an advertisement for another tool; warnings of the build are errors.
-site: $(VENV)/.dev  ## build the documentation with the API reference into build/site
+site: dev  ## build the documentation with the API reference into build/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "Open build/site/index.html"
 
-lock: setup  ## resolve requirements.in and requirements-dev.in into their locks
-	@$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-annotate --no-header \
-		requirements.in --output-file requirements.lock
-	@$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-annotate --no-header \
-		requirements-dev.in --output-file requirements-dev.lock
+lock: tools  ## resolve requirements.in, requirements-tools.in and requirements-dev.in into their locks
+	@for kind in "" -tools -dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+		--no-annotate --no-header requirements$$kind.in --output-file requirements$$kind.lock || exit 1; done
 
 clean:  ## remove the virtual environment and all builds
-	rm -rf $(VENV) build install log *.egg-info
+	rm -rf $(VENV) build dist install log *.egg-info
+
+INSTALL := @$(BIN)/python tools/install.py
+FROM := --no-deps --require-hashes --requirement
+
+dev:
+	$(LOCKED) $(VENV)/.dev
 
 $(VENV)/.requirements: requirements.lock
-	@$(PYTHON) -c 'import sys; v = sys.version_info; \
-		sys.exit(0 if (3, 10) <= v < (3, 14) else "Python %d.%d is not supported: it takes 3.10 to 3.13" % v[:2])'
-	@echo "Setting up the virtual environment in $(VENV), about a minute ..."
-	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --requirement requirements.lock
+	@$(PYTHON) tools/preflight.py
+	@echo "Setting up the virtual environment in $(VENV), less than a minute ..."
+	@$(PYTHON) -m venv $(MOVED) $(VENV)
+	$(INSTALL) "Installing what running needs" $(FROM) $<
 	@touch $@
 
-$(VENV)/.dev: requirements-dev.lock $(VENV)/.package
-	@echo "Installing the tools for documentation and hooks ..."
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --requirement requirements-dev.lock
+$(VENV)/.tools: requirements-tools.lock $(VENV)/.package
+	$(INSTALL) "Installing what tests, checks and studies need" $(FROM) $<
 	@touch $@
 
-# The environment's prefix serves as the underlay, like a sourced ROS installation.
+$(VENV)/.dev: requirements-dev.lock $(VENV)/.tools
+	$(INSTALL) "Installing the tools for documentation and hooks" $(FROM) $<
+	@touch $@
+
 $(VENV)/.messages: $(VENV)/.requirements $(MESSAGE_SOURCES)
-	@echo "Compiling the messages ..."
-	@mkdir -p $(MESSAGES)
-	@export AMENT_PREFIX_PATH=$(CURDIR)/$(VENV) PATH=$(CURDIR)/$(BIN):$$PATH; \
-	{ cmake -S msg_defs -B $(MESSAGES) -G Ninja -DCMAKE_PREFIX_PATH=$(CURDIR)/$(VENV) \
-		-DCMAKE_INSTALL_PREFIX=$(CURDIR)/$(VENV) -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python -DBUILD_TESTING=OFF \
-	&& cmake --build $(MESSAGES) && cmake --install $(MESSAGES); } > $(MESSAGES)/log.txt 2>&1 \
-	|| { tail -n 30 $(MESSAGES)/log.txt; echo "The messages did not compile; the complete log is in $(MESSAGES)/log.txt"; exit 1; }
+	@$(BIN)/python tools/messages.py
 	@touch $@
 
 $(VENV)/.package: $(VENV)/.messages setup.py setup.cfg pyproject.toml package.xml
-	@echo "Installing the package ..."
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(INSTALL) "Installing the package" --no-deps --no-build-isolation --editable .
 	@touch $@

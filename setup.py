@@ -1,10 +1,17 @@
-"""Installs the nodes, the command and the data files, for colcon and for pip alike."""
+"""Installs the nodes, the command and the data files, for colcon and for pip alike; colcon has the messages built as well."""
 
+import os
+import subprocess
+import sys
+import sysconfig
 from pathlib import Path
 from xml.etree import ElementTree
 
-from setuptools import find_packages, setup
+from setuptools import Command, find_packages, setup
+from setuptools.command.develop import develop
+from setuptools.command.install import install
 
+ROOT = Path(__file__).resolve().parent
 PACKAGE = "vessel_hsmc_ros"
 SHARE = f"share/{PACKAGE}"
 
@@ -25,12 +32,64 @@ def data_files() -> list[tuple[str, list[str]]]:
     return files
 
 
+def build_messages(folder: Path) -> None:
+    """Build the message package into the prefix that colcon installs into, where no other colcon package has it.
+
+    colcon and rosdep do not search below a folder that has a package.xml, and so do not find that of msg_defs by themselves. pip
+    takes the messages from a wheel.
+
+    Args:
+        folder: Where CMake builds.
+    """
+    base = getattr(sys, "real_prefix", None)  # colcon replaces the prefix while it runs this file
+    if base is None or not os.environ.get("AMENT_PREFIX_PATH"):
+        return
+    within = sysconfig.get_path("purelib", "posix_prefix", {"base": sys.prefix})
+    options = {
+        "CMAKE_INSTALL_PREFIX": sys.prefix,
+        "CMAKE_PREFIX_PATH": os.environ["AMENT_PREFIX_PATH"].replace(os.pathsep, ";"),
+        "PYTHON_INSTALL_DIR": os.path.relpath(within, sys.prefix),
+        "Python3_EXECUTABLE": sys.executable,
+        "BUILD_TESTING": "OFF",
+    }
+    paths = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if "prefix_override" not in path]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    configure = ["cmake", "-S", ROOT / "msg_defs", "-B", folder, *(f"-D{name}={value}" for name, value in options.items())]
+    for command in (configure, ["cmake", "--build", folder, "--parallel"], ["cmake", "--install", folder]):
+        subprocess.run([*map(str, command)], env=environment, check=True)  # noqa: S603 - our own arguments
+
+
+def with_messages(command: type[Command]) -> type[Command]:
+    """A command of setuptools that builds the messages after its own work."""
+
+    class WithMessages(command):  # type: ignore[valid-type, misc]
+        def run(self) -> None:
+            super().run()
+            build_messages(Path(self.get_finalized_command("build").build_base) / "messages")
+
+    return WithMessages
+
+
 setup(
     name=PACKAGE,
     version=ElementTree.parse("package.xml").findtext("version"),  # noqa: S314 - our own file
     description="Hierarchical sliding-mode control of underactuated ships over ROS 2",
+    long_description=(ROOT / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
     license="Apache-2.0",
-    python_requires=">=3.10",
+    license_files=["LICENSE"],
+    maintainer="vessel_hsmc_ros maintainers",
+    keywords=["marine control", "sliding mode control", "underactuated vessel", "ROS 2"],
+    classifiers=[
+        "Development Status :: 4 - Beta",
+        "Environment :: Console",
+        "Intended Audience :: Science/Research",
+        "Operating System :: POSIX :: Linux",
+        *(f"Programming Language :: Python :: 3.{minor}" for minor in range(10, 14)),
+        "Topic :: Scientific/Engineering",
+    ],
+    python_requires=">=3.10,<3.14",
+    cmdclass={"install": with_messages(install), "develop": with_messages(develop)},
     packages=find_packages(exclude=["test", "test.*", "msg_defs*", "benchmarks*"]),
     package_data={
         PACKAGE: ["py.typed"],
@@ -40,22 +99,24 @@ setup(
         f"{PACKAGE}.report": ["assets/*"],
     },
     data_files=data_files(),
+    # At least what Ubuntu 24.04 has, beside Jazzy.
     install_requires=[
-        "click",
-        "jinja2",
-        "llvmlite",
-        "lz4",
-        "matplotlib",
-        "mcap",
-        "numba",
-        "numpy",
-        "plotly",
-        "pyyaml",
-        "rich",
-        "rosbags",
-        "scipy",
+        "click>=8.1",
+        "geographiclib>=2.0",
+        "jinja2>=3.1",
+        "llvmlite>=0.41",
+        "lz4>=4.0",
+        "matplotlib>=3.6",
+        "mcap>=1.1",
+        "numba>=0.58",
+        "numpy>=1.26",
+        "plotly>=5.18",
+        "pyyaml>=6.0",
+        "rich>=13.7",
+        "rosbags>=0.9.20",
+        "scipy>=1.11",
         "setuptools",
-        "zstandard",
+        "zstandard>=0.22",
     ],
     extras_require={
         "analysis": ["pandas", "pyarrow"],
@@ -77,6 +138,8 @@ setup(
             "recorder_node = vessel_hsmc_ros.nodes.entry_points:recorder_node",
             "marker_node = vessel_hsmc_ros.nodes.entry_points:marker_node",
             "watchdog_node = vessel_hsmc_ros.nodes.entry_points:watchdog_node",
+            "navsat_odom_node = vessel_hsmc_ros.nodes.entry_points:navsat_odom_node",
+            "drive_node = vessel_hsmc_ros.nodes.entry_points:drive_node",
             "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ]

@@ -18,6 +18,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))  # on the local host only
 
+# A shell without job control starts what runs in the background with SIGINT ignored, and what the tests start would inherit it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 if find_spec("hypothesis") is not None:
     from hypothesis import settings
 

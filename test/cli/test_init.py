@@ -97,5 +97,17 @@ def test_the_commands_of_the_page_on_ones_own_ship_work(tmp_path: Path, monkeypa
     ((scenario, changes),) = re.findall(r"^vessel-hsmc run (\S+) --set (\S+)", page, re.MULTILINE)
     loaded = load_scenario(scenario, parse_changes([changes, "vessel.surge_inertia=550"]))
     assert (loaded.reference_ship.circle.radius, loaded.reference_ship.circle.speed) == (20.0, 1.0)
-    for mode in re.findall(r"`(?:reference_ship\.mode=)?(figure_eight|square|straight|goal)`", page):
+    for mode in re.findall(r"`(?:reference_ship\.mode=)?(figure_eight|square|straight|lawnmower|goal)`", page):
         load_scenario(scenario, {"reference_ship.mode": mode})
+
+
+def test_init_writes_the_connection_to_a_stack_beside_the_scenario(tmp_path: Path) -> None:
+    output = call("init", str(tmp_path / "boat"), *DATA, "--interface", "otter", "--no-check")
+    assert f"connection: {tmp_path / 'boat_otter.yaml'}, with the commands" in output
+    assert "surge_force_limit: 300.0" in (tmp_path / "boat_otter.yaml").read_text()
+
+
+def test_init_with_an_unknown_stack_writes_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="did you mean mavros"):
+        call("init", str(tmp_path / "boat"), *DATA, "--interface", "mavos")
+    assert not list(tmp_path.iterdir())

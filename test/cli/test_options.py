@@ -1,5 +1,7 @@
 """`--set node.param=value`: how its texts are parsed."""
 
+from pathlib import Path
+
 import pytest
 
 from vessel_hsmc_ros.cli.options import parse_changes
@@ -17,6 +19,14 @@ def test_a_value_may_contain_equals_signs() -> None:
 
 def test_the_last_of_several_values_counts() -> None:
     assert parse_changes(["a.x=1", "a.x=2"]) == {"a.x": 2}
+
+
+def test_of_a_file_and_a_value_the_later_one_counts(tmp_path: Path) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text("vessel_sim:\n  ros__parameters:\n    duration: 7.0\n", encoding="utf-8")
+    name = "vessel_sim.duration"
+    assert parse_changes([f"@{path}", f"{name}=3"])[name] == 3
+    assert parse_changes([f"{name}=3", f"@{path}"])[name] == 7.0
 
 
 @pytest.mark.parametrize(

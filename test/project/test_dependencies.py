@@ -9,6 +9,9 @@ from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = {"vessel_hsmc_ros", "vessel_sim_node"}
+BUILT = "vessel_hsmc_msgs"
+"""What setup.py builds, for colcon, together with the package."""
+
 DISTRIBUTIONS = {"yaml": "pyyaml", "foxglove": "foxglove-sdk"}
 """Distributions that are not named like their module."""
 
@@ -61,7 +64,7 @@ def test_setup_declares_every_library_that_is_imported() -> None:
 
 
 def test_package_xml_declares_every_ros_package_that_is_imported() -> None:
-    assert ros_packages() - declared_in_package_xml() == set()
+    assert ros_packages() - declared_in_package_xml() == {BUILT}
 
 
 def test_package_xml_declares_every_library_that_has_a_rosdep_key() -> None:

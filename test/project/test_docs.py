@@ -17,7 +17,7 @@ PAGES = sorted(
     if path.parent in (ROOT, ROOT / "docs", ROOT / "docs" / "api", ROOT / "docs" / "decisions")
 )
 PAPER = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
-FOLDERS = ("benchmarks", "config", "docs", "launch", "msg_defs", "test", "vessel_hsmc_ros", "vessel_sim_node")
+FOLDERS = ("benchmarks", "config", "docs", "launch", "msg_defs", "test", "tools", "vessel_hsmc_ros", "vessel_sim_node")
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
 
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(ROOT)))

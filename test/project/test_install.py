@@ -20,6 +20,8 @@ EXECUTABLES = (
     "thruster_allocation_node",
     "fault_relay_node",
     "watchdog_node",
+    "drive_node",
+    "navsat_odom_node",
     "vessel-hsmc",
 )
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
@@ -75,12 +77,13 @@ def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tm
     assert "messages recorded" in check_output(*command, cwd=tmp_path, environment=environment)
 
 
-def test_colcon_builds_both_packages_from_the_root(source: Path) -> None:
+def test_plain_colcon_build_in_a_workspace_builds_the_package_with_its_messages(source: Path) -> None:
     underlay = {"AMENT_PREFIX_PATH": sys.prefix, "CMAKE_PREFIX_PATH": sys.prefix}
     underlay["PATH"] = f"{sys.prefix}/bin{os.pathsep}{os.environ['PATH']}"
-    output = check_output("colcon", "build", cwd=source, environment=underlay, deadline=300.0)
-    assert "2 packages finished" in output
-    install = source / "install"
+    workspace = source.parent
+    output = check_output("colcon", "build", cwd=workspace, environment=underlay, deadline=300.0)
+    assert "1 package finished" in output
+    install = workspace / "install"
     executables = install / "vessel_hsmc_ros" / "lib" / "vessel_hsmc_ros"
     assert {path.name for path in executables.iterdir()} == set(EXECUTABLES)
     share = install / "vessel_hsmc_ros" / "share" / "vessel_hsmc_ros"
@@ -89,13 +92,27 @@ def test_colcon_builds_both_packages_from_the_root(source: Path) -> None:
     run = f"{executables}/vessel-hsmc run case2_tracking --set vessel_sim.duration=2"
     where = "python -c 'import vessel_hsmc_ros, vessel_hsmc_msgs as m; print(vessel_hsmc_ros.__file__, m.__file__)'"
     script = f". install/local_setup.sh && cd log && {where} && {run}"
-    output = check_output("sh", "-c", script, cwd=source, environment=underlay)
-    assert output.count(f"{install}/vessel_hsmc_ros/lib") == 1
-    assert output.count(f"{install}/vessel_hsmc_msgs/lib") == 1
+    output = check_output("sh", "-c", script, cwd=workspace, environment=underlay)
+    assert output.count(f"{install}/vessel_hsmc_ros/lib") == 2
     assert "messages recorded" in output
 
 
-def test_colcon_finds_both_packages_from_a_workspace_above(source: Path) -> None:
-    paths = ("--base-paths", "vessel_hsmc_ros", "vessel_hsmc_ros/msg_defs")
-    output = check_output(Path(sys.prefix) / "bin" / "colcon", "list", "--names-only", *paths, cwd=source.parent)
-    assert output.split() == ["vessel_hsmc_msgs", "vessel_hsmc_ros"]
+def test_rosdep_and_colcon_find_one_package_in_a_workspace_whose_dependencies_exist_elsewhere(source: Path) -> None:
+    """rosdep searches like catkin_pkg, and like colcon not below a package; it stops at a name that it cannot resolve."""
+    from catkin_pkg.packages import find_packages
+
+    found = find_packages(str(source.parent))
+    assert [package.name for package in found.values()] == ["vessel_hsmc_ros"]
+    (package,) = found.values()
+    needed = [*package.buildtool_depends, *package.build_depends, *package.exec_depends, *package.test_depends]
+    assert "vessel_hsmc_msgs" not in {dependency.name for dependency in needed}
+    output = check_output(Path(sys.prefix) / "bin" / "colcon", "list", "--names-only", cwd=source.parent)
+    assert output.split() == ["vessel_hsmc_ros"]
+
+
+def test_the_package_needs_what_its_messages_need() -> None:
+    from catkin_pkg.package import parse_package
+
+    outer, inner = parse_package(str(ROOT)), parse_package(str(ROOT / "msg_defs"))
+    for kind in ("buildtool_depends", "build_depends", "exec_depends"):
+        assert {each.name for each in getattr(inner, kind)} <= {each.name for each in getattr(outer, kind)}, kind

@@ -55,8 +55,9 @@ campaign.add_command(report)
     "--scheduler", default="", metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, whose workers compute."
 )
 @click.option("--runs", type=click.IntRange(min=1), help="Number of draws [default: that of FILE].")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers [default: that of FILE].")
 @law_file_option
-def run_file(file: str, output: Path | None, workers: int | None, scheduler: str, runs: int | None) -> None:
+def run_file(file: str, output: Path | None, workers: int | None, scheduler: str, runs: int | None, seed: int | None) -> None:
     """Compute the runs of a campaign.
 
     FILE is a YAML file, a campaign that comes with the package, or the folder of a campaign to go on with. The same command
@@ -67,14 +68,14 @@ def run_file(file: str, output: Path | None, workers: int | None, scheduler: str
     from vessel_hsmc_ros.campaign.execute import default_folder, run_campaign  # imports the libraries of campaigns
     from vessel_hsmc_ros.campaign.plan import Campaign
 
-    plan = Campaign.load(file, runs)
+    plan = Campaign.load(file, runs, seed)
     folder = output or (Path(file) if Path(file).is_dir() else default_folder(plan))
     check_writable(folder)
     for note in plan.notes:
         print_status(note)
     title = f"campaign {plan.name}"
     with progress_bar(title, plan.runs, "runs") as update:
-        run_campaign(file, folder, workers=workers, scheduler=scheduler, runs=runs, on_progress=Pace(title, update))
+        run_campaign(file, folder, workers=workers, scheduler=scheduler, runs=runs, seed=seed, on_progress=Pace(title, update))
     print_line(f"{plan.runs} runs: {folder}")
     print_line(f"for a page with failures and quantiles: vessel-hsmc campaign report {folder}")
 

@@ -1,39 +1,51 @@
 """The command `vessel-hsmc`: its verbs and its exit codes."""
 
+import difflib
 import importlib
 
 import click
 
 from vessel_hsmc_ros.cli.console import print_error, print_status
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
+from vessel_hsmc_ros.cli.verbs import GROUPS, VERBS
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
+from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.version import __version__
 
 FAILED, WRONG_USE = 1, 2
 """Exit codes: the command failed; its arguments were wrong."""
 
-ON_FILES = (
-    *("campaign", "compare", "demo", "excite", "gains", "identify", "init", "manoeuvres", "parameters", "recover", "replay"),
-    *("report", "reproduce", "run", "simulate", "sweep", "tune", "vessels"),
-)
-ON_NODES = ("call", "goto", "path", "set", "watch")
-"""Verbs on scenarios and bags, and on running nodes; each is the function of a module of its name."""
-
 
 class Verbs(click.Group):
-    """The verbs, each imported when it is called: the libraries of all together take as long to import as a short run."""
+    """The verbs, each the function of a module of its name.
+
+    It is imported when it is called: the libraries of all together take as long to import as a short run.
+    """
 
     def list_commands(self, _ctx: click.Context) -> list[str]:
         """The names of all verbs."""
-        return sorted(ON_FILES + ON_NODES)
+        return sorted(VERBS)
 
     def get_command(self, _ctx: click.Context, name: str) -> click.Command | None:
         """The verb with this name; None if there is none."""
-        if name not in ON_FILES + ON_NODES:
+        if name not in VERBS:
             return None
         module = importlib.import_module(f"vessel_hsmc_ros.cli.{name}")
         verb: click.Command = getattr(module, "set_parameters" if name == "set" else name)
         return verb
+
+    def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The verbs by groups, each with a whole line."""
+        for title, verbs in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([*verbs.items()])
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
+        """The verb that is called; of an unknown one, those like it are named."""
+        near = difflib.get_close_matches(args[0], VERBS, n=2)
+        if args[0] not in VERBS and near:
+            ctx.fail(f"there is no verb {args[0]!r}: did you mean {' or '.join(near)}?")
+        return super().resolve_command(ctx, args)
 
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
@@ -44,7 +56,7 @@ def cli() -> None:
     \b
     vessel-hsmc demo                      a first example, in two minutes
     vessel-hsmc run case2_tracking        a recorded simulation by ROS 2 nodes
-    vessel-hsmc report runs/*/bag         a page with track, errors, forces and metrics
+    vessel-hsmc report runs/*/bag         a page with track, errors and forces
     vessel-hsmc COMMAND --help            the options of a command
 
     A SCENARIO describes a run: ship, environment, reference, control law. A BAG is the recording of a run. docs/glossary.md
@@ -62,6 +74,9 @@ def execute() -> int:
     except click.Abort:  # which click raises at Ctrl-C
         print_status(INTERRUPTED_LINE)
         return INTERRUPTED
+    except ModuleNotFoundError as error:  # a verb imports its libraries when it is called
+        print_error(missing_module(error))
+        return FAILED
     except VesselHsmcError as error:
         print_error(str(error))
         return WRONG_USE if isinstance(error, ParameterError | ScenarioError) else FAILED

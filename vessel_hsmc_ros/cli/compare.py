@@ -15,6 +15,7 @@ from vessel_hsmc_ros.cli.options import (
     output_option,
     parse_changes,
     set_option,
+    workers_option,
 )
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import LAWS
@@ -33,8 +34,8 @@ FEW = 3
 @click.argument("scenarios", nargs=-1, metavar="SCENARIO|RUN...")
 @click.option("--suite", help="A suite of cases with limits, such as guided, or the path of a YAML file.")
 @click.option("--laws", help="Laws, separated by commas [default: all that track a position].")
-@click.option("--rate", "rate_hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")
-@click.option("--jobs", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
+@click.option("--rate-hz", "--rate", "rate_hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")
+@workers_option
 @set_option
 @interpreted_option
 @law_file_option
@@ -44,7 +45,7 @@ def compare(
     suite: str | None,
     laws: str | None,
     rate_hz: float | None,
-    jobs: int | None,
+    workers: int | None,
     changes: Sequence[str],
     output: Path,
 ) -> None:
@@ -76,7 +77,7 @@ def compare(
             number = next(done)
             update(number, f"{number} of {len(tasks)}: {run.law} on {run.row.name}")
 
-        outcomes = compare_laws(tasks, jobs, show)
+        outcomes = compare_laws(tasks, workers, show)
     print_outcomes(outcomes)  # before the files: a full disk must not lose the results of a long comparison
     folder = make_run_folder(output, "compare").path
     comparison_page.write(folder, outcomes)

@@ -93,7 +93,8 @@ def _units(scenario: Scenario) -> str:
     if d.q > 1.0:
         units += f" (times {d.q:.3g} for rates of the actuators' bandwidth)"
     if not d.declared:
-        return f"{units}; no lag or rate is declared (controller.vessel.yaw_lag ...): the actuators count as slow"
+        missing = "not all of lag, rate and dead time are" if d.partly else "no lag, rate or dead time is"
+        return f"{units}; {missing} declared (controller.vessel.yaw_lag ...): the actuators count as slow"
     return f"{units}; slowness of the actuators {d.s:.2f}, from 0 for instant ones to 1"
 
 

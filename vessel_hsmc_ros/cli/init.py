@@ -10,6 +10,7 @@ import click
 from vessel_hsmc_ros.cli.console import print_line, print_warning
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.scenario.interfaces import interface, interface_text
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
@@ -32,12 +33,14 @@ def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
 )
 @main_data_options
 @click.option("--thrusters", is_flag=True, help="Drive the ship by the thrusters of the vessel.")
+@click.option("--interface", "stack", metavar="STACK", help="Also write NAME_STACK.yaml, the connection to the stack of a boat.")
 @click.option("--no-check", is_flag=True, help="Do not simulate the new scenario.")
-def init(name: str, vessel: str | None, thrusters: bool, no_check: bool, **data: Any) -> None:
+def init(name: str, vessel: str | None, thrusters: bool, stack: str | None, no_check: bool, **data: Any) -> None:
     """Write NAME.yaml, a complete commented scenario for a ship of your own, and check it by a simulation.
 
     Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states.
     """
+    connection = interface(stack) if stack else None
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}
     text = (
@@ -45,6 +48,22 @@ def init(name: str, vessel: str | None, thrusters: bool, no_check: bool, **data:
     )
     # Before it is written: a ship may be too extreme for the ranges.
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
+    _write(path, text)
+    if connection:
+        to = path.with_name(f"{path.stem}_{connection.name}.yaml")
+        _write(to, interface_text(connection, path.stem, scenario.controller.vessel))
+        print_line(f"connection: {to}, with the commands that start the nodes")
+    if not no_check:
+        _check(scenario)
+    print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}")
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a new file.
+
+    Raises:
+        ScenarioError: it exists, or cannot be written.
+    """
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
@@ -52,9 +71,6 @@ def init(name: str, vessel: str | None, thrusters: bool, no_check: bool, **data:
         raise ScenarioError(f"{path} exists and is not overwritten: choose another name, or delete it") from None
     except OSError as error:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
-    if not no_check:
-        _check(scenario)
-    print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}")
 
 
 def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool) -> str:

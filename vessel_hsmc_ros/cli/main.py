@@ -4,6 +4,7 @@ import sys
 
 from vessel_hsmc_ros.cli.interrupts import handle_interrupts, ignore_interrupts
 from vessel_hsmc_ros.cli.streams import prepare_streams
+from vessel_hsmc_ros.core.install_paths import missing_module
 
 
 def main() -> int:
@@ -14,6 +15,9 @@ def main() -> int:
         from vessel_hsmc_ros.cli.command import execute  # takes a second, during which the user may press Ctrl-C
 
         return execute()
+    except ModuleNotFoundError as error:  # click, or what prints errors
+        sys.stderr.write(f"error: {missing_module(error)}\n")
+        return 1
     finally:
         ignore_interrupts()
 

@@ -18,7 +18,14 @@ from vessel_hsmc_ros.scenario.vessels import vessel_names
 
 @click.command()
 @click.argument("ships", nargs=-1, metavar="[VESSEL|SCENARIO]...")
-@click.option("--only", "kinds", multiple=True, type=click.Choice(tuple(PLANS)), help="A manoeuvre; may be given several times.")
+@click.option(
+    "--only",
+    "kinds",
+    multiple=True,
+    type=click.Choice(tuple(PLANS)),
+    metavar="MANOEUVRE",
+    help=f"One of {', '.join(PLANS)}; may be given several times.",
+)
 @click.option("--markdown", is_flag=True, help="Print the table of all ships in Markdown, and write no files.")
 @set_option
 @interpreted_option

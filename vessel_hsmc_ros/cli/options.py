@@ -1,6 +1,7 @@
 """Arguments and options that several verbs take."""
 
 import functools
+import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -8,18 +9,47 @@ from typing import Any
 
 import click
 import yaml
+from click.shell_completion import CompletionItem
 
 from vessel_hsmc_ros.cli.console import print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
-from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes, scenario_names
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 from vessel_hsmc_ros.simulation import compilation
 
-scenario_argument = click.argument("scenario")
 
-optional_scenario_argument = click.argument("scenario", required=False)
+def complete_scenario(_context: click.Context, _argument: click.Parameter, typed: str) -> list[CompletionItem]:
+    """What a shell offers for a scenario: the names that begin with what is typed, and files."""
+    names = [CompletionItem(name) for name in scenario_names() if name.startswith(typed)]
+    return [*names, CompletionItem(typed, type="file")]
+
+
+scenario_argument = click.argument("scenario", shell_complete=complete_scenario)
+
+optional_scenario_argument = click.argument("scenario", required=False, shell_complete=complete_scenario)
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")
+
+
+def print_json(content: object) -> None:
+    """Print a result for programs; a number that is not finite is null."""
+    finite = json.loads(json.dumps(content), parse_constant=lambda _: None)
+    click.echo(json.dumps(finite, indent=1, ensure_ascii=False))
+
+
+def workers_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add `--workers` to a verb, and its former name `--jobs` without mentioning it."""
+
+    @functools.wraps(command)
+    def taking(workers: int | None, jobs: int | None, **options: Any) -> Any:
+        return command(workers=workers or jobs, **options)
+
+    count = click.IntRange(min=1)
+    former = click.option("--jobs", type=count, hidden=True)
+    return click.option("--workers", type=count, help="Number of parallel runs [default: one per core].")(former(taking))
+
 
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 

@@ -20,6 +20,7 @@ from vessel_hsmc_ros.cli.options import (
 )
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
+from vessel_hsmc_ros.nodes.ros_environment import check_ros
 
 if TYPE_CHECKING:  # what reads bags takes a while to import
     from pathlib import Path
@@ -122,6 +123,7 @@ def _rerun(bag: Bag, changes: tuple[str, ...], namespace: str | None, output: Pa
 
 def _publish(bag: Bag, rate: float, loop: bool, paused: bool, topics: tuple[str, ...]) -> None:
     """Publish a bag until its end or until a signal."""
+    check_ros()
     try:
         import rclpy
         from rclpy.signals import SignalHandlerOptions

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from vessel_hsmc_ros.cli.options import checked_namespace
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
+from vessel_hsmc_ros.nodes.ros_environment import check_ros
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,9 +22,11 @@ def running_vessel(namespace: str) -> Iterator[Remote]:
 
     Raises:
         ParameterError: the namespace is not one of ROS.
+        InstallationError: two installations of ROS would mix.
         RunError: ROS is not installed.
     """
     checked = checked_namespace(namespace)
+    check_ros()
     try:
         from vessel_hsmc_ros.nodes.remote import Remote
     except ModuleNotFoundError as error:

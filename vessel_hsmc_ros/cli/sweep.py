@@ -16,6 +16,7 @@ from vessel_hsmc_ros.cli.options import (
     parse_changes,
     scenario_argument,
     set_option,
+    workers_option,
 )
 from vessel_hsmc_ros.runs import sweep as sweeps
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
@@ -38,7 +39,7 @@ LONGEST = 60
     show_default=True,
     help="Metric to draw, as in run.json; may be given several times.",
 )
-@click.option("--jobs", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
+@workers_option
 @set_option
 @interpreted_option
 @law_file_option
@@ -48,7 +49,7 @@ def sweep(
     parameters: Sequence[str],
     laws: str | None,
     metrics: Sequence[str],
-    jobs: int | None,
+    workers: int | None,
     changes: Sequence[str],
     output: Path,
 ) -> None:
@@ -70,7 +71,7 @@ def sweep(
             number, values = next(done), ", ".join(map(str, outcome.point.values))
             update(number, f"{number} of {len(planned)}: {values}")
 
-        outcomes = sweeps.run_all(planned, jobs, show)
+        outcomes = sweeps.run_all(planned, workers, show)
     from vessel_hsmc_ros.runs import sweep_page  # imports the libraries of reports
 
     head, lines = sweep_page.table(axes, outcomes, metrics)
