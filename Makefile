@@ -58,9 +58,8 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
 
 # Two processes share the tests file by file, because fixtures live as long as their file. Each has a ROS domain of its own.
-# A test that hangs ends its process with the stacks of all threads; a process takes its place.
 test: tools laws  ## run all tests
-	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder --timeout 400 --timeout-method thread
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project

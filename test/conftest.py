@@ -1,5 +1,6 @@
 """Each pytest process has a ROS domain of its own, nodes find each other fast, and each test has the mark of its kind."""
 
+import faulthandler
 import os
 import signal
 import sys
@@ -41,6 +42,26 @@ class SkipWithout(MetaPathFinder):
 
 
 sys.meta_path.append(SkipWithout())
+
+
+HUNG = 400.0
+"""Time after which a test has hung, s: its process ends with the stacks of all threads, and another one takes the other tests."""
+
+STDERR: list[int] = []
+"""A copy of the standard error, which pytest takes over while a test runs."""
+
+
+def pytest_configure() -> None:
+    """Copy the standard error before any test runs."""
+    STDERR.append(os.dup(2))
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_protocol() -> Iterator[None]:
+    """Bound the time of a test without Python's help, as it may hang in the middleware with the interpreter's lock."""
+    faulthandler.dump_traceback_later(HUNG, exit=True, file=STDERR[0])
+    yield
+    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(scope="session", autouse=True)

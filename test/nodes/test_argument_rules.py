@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from harness import Command
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.nodes.argument_rules import check_rules
@@ -49,12 +50,11 @@ def test_a_node_in_a_namespace_names_the_rule_that_would_reach_it() -> None:
     assert "write -p law:=guided" in done.stderr
 
 
-def test_the_rule_that_is_named_reaches_a_node_in_a_namespace_before_the_section_of_the_file() -> None:
-    scenario = str(Path(__file__).resolve().parents[2] / "config" / "case2_tracking.yaml")
+def test_the_rule_that_is_named_reaches_a_node_in_a_namespace_before_the_section_of_the_file(tmp_path: Path) -> None:
+    scenario = Path(__file__).resolve().parents[2] / "config" / "case2_tracking.yaml"
     arguments = ["--ros-args", "-r", "__ns:=/alpha", "--params-file", scenario, "-p", "law:=pd"]
-    with subprocess.Popen([*NODE, *arguments], stderr=subprocess.PIPE, text=True) as node:
-        assert node.stderr is not None
-        line = node.stderr.readline()
-        node.send_signal(signal.SIGINT)
-        assert node.wait(60.0) == 0
-    assert "law pd at 100 Hz" in line
+    node = Command([*NODE, *arguments], tmp_path, {})
+    node.until(lambda: "\n" in node.text, 60.0)
+    node.popen.send_signal(signal.SIGINT)
+    assert node.wait(60.0) == 0
+    assert "law pd at 100 Hz" in node.text.splitlines()[0]
