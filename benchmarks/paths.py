@@ -17,6 +17,7 @@ import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.reference.factory import make_reference, travel_limits
 from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
 from vessel_hsmc_ros.reference.timetable import Timetable, motion_at
@@ -24,7 +25,6 @@ from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
-from vessel_sim_node.plant import unforced_sway
 
 SPEED, CURRENT, LEG, SPACING = 0.3, 0.15, 20.0, 4.0
 

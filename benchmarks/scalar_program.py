@@ -8,9 +8,9 @@ import numpy as np
 
 from vessel_hsmc_ros import load_scenario
 from vessel_hsmc_ros.core.kinematics import as_published
+from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
-from vessel_sim_node.simulator import Simulator
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.laws.hierarchical import HierarchicalController

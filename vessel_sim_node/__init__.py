@@ -1,1 +1,1 @@
-"""The plant: model of an underactuated ship with disturbances, actuators and sensors, and the node that simulates it."""
+"""The node that simulates the plant; the equations are in `vessel_hsmc_ros.plant`."""

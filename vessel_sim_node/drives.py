@@ -1,6 +1,8 @@
 """What the plant is commanded by: a wrench, or the demands of its thrusters; each as the node receives it."""
 
+import math
 import time
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -9,18 +11,110 @@ from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.thruster_layout import FIXED, ThrusterLayout
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
-from vessel_sim_node.plant import Wrench
-from vessel_sim_node.thruster_demands import Demand, ThrusterDemands
+from vessel_hsmc_ros.plant.dynamics import Wrench
 
 NO_WRENCH = (0.0, 0.0)
 
 RIDE_THROUGH = "vessel_sim.ride_through=true goes on without it"
+
+LISTENING = 0.04
+"""Time for which a plant listens once it is connected, s: two of its checks, between which it receives messages."""
+
+SILENCE = 2.0
+"""Time without a command after which the other loop counts as ended, s; the graph shows its plant sooner."""
+
+Demand = tuple[list[float], list[float]]
+"""Thrusts [N] and angles of all thrusters."""
+
+NEVER = -(2**63)
+"""A time before every other, ns."""
+
+
+class ThrusterDemands:
+    """The demands as they are received, topic by topic: queues of them in lockstep, and the latest ones in real time.
+
+    Args:
+        layout: The thrusters.
+
+    Attributes:
+        topics: Index of the thruster, and 0 for a thrust or 1 for an angle, by topic.
+    """
+
+    def __init__(self, layout: ThrusterLayout) -> None:
+        self.topics = {topic: (i, part) for topic, i, part in layout.topics()}
+        self._queues: dict[str, deque[float]] = {topic: deque() for topic in self.topics}
+        each = layout.thrusters()
+        self._latest: Demand = [0.0] * len(each), [t.angle if t.kind == FIXED else 0.0 for t in each]
+        self._received: dict[str, int] = {}
+
+    def append(self, topic: str, value: float) -> None:
+        """Lockstep: queue a demand; the n-th of each topic belongs to the n-th step."""
+        self._queues[topic].append(value)
+
+    def complete(self) -> bool:
+        """Lockstep: whether the demands of the next step have come on every topic."""
+        return all(self._queues.values())
+
+    def take(self, now: int, oldest: int | None = None) -> Demand:
+        """Lockstep: the demands of the next step.
+
+        Args:
+            now: Time of the step, ns.
+            oldest: With it, a demand of NaN states that none came, and the last one holds if it is not before this time, ns.
+        """
+        for topic, queue in self._queues.items():
+            value = queue.popleft()
+            if oldest is None or math.isfinite(value):
+                self._set(topic, value)
+                self._received[topic] = now
+        return self.present(NEVER if oldest is None else oldest)
+
+    def hold(self, topic: str, value: float, now: int) -> str:
+        """Real time: hold a demand until the next.
+
+        Args:
+            topic: Its topic.
+            value: N, or rad.
+            now: Time of receipt, ns.
+
+        Returns:
+            What is wrong with a demand that is ignored; otherwise nothing.
+        """
+        if not math.isfinite(value):
+            return f"{topic} = {value} is not allowed: it takes a finite number"
+        self._set(topic, value)
+        self._received[topic] = now
+        return ""
+
+    def stale(self, oldest: int) -> list[str]:
+        """The topics of thrusts without a demand since a time, ns."""
+        return [topic for topic, (_, part) in self.topics.items() if part == 0 and self._received.get(topic, NEVER) < oldest]
+
+    def present(self, oldest: int) -> Demand:
+        """The demands; thrusts that were received before a time, ns, are zero, while angles hold."""
+        thrust, angle = [*self._latest[0]], [*self._latest[1]]
+        for topic in self.stale(oldest):
+            thrust[self.topics[topic][0]] = 0.0
+        return thrust, angle
+
+    def stopped(self) -> Demand:
+        """No thrust, at the present angles."""
+        return [0.0] * len(self._latest[0]), [*self._latest[1]]
+
+    def forget(self) -> None:
+        """Let no demand hold until the next one of its topic."""
+        self._received.clear()
+
+    def _set(self, topic: str, value: float) -> None:
+        i, part = self.topics[topic]
+        self._latest[part][i] = value
 
 
 class WrenchDrive:
@@ -167,3 +261,27 @@ class ThrusterDrive:
         """The earliest receipt of a demand that still holds, ns."""
         timeout: float = self._parameters.command_timeout
         return self._now() - round(timeout * NANOSECONDS)
+
+
+class OtherLoop:
+    """Shows whether another plant of the same ROS domain is being answered, before the ROS graph shows that plant.
+
+    On a busy machine the graph may show a plant a second late that its topic has a publisher already. In lockstep no command
+    comes before a plant's first step; one that comes all the same answers another plant, whose run a first step would disturb.
+
+    Args:
+        drive: Receives the commands of this plant.
+    """
+
+    def __init__(self, drive: Any) -> None:
+        self._drive = drive
+        self._since = 0.0
+
+    def sign(self) -> str:
+        """What a connected plant waits for before its first step; empty when it may begin."""
+        now = time.monotonic()
+        self._since = self._since or now
+        if self._drive.heard_at:
+            silent = now - self._drive.heard_at >= SILENCE
+            return "" if silent else f"the end of another run, whose commands come on {' and '.join(self._drive.topics)}"
+        return "" if now - self._since >= LISTENING else "a check that no other run uses this ROS domain"

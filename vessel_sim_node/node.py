@@ -4,7 +4,7 @@ import sys
 import time
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 
@@ -16,13 +16,53 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.plant.dynamics import Wrench
+from vessel_hsmc_ros.plant.hull_check import bounded
+from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.scenario.parameters import SimParameters
-from vessel_sim_node.drives import ThrusterDrive, WrenchDrive
+from vessel_sim_node.drives import OtherLoop, ThrusterDrive, WrenchDrive
 from vessel_sim_node.fleet_clock import BEFORE_START, FleetClock
-from vessel_sim_node.ground_truth import GroundTruth
-from vessel_sim_node.hull_check import bounded
-from vessel_sim_node.other_loop import OtherLoop
-from vessel_sim_node.thruster_plant import make_plant
+
+
+class GroundTruth:
+    """Publishers of the ground truth, for which no node waits.
+
+    Args:
+        node: The plant's node.
+        plant: The plant.
+        profile: Quality of service of the topics.
+    """
+
+    def __init__(self, node: VesselNode, plant: Simulator, profile: Any) -> None:
+        self._node, self._plant = node, plant
+        self._disturbance_out = node.advertise(WrenchStamped, "disturbance", profile)
+        self._dynamics_out = node.advertise(AccelStamped, "dynamics/truth", profile)
+        self._disturbance, self._dynamics = node.framed(conversions.new_wrench()), node.framed(conversions.new_acceleration())
+        if not plant.odometry_is_true:
+            self._state_out = node.advertise(Odometry, "odom/truth", profile)
+            self._state = node.framed(conversions.new_odometry())
+
+    def publish(self, stamp: int, time: float) -> Wrench:
+        """Publish the ground truth of a step.
+
+        Args:
+            stamp: Time of the step, ns.
+            time: Time since the start, s.
+
+        Returns:
+            The disturbing wrench, N, N, N·m.
+        """
+        at = conversions.time_message(stamp)
+        load = self._plant.disturbance(time)
+        conversions.write_body_wrench(self._disturbance, at, load)
+        self._node.send(self._disturbance_out, self._disturbance)
+        conversions.write_acceleration(self._dynamics, at, self._plant.unforced_acceleration())
+        self._node.send(self._dynamics_out, self._dynamics)
+        if not self._plant.odometry_is_true:
+            conversions.write_odometry(self._state, at, self._plant.state)
+            self._node.send(self._state_out, self._state)
+        return load
 
 
 class VesselSimNode(VesselNode):

@@ -15,8 +15,8 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
-from vessel_sim_node.plant import VesselParameters
 
 VESSEL = VesselParameters().coefficients()
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "open_bag.py"

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import extrapolate
 from vessel_hsmc_ros.messages import conversions
-from vessel_sim_node.plant import VesselParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 VESSEL = VesselParameters().coefficients()
 

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_sim_node.plant import VesselParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 STEPS = 60
 HUGE_FRAME = b"\x28\xb5\x2f\xfd\xe0" + (1 << 40).to_bytes(8, "little")

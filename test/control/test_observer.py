@@ -16,12 +16,12 @@ from vessel_hsmc_ros.control.observer_model import model, propagate, wave_transi
 from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters
-from vessel_sim_node.plant import VesselParameters, derivative
-from vessel_sim_node.plant_parameters import DisturbanceParameters
-from vessel_sim_node.sensors import SensorParameters
-from vessel_sim_node.waves import WaveParameters
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
+from vessel_hsmc_ros.plant.parameters import DisturbanceParameters
+from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.waves import WaveParameters
 
 DECAYS = {"surge": 0.18, "sway": 0.83, "yaw": 0.126}
 

@@ -8,7 +8,7 @@ import pytest
 
 from vessel_hsmc_ros.identification.types import Array, Measurements
 from vessel_hsmc_ros.identification.windows import simulated, windows
-from vessel_sim_node.plant import VesselParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 SHIP = VesselParameters().coefficients()
 TIME = np.arange(0.0, 2.0, 0.1)

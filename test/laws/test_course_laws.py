@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import CourseLawParameters, make_controller
 from vessel_hsmc_ros.laws.switching import sign
-from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 
 SHIP = VesselParameters().coefficients()
 CALM = (0.0, 0.0, 0.0)

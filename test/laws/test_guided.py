@@ -19,10 +19,10 @@ from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_state import Filter, initial
 from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.laws.network import Estimates
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.integrate import rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters
 
 ROWS = {row.name: row for row in load_suite("guided")}
 SHIP = VesselParameters().coefficients()

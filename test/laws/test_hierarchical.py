@@ -18,7 +18,7 @@ from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalPara
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.laws.switching import sign
-from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 
 SHIP = VesselParameters().coefficients()
 G = Gains(**symbols(HierarchicalParameters()), **symbols(KnownVessel()), T=0.01)

@@ -13,9 +13,9 @@ from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
 from vessel_hsmc_ros.laws.known_damping import KnownDamping, drag, drag_slope, free_acceleration, known_ship
 from vessel_hsmc_ros.laws.planar import jerk, point_ahead, rotated
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.integrate import rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters
 
 MODEL_BASED = ["ashrafiuon", "backstepping", "hand_position"]
 SHIP = known_ship(KnownVessel(), KnownDamping())

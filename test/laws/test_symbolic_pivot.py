@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from vessel_hsmc_ros.laws import KnownVessel
-from vessel_sim_node.plant import VesselParameters, acceleration, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, unforced_acceleration
 
 m11, m22, m33, m23, m32 = sp.symbols("m11 m22 m33 m23 m32", real=True)
 u, v, r, dv, dr = sp.symbols("u v r dv dr", real=True)

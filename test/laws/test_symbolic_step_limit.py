@@ -7,8 +7,8 @@ import pytest
 import sympy as sp
 
 from vessel_hsmc_ros.laws import make_controller
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.integrate import rk4
 
 k, c, T, g = sp.symbols("k c T g", positive=True)
 mode = sp.Symbol("lambda")

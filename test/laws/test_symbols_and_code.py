@@ -11,7 +11,7 @@ import sympy as sp
 from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel, make_controller
-from vessel_sim_node.plant import VesselParameters, derivative
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
 
 SHIP = symbols(VesselParameters())
 GAINS = {**symbols(KnownVessel()), **symbols(HierarchicalParameters())}

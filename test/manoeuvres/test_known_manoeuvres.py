@@ -13,8 +13,8 @@ from vessel_hsmc_ros.manoeuvres.run import Manoeuvre, perform
 from vessel_hsmc_ros.manoeuvres.ship import Ship, in_still_water, ship_of
 from vessel_hsmc_ros.manoeuvres.tables import UNITS
 from vessel_hsmc_ros.manoeuvres.track import track_of
+from vessel_hsmc_ros.plant.dynamics import derivative
 from vessel_hsmc_ros.runs.offline import simulate
-from vessel_sim_node.plant import derivative
 
 FORCE, MOMENT, LENGTH = 600.0, 300.0, 5.0
 HULL = {

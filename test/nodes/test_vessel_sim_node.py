@@ -17,8 +17,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.command_input import nothing
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_sim_node.node import VesselSimNode
-from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 
 STEP = 10_000_000
 
@@ -140,7 +140,7 @@ def test_a_plant_does_not_begin_where_commands_answer_another_that_the_graph_doe
 ) -> None:
     bench.start(VesselSimNode, command_timeout=60.0)
     bench.until(lambda: helm.odometry)
-    monkeypatch.setattr("vessel_sim_node.other_loop.LISTENING", 60.0)  # however late a busy machine connects the commands
+    monkeypatch.setattr("vessel_sim_node.drives.LISTENING", 60.0)  # however late a busy machine connects the commands
     second = bench.start(VesselSimNode)
     monkeypatch.setattr(second.connections, "conflict", lambda: "")
     statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)

@@ -15,8 +15,8 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws import Law, Terms, make_controller
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.exact import ExactModelLaw
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 
 Array = NDArray[np.float64]
 SHIP = VesselParameters().coefficients()

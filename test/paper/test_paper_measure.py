@@ -12,8 +12,8 @@ from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel
 from vessel_hsmc_ros.paper.exact import ExactModelLaw
 from vessel_hsmc_ros.paper.measure import measure, reduced_error, settling_time
 from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error, on_surfaces
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_sim_node.plant import VesselParameters, unforced_acceleration
 
 VESSEL = VesselParameters().coefficients()
 PRINTED = Surfaces(0.3, 0.3, 0.3, 0.001, 100.0)

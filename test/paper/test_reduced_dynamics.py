@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.laws import HierarchicalParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_sim_node.plant import VesselParameters, derivative, unforced_acceleration
 
 z2e, dz2e = sp.symbols("z2e dz2e", real=True)
 tau_vw = p.DISTURBANCE[1]

@@ -10,8 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import Vessel, VesselParameters, acceleration, damping_force, derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import (
+    Vessel,
+    VesselParameters,
+    acceleration,
+    damping_force,
+    derivative,
+    unforced_acceleration,
+)
+from vessel_hsmc_ros.plant.integrate import rk4
 
 Array = NDArray[np.float64]
 

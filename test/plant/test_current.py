@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters, derivative, unforced_in_current
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_in_current
+from vessel_hsmc_ros.plant.integrate import rk4
 
 SHIP = VesselParameters().coefficients()
 CALM = (0.0, 0.0, 0.0)

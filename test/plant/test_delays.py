@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.plant_parameters import PlantParameters
-from vessel_sim_node.sensors import SensorParameters
-from vessel_sim_node.simulator import Simulator
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.parameters import PlantParameters
+from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.simulator import Simulator
 
 GRID = RateGrid(50.0)
 PERIOD = GRID.period

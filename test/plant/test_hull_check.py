@@ -7,12 +7,12 @@ from hulls import CYBERSHIP_2, MILLIAMPERE, ship
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import another_ship, kept
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, VesselParameters
+from vessel_hsmc_ros.plant.hull_check import check_hull, hull_warning, largest_gain, outside
+from vessel_hsmc_ros.plant.parameters import PlantParameters
+from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
-from vessel_sim_node.hull_check import check_hull, hull_warning, largest_gain, outside
-from vessel_sim_node.plant import ShipParameters, VesselParameters
-from vessel_sim_node.plant_parameters import PlantParameters
-from vessel_sim_node.simulator import Simulator
 
 FITTED: dict[str, Any] = {
     "surge_damping": 0.6555,

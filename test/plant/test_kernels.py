@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters
-from vessel_sim_node.plant import ShipParameters, acceleration, unforced
-from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
-from vessel_sim_node.sensors import SensorParameters, sampling
-from vessel_sim_node.simulator import Simulator, divergence_of_ship
-from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
-from vessel_sim_node.waves import WaveParameters
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, acceleration, unforced
+from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
+from vessel_hsmc_ros.plant.sensors import SensorParameters, sampling
+from vessel_hsmc_ros.plant.simulator import Simulator, divergence_of_ship
+from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
+from vessel_hsmc_ros.plant.waves import WaveParameters
 
 Array = NDArray[np.float64]
 

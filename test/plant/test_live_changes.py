@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
-from vessel_sim_node.plant import ShipParameters
-from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
-from vessel_sim_node.simulator import Simulator
-from vessel_sim_node.waves import WaveParameters, drift_force, make_sea, with_waves
+from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
+from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.waves import WaveParameters, drift_force, make_sea, with_waves
 
 PERIOD = 0.01
 CALM = PeriodicParameters(0.0, 0.0, 0.0)

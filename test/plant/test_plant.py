@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_sim_node.disturbance import (
+from vessel_hsmc_ros.plant.disturbance import (
     EarthFixedParameters,
     PeriodicParameters,
     body_wrench,
@@ -14,12 +14,13 @@ from vessel_sim_node.disturbance import (
     periodic_wrench,
     total,
 )
-from vessel_sim_node.integrate import rk4
-from vessel_sim_node.plant import VesselParameters, acceleration, derivative, unforced_acceleration
-from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
-from vessel_sim_node.sensors import SensorParameters
-from vessel_sim_node.simulator import Simulator
-from vessel_sim_node.waves import WaveParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
+from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.waves import WaveParameters
+from vessel_sim_node import plant as public
 
 SHIP = VesselParameters().coefficients()
 CALM = (0.0, 0.0, 0.0)
@@ -30,7 +31,7 @@ motions = st.tuples(*[st.floats(-100.0, 100.0)] * 2, st.floats(-7.0, 7.0), *[st.
 
 def test_the_derivative_matches_a_calculation_by_hand() -> None:
     state = np.array([0.0, 0.0, math.pi / 2, 2.0, 1.0, 0.5])
-    rates = derivative(state, (1e5, 1e6), (0.1, 0.2, 0.3), SHIP)
+    rates = public.derivative(state, (1e5, 1e6), (0.1, 0.2, 0.3), SHIP)
     damping_u = 215e2 * 2.0 + 43e2 * 4.0 + 21.5e2 * 8.0
     damping_v = 147e3 * 1.0 + 29.4e3 * 1.0 + 14.7e3 * 1.0
     damping_r = 802e4 * 0.5 + 160.4e4 * 0.25 + 80.2e4 * 0.125

@@ -6,15 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
-from vessel_sim_node.plant import ShipParameters
-from vessel_sim_node.spectrum import frequencies, spectrum
-from vessel_sim_node.waves import (
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.waves import (
     GRAVITY,
     WATER_DENSITY,
     WaveParameters,
     advanced,
     drift_force,
+    frequencies,
     make_sea,
+    spectrum,
     with_waves,
 )
 

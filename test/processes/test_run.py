@@ -21,9 +21,9 @@ from vessel_hsmc_ros.bags.writer import SCENARIO
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_sim_node.plant import VesselParameters
 
 DURATION = 8.0
 COMMAND_LIMIT = 120.0

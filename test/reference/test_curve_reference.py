@@ -9,8 +9,8 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
-from vessel_sim_node.plant import VesselParameters, derivative
 
 PERIOD = 0.1
 START = (3.0, 4.0, 0.7)

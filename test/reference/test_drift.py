@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hulls import BOAT, BOAT_SYMBOLS, CYBERSHIP_2, MILLIAMPERE, hull
 
+from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters, unforced_acceleration, unforced_sway
 from vessel_hsmc_ros.reference.curve_motion import at_speed, velocities
 from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square
 from vessel_hsmc_ros.reference.drift import PeriodicDrift, samples
-from vessel_sim_node.plant import Vessel, VesselParameters, unforced_acceleration, unforced_sway
 
 PAPER = VesselParameters().coefficients()
 HULLS = {

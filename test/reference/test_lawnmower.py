@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
+from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference, travel_limits
 from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
 from vessel_hsmc_ros.reference.route import Element, Route, displacement, turn
@@ -22,7 +23,6 @@ from vessel_hsmc_ros.reference.turning import excesses, turning_at
 from vessel_hsmc_ros.reference.u_turns import u_turn
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
-from vessel_sim_node.plant import unforced_sway
 
 START = (3.0, 4.0, 0.7)
 COUPLED = {f"vessel.{name}": value for name, value in COUPLING.items()}

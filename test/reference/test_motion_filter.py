@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.reference.motion_filter import Filtered, MotionLimits, advance_filter, filter_of, read_filter
-from vessel_sim_node.plant import VesselParameters
 
 LIMITS = MotionLimits()
 SHIP = VesselParameters().coefficients()

@@ -9,7 +9,7 @@ from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.cli.command import cli
-from vessel_sim_node.simulator import Simulator
+from vessel_hsmc_ros.plant.simulator import Simulator
 
 SHORT = ["case2_tracking", "--set", "vessel_sim.duration=1"]
 UNSTABLE = ["case2_tracking", "--set", "controller.hierarchical.sway_weight=30.0", "--set", "vessel_sim.duration=60"]

@@ -9,11 +9,11 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.laws.known_vessel import INSTANT, NOT_DECLARED
+from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
-from vessel_sim_node.plant import unforced_acceleration
 
 BOAT = MainData(length=4.0, mass=500.0, surge_force_limit=300.0, yaw_moment_limit=250.0, wind=5.0)
 HULLS = {

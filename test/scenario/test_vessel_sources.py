@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.schema import entries
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_sim_node.plant import ShipParameters
 
 GRAVITY, SEA_WATER = 9.81, 1025.0
 

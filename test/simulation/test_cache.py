@@ -106,7 +106,7 @@ def modules_of_kernels() -> set[Path]:
     for path in cache.PACKAGE.rglob("*.py"):
         if "@kernel" in path.read_text(encoding="utf-8"):
             importlib.import_module(".".join(path.relative_to(cache.PACKAGE.parent).with_suffix("").parts))
-    ours = {each for each in KERNELS if each.__module__.startswith(("vessel_hsmc_ros.", "vessel_sim_node."))}
+    ours = {each for each in KERNELS if each.__module__.startswith("vessel_hsmc_ros.")}
     names = {each.__module__ for each in ours}
     for each in ours:
         imported = imported_from(sys.modules[each.__module__])
@@ -121,7 +121,7 @@ def modules_of_kernels() -> set[Path]:
             patch.setattr(preparation, "compiled", lambda function: function)  # two samples: faster than to compile
             names |= {each.__module__ for each in types_in(preparation.prepare(scenario, 2, law))}
     names |= {Kept.__module__}
-    files = {inspect.getsourcefile(sys.modules[name]) for name in names if name.startswith("vessel_")}
+    files = {inspect.getsourcefile(sys.modules[name]) for name in names if name.startswith("vessel_hsmc_ros.")}
     return {Path(str(file)) for file in files}
 
 
@@ -133,8 +133,7 @@ def test_all_that_machine_code_is_made_of_is_in_the_key() -> None:
 
 def test_an_edit_of_each_of_these_modules_leads_to_another_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copy = tmp_path / "copy"
-    for package in (cache.PACKAGE, cache.PACKAGE.parent / "vessel_sim_node"):
-        shutil.copytree(package, copy / package.name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(cache.PACKAGE, copy / cache.PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__"))
     edited = [copy / path.relative_to(cache.PACKAGE.parent) for path in sorted(modules_of_kernels())]
     monkeypatch.setattr(cache, "PACKAGE", copy / cache.PACKAGE.name)
     keys = [cache.key.__wrapped__(), cache.key.__wrapped__()]

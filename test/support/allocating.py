@@ -9,7 +9,7 @@ from vessel_hsmc_ros.control.thruster_sets import THRUST, TURN, Allocator
 from vessel_hsmc_ros.control.thruster_steering import allocated_wrench
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
-from vessel_sim_node.thrusters import ThrusterState, hull_wrench, thrusters_of
+from vessel_hsmc_ros.plant.thrusters import ThrusterState, hull_wrench, thrusters_of
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from vessel_hsmc_ros.core.schema import entries
-from vessel_sim_node.plant import ShipParameters, Vessel
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel
 
 NAMES = {entry.symbol: name for name, entry in entries(ShipParameters).items() if entry.symbol and "." not in name}
 """Names of the parameters by their symbols."""

@@ -35,8 +35,8 @@ from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.messages.topics import RELAYED
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_sim_node.plant import Vessel
 
 __all__ = ["Bag", "Event", "RawMessage", "Series", "open_bag"]
 

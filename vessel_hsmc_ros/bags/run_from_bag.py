@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_sim_node.plant import Vessel, acceleration
+from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]

@@ -29,11 +29,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
-from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.plant import Vessel, damping_force
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from vessel_hsmc_ros.campaign.ship_family import SHIP, ShipFamily
 from vessel_hsmc_ros.campaign.ship_references import LONGEST, Course, Request, course_for
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.ship_rules import Scale, circle_for, drift_decay, drift_ratio, scale_of
-from vessel_sim_node.plant import ShipParameters
 
 Changes = dict[str, object]
 

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.reference.curve_motion import Pace, demand
 from vessel_hsmc_ros.reference.curves import CLOSING, Arc, Curve, FigureEight
 from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_lawnmower
 from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, TravelLimits
 from vessel_hsmc_ros.scenario.ship_rules import ADJUSTMENTS, Scale, feasible_turn, motion_limits
-from vessel_sim_node.plant import ShipParameters
 
 Changes = dict[str, Any]
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from vessel_hsmc_ros.core.run_data import Run
     from vessel_hsmc_ros.identification.excitation import Step
-    from vessel_sim_node.plant import ShipParameters
+    from vessel_hsmc_ros.plant.dynamics import ShipParameters
 
 
 @click.command()

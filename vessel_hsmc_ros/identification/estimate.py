@@ -16,7 +16,7 @@ from vessel_hsmc_ros.identification.smoothing import smooth
 from vessel_hsmc_ros.identification.stages import Fit, Progress, covariance, largest, refined
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Model
 from vessel_hsmc_ros.identification.windows import unrolled
-from vessel_sim_node.plant import VesselParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 UNEXPLAINED = 1.3
 """Residuals from which on a warning is given, in units of the noise of the sensors."""

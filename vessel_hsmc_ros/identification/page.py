@@ -10,8 +10,8 @@ from jinja2 import Environment, StrictUndefined
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.identification.figures import correlation_picture, prediction_picture, residuals_picture
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.report.page import origin
-from vessel_sim_node.plant import VesselParameters
 
 PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <title>{{ title }}</title><link rel="icon" href="data:,">

@@ -8,7 +8,7 @@ import numpy as np
 
 from vessel_hsmc_ros.identification.models import DELAY, GAINS, OFFSETS, PAPER
 from vessel_hsmc_ros.identification.types import Array, Model
-from vessel_sim_node.plant import Vessel, VesselParameters
+from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters
 
 HULL = (
     "surge_inertia",

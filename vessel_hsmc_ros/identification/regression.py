@@ -16,7 +16,7 @@ from vessel_hsmc_ros.identification.models import DELAY, GAINS, OFFSETS
 from vessel_hsmc_ros.identification.parameter_vector import HULL, POSITIVE, Unknowns, vessel
 from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
 from vessel_hsmc_ros.identification.types import Array, Measurements
-from vessel_sim_node.plant import damping_force
+from vessel_hsmc_ros.plant.dynamics import damping_force
 
 AVERAGED = 4.0
 """Length over which both sides are averaged, in bandwidths of the smoother."""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.plant.dynamics import Vessel
+from vessel_hsmc_ros.plant.integrate import rk4_step
 from vessel_hsmc_ros.simulation import compilation
-from vessel_sim_node.integrate import rk4_step
-from vessel_sim_node.plant import Vessel
 
 Integers = NDArray[np.int64]
 

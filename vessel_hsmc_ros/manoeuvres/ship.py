@@ -25,11 +25,11 @@ from scipy.optimize import brentq
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, Thruster, ThrusterLayout
+from vessel_hsmc_ros.plant.dynamics import damping_force
 from vessel_hsmc_ros.report.record import limits
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import vessel_names
-from vessel_sim_node.plant import damping_force
 
 OUTPUT = 0.85
 """Share of the largest output at which the manoeuvres begin."""

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.laws.hierarchical_state import StepTerms
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.network import Estimates
-from vessel_sim_node.plant import Vessel, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 
 
 class ExactConstants(NamedTuple):

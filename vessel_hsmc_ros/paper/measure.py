@@ -10,7 +10,7 @@ from vessel_hsmc_ros.laws import HierarchicalParameters
 from vessel_hsmc_ros.laws.network import activations
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
 from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error
-from vessel_sim_node.plant import Vessel
+from vessel_hsmc_ros.plant.dynamics import Vessel
 
 Array = NDArray[np.float64]
 

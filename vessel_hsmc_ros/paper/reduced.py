@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Motion, tracking_error, transform, transform_rate
-from vessel_sim_node.plant import Vessel, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 
 Array = NDArray[np.float64]
 

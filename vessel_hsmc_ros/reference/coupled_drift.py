@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 from vessel_hsmc_ros.reference.curves import Curve
-from vessel_sim_node.plant import Vessel, damping_force
 
 Array = NDArray[np.float64]
 

@@ -23,9 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 from vessel_hsmc_ros.reference.curves import Curve
 from vessel_hsmc_ros.reference.drift import Drift, PeriodicDrift, samples, steady_drift, steady_load
-from vessel_sim_node.plant import Vessel, unforced_acceleration
 
 START_SAMPLES = 100
 """Number of instants of the start at which the demand is evaluated."""

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Pace, body_velocities, progress
 from vessel_hsmc_ros.reference.curves import CurveConstants, angle, course, curvature, position
 from vessel_hsmc_ros.reference.drift import DriftConstants, PeriodicDrift, drift_at
 from vessel_hsmc_ros.reference.kernel_reference import Array, KernelReference, write_row
 from vessel_hsmc_ros.reference.shapes import Shape
-from vessel_sim_node.plant import Vessel
 
 
 class TravelConstants(NamedTuple):

@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference import coupled_drift
 from vessel_hsmc_ros.reference.curves import Curve
-from vessel_sim_node.plant import Vessel
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -6,9 +6,9 @@ Calm water is assumed; what is left below the limits is available against distur
 import math
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.shapes import Shape
-from vessel_sim_node.plant import Vessel
 
 LARGEST_DRIFT = math.radians(45.0)
 """Largest drift angle, rad: beyond it the hull would travel more sideways than ahead."""

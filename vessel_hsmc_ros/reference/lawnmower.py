@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
 from vessel_hsmc_ros.reference.shapes import SMALLEST
 from vessel_hsmc_ros.reference.speed_profile import Section
 from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, check_straight, turning_at, turning_with
 from vessel_hsmc_ros.reference.u_turns import u_turn
-from vessel_sim_node.plant import Vessel
 
 MODE = "reference_ship.lawnmower"
 

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_sim_node.plant import Vessel, unforced_sway
+from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 
 T_F, T_A = 1.5, 0.4
 """Time constants, s; the damping ratio of velocity and acceleration is sqrt(T_F/T_A)/2 = 0.97, almost critical."""

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
+from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 from vessel_hsmc_ros.reference.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.reference.speed_profile import RISE, Phase, Section, SpeedProfile, phases
 from vessel_hsmc_ros.reference.timetable import Timetable
 from vessel_hsmc_ros.reference.turning import LARGEST_SHARE, SLOWER, SLOWEST, TravelLimits
-from vessel_sim_node.plant import Vessel, unforced_sway
 
 Array = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.corners import Corner, corner_of
 from vessel_hsmc_ros.reference.route import Element, Pieces, straight
 from vessel_hsmc_ros.reference.speed_profile import Section
 from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, turning_at, turning_with
-from vessel_sim_node.plant import Vessel
 
 RUN_UP = 0.25
 """Share of a leg from or to rest that corners leave free, for the change of speed."""

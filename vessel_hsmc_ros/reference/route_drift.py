@@ -24,10 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 from vessel_hsmc_ros.reference.drift import steady_drift
 from vessel_hsmc_ros.reference.route import Route
 from vessel_hsmc_ros.reference.speed_profile import SpeedProfile
-from vessel_sim_node.plant import Vessel, damping_force
 
 Array = NDArray[np.float64]
 

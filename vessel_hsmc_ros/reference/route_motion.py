@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.reference.route import Route
 from vessel_hsmc_ros.reference.route_drift import DriftOverTime, Travel, drift_along, travel_at
 from vessel_hsmc_ros.reference.speed_profile import RISE, SpeedProfile
 from vessel_hsmc_ros.reference.timetable import Timetable
-from vessel_sim_node.plant import Vessel
 
 Array = NDArray[np.float64]
 

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.route import Route
 from vessel_hsmc_ros.reference.route_motion import RouteMotion, motion_along, timetable
 from vessel_hsmc_ros.reference.speed_profile import Phase, Section, SpeedProfile, phases
 from vessel_hsmc_ros.reference.timetable import Timetable
 from vessel_hsmc_ros.reference.turning import TravelLimits, excesses, largest_acceleration
-from vessel_sim_node.plant import Vessel
 
 
 class Sailing(NamedTuple):

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc
 from vessel_hsmc_ros.reference.feasibility import amount
 from vessel_hsmc_ros.reference.route import Element, Route, straight, turn
 from vessel_hsmc_ros.reference.route_motion import RouteMotion, motion_along
 from vessel_hsmc_ros.reference.speed_profile import Phase, SpeedProfile
-from vessel_sim_node.plant import Vessel
 
 LARGEST_SHARE = 0.7
 """Largest share of surge force and yaw moment that a turn takes in calm water: the rest is for wind and for catching up."""

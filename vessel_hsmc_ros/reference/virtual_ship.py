@@ -13,6 +13,16 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.plant.dynamics import (
+    STILL_WATER,
+    Vessel,
+    VesselParameters,
+    divergence,
+    initial_pose,
+    initial_velocity,
+    rate_of_motion,
+)
+from vessel_hsmc_ros.plant.integrate import rk4_step
 from vessel_hsmc_ros.reference.input_program import (
     Program,
     RampParameters,
@@ -22,16 +32,6 @@ from vessel_hsmc_ros.reference.input_program import (
     program_of,
 )
 from vessel_hsmc_ros.reference.kernel_reference import Array, KernelReference, write_row
-from vessel_sim_node.integrate import rk4_step
-from vessel_sim_node.plant import (
-    STILL_WATER,
-    Vessel,
-    VesselParameters,
-    divergence,
-    initial_pose,
-    initial_velocity,
-    rate_of_motion,
-)
 
 UNDISTURBED = (0.0, 0.0, 0.0)
 

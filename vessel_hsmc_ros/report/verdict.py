@@ -10,8 +10,8 @@ from vessel_hsmc_ros.core.metrics import Metrics, position_error, reversals_per_
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.plant.hull_check import bounded, outside
 from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded
-from vessel_sim_node.hull_check import bounded, outside
 
 Array = NDArray[np.float64]
 

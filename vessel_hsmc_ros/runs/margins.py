@@ -24,9 +24,9 @@ from vessel_hsmc_ros.laws.guided_parameters import Gains, by_hand_or_derived, ga
 from vessel_hsmc_ros.laws.guided_rule import RULES, dynamics
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.linear_loop import Margins, margins
+from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_sim_node.plant import acceleration, unforced_acceleration
 
 Array = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.laws.guided_rule import derived_gains
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.parameters import VESSEL
 from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, circle_for, drift_decay, drift_ratio, loads, references, scale_of
-from vessel_sim_node.plant import ShipParameters
 
 WATER_DENSITY = 1025.0
 

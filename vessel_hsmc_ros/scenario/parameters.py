@@ -26,6 +26,7 @@ from vessel_hsmc_ros.laws import (
     OpenLoopParameters,
     PdParameters,
 )
+from vessel_hsmc_ros.plant.parameters import PlantParameters
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
 from vessel_hsmc_ros.scenario.auxiliary_parameters import AUXILIARY as AUXILIARY
@@ -37,7 +38,6 @@ from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import RecorderParameters as RecorderParameters
-from vessel_sim_node.plant_parameters import PlantParameters
 
 
 @dataclass(frozen=True)

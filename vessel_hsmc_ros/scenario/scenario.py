@@ -13,6 +13,7 @@ from vessel_hsmc_ros.core.exceptions import InstabilityError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.laws import Law, construct
+from vessel_hsmc_ros.plant.hull_check import check_hull
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.changes import by_node, full_names
@@ -30,7 +31,6 @@ from vessel_hsmc_ros.scenario.parameters import (
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
 from vessel_hsmc_ros.scenario.vessels import with_vessel
-from vessel_sim_node.hull_check import check_hull
 
 
 @dataclass(frozen=True)

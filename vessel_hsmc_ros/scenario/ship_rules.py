@@ -26,10 +26,10 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc, Curve
 from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, LARGEST_SHARE
-from vessel_sim_node.plant import ShipParameters, unforced_acceleration
 
 GRAVITY, AIR_DENSITY = 9.81, 1.2
 

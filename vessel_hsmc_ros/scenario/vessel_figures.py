@@ -3,7 +3,7 @@
 | symbol | meaning | unit |
 |---|---|---|
 | X, N | largest surge force and yaw moment | N, N·m |
-| m11 .. m33, d_u .. | inertia and damping of the hull | as in `vessel_sim_node.plant` |
+| m11 .. m33, d_u .. | inertia and damping of the hull | as in `plant.dynamics` |
 | x_p | point that a yaw moment does not accelerate sideways, m23/m22 ahead of the origin | m |
 """
 
@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import suggestion
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force, derivative
+from vessel_hsmc_ros.plant.hull_check import largest_gain
 from vessel_hsmc_ros.scenario.vessels import LibraryVessel
-from vessel_sim_node.hull_check import largest_gain
-from vessel_sim_node.plant import Vessel, damping_force, derivative
 
 CALM = (0.0, 0.0, 0.0)
 

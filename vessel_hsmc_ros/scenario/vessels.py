@@ -19,11 +19,11 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
 from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line
-from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.plant import ShipParameters
 
 ACTUATORS = "actuators."
 """Prefix of the plant's actuators."""

@@ -1,8 +1,8 @@
 """Warnings on a scenario that is valid, but probably not what was meant."""
 
 from vessel_hsmc_ros.core.hull import another_ship, kept
+from vessel_hsmc_ros.plant.hull_check import hull_warning
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_sim_node.hull_check import hull_warning
 
 SHIPS = ("vessel_sim", "reference_ship", "controller")
 """The nodes that have hull data."""

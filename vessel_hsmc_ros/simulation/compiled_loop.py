@@ -12,6 +12,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.plant.simulator import divergence_of_ship
 from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, advance, desired_motion, received, unobserved
@@ -24,7 +25,6 @@ from vessel_hsmc_ros.simulation.loop_state import Kept
 from vessel_hsmc_ros.simulation.preparation import prepare
 from vessel_hsmc_ros.simulation.thruster_drive import drive_by_thrusters
 from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
-from vessel_sim_node.simulator import divergence_of_ship
 
 Array = NDArray[np.float64]
 

@@ -10,12 +10,12 @@ from vessel_hsmc_ros.control.allocation import Allocation
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration
+from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
 from vessel_hsmc_ros.scenario.control import make_control_loop, may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Evaluated, Loop
-from vessel_sim_node.plant import Wrench, acceleration
-from vessel_sim_node.thruster_plant import make_plant
 
 Array = NDArray[np.float64]
 

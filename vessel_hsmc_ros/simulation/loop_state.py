@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState
 from vessel_hsmc_ros.control.pivot import Heading, Pivot
 from vessel_hsmc_ros.core.delay_line import DelayLine
-from vessel_sim_node.step import PlantConstants, PlantState
+from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
 
 Array = NDArray[np.float64]
 

@@ -14,6 +14,8 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, published
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.plant.sensors import sampling
+from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.control import make_pivot
@@ -21,8 +23,6 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, State
 from vessel_hsmc_ros.simulation.thruster_drive import thruster_drive
-from vessel_sim_node.sensors import sampling
-from vessel_sim_node.simulator import Simulator
 
 Array = NDArray[np.float64]
 

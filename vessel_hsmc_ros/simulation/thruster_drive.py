@@ -7,10 +7,10 @@ import numpy as np
 from vessel_hsmc_ros.control.allocation import allocate, allocator, elapsed_time, new_state
 from vessel_hsmc_ros.control.thruster_sets import THRUST, TURN, Allocator
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
+from vessel_hsmc_ros.plant.thruster_plant import apply_thrusts
+from vessel_hsmc_ros.plant.thrusters import Thrusters, ThrusterState, idle, thrusters_of
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_sim_node.step import PlantConstants, PlantState
-from vessel_sim_node.thruster_plant import apply_thrusts
-from vessel_sim_node.thrusters import Thrusters, ThrusterState, idle, thrusters_of
 
 NEVER = -1
 """The stamp of the last command before the first."""

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, FIXED, RUDDER, ThrusterLayout
-from vessel_sim_node.actuators import follow
+from vessel_hsmc_ros.plant.actuators import follow
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_sim_node.plant import ShipParameters, Vessel, damping_force
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force
 
 Array = NDArray[np.float64]
 

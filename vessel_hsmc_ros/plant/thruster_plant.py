@@ -6,11 +6,11 @@ from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_sim_node.plant import Wrench
-from vessel_sim_node.plant_parameters import PlantParameters
-from vessel_sim_node.simulator import Simulator
-from vessel_sim_node.step import PlantConstants, PlantState
-from vessel_sim_node.thrusters import Thrusters, ThrusterState, hull_wrench, idle, respond, thrusters_of
+from vessel_hsmc_ros.plant.dynamics import Wrench
+from vessel_hsmc_ros.plant.parameters import PlantParameters
+from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
+from vessel_hsmc_ros.plant.thrusters import Thrusters, ThrusterState, hull_wrench, idle, respond, thrusters_of
 
 
 class ThrusterPlant(Simulator):

@@ -19,7 +19,7 @@ UNBOUNDED = (-math.inf, math.inf)
 
 
 class Vessel(NamedTuple):
-    """The coefficients of the ship by the symbols of `plant`, and what follows from them.
+    """The coefficients of the ship by the symbols of `dynamics`, and what follows from them.
 
     Attributes:
         m11 .. d_n_ur: Inertia and damping; those up to d_r3 are the paper's.
@@ -138,7 +138,7 @@ class VesselParameters(NamedVessel):
     as_printed: bool = parameter(False, "Divide the higher-order yaw damping by m11, as printed in (6), instead of by m33.")
 
     def coefficients(self) -> Vessel:
-        """The coefficients by the symbols of `plant`, with the misprint included where `as_printed` is set.
+        """The coefficients by the symbols of `dynamics`, with the misprint included where `as_printed` is set.
 
         Raises:
             ParameterError: the inertia matrix has no positive determinant.

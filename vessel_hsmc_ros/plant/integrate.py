@@ -1,4 +1,4 @@
-"""The classical fourth-order Runge-Kutta method for `plant.derivative`, with the inputs constant over a step."""
+"""The classical fourth-order Runge-Kutta method for `dynamics.derivative`, with the inputs constant over a step."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
-from vessel_sim_node.plant import STILL_WATER, Array, Vessel, Wrench, as_wrench, rate_of_motion
+from vessel_hsmc_ros.plant.dynamics import STILL_WATER, Array, Vessel, Wrench, as_wrench, rate_of_motion
 
 
 def rk4(

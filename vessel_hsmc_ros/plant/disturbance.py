@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_sim_node.plant import Wrench
+from vessel_hsmc_ros.plant.dynamics import Wrench
 
 Gust = tuple[float, float]
 """g_E, g_N, N."""

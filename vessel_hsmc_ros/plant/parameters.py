@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
-from vessel_sim_node.hull_parameters import ShipParameters, initial_pose, initial_velocity
-from vessel_sim_node.sensors import SensorParameters
-from vessel_sim_node.waves import WaveParameters
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, initial_pose, initial_velocity
+from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.waves import WaveParameters
 
 
 @dataclass(frozen=True)

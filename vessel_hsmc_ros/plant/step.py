@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_sim_node.actuators import Actuator, actuate, arrived
-from vessel_sim_node.disturbance import Gust, Periodic, Wind, next_gust, periodic_wrench, total, wind_wrench
-from vessel_sim_node.integrate import rk4_step
-from vessel_sim_node.plant import Vessel, Wrench
-from vessel_sim_node.sensors import Sensors, measurement
-from vessel_sim_node.waves import Sea, drift_force, with_waves
+from vessel_hsmc_ros.plant.actuators import Actuator, actuate, arrived
+from vessel_hsmc_ros.plant.disturbance import Gust, Periodic, Wind, next_gust, periodic_wrench, total, wind_wrench
+from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench
+from vessel_hsmc_ros.plant.integrate import rk4_step
+from vessel_hsmc_ros.plant.sensors import Sensors, measurement
+from vessel_hsmc_ros.plant.waves import Sea, drift_force, with_waves
 
 
 class PlantConstants(NamedTuple):

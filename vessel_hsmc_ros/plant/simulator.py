@@ -9,15 +9,15 @@ from vessel_hsmc_ros.core.delay_line import delay_line
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_sim_node.actuators import ActuatorParameters
-from vessel_sim_node.disturbance import Gust
-from vessel_sim_node.hull_check import check_hull, outside
-from vessel_sim_node.hull_parameters import ShipParameters, divergence
-from vessel_sim_node.plant import Array, Wrench, acceleration, unforced
-from vessel_sim_node.plant_parameters import DisturbanceParameters, PlantParameters
-from vessel_sim_node.sensors import Sampling
-from vessel_sim_node.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
-from vessel_sim_node.waves import Sea, make_sea
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.disturbance import Gust
+from vessel_hsmc_ros.plant.dynamics import Array, Wrench, acceleration, unforced
+from vessel_hsmc_ros.plant.hull_check import check_hull, outside
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, divergence
+from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
+from vessel_hsmc_ros.plant.sensors import Sampling
+from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
+from vessel_hsmc_ros.plant.waves import Sea, make_sea
 
 AT_REST = as_motion((0.0,) * 6)
 CALM = (0.0, 0.0)
