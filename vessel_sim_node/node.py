@@ -116,7 +116,7 @@ class VesselSimNode(VesselNode):
             self.connections.add_condition(OtherLoop(self._drive).sign)
             self._create_clock(follows)
             # A wall-clock timer: simulated time stands still while the command is awaited.
-            self.create_timer(0.1, self._check_lockstep, clock=self._wall)
+            self.create_timer(0.1, self._check_lockstep, clock=self.wall)
 
     def _create_clock(self, follows: bool) -> None:
         """Lockstep: publish /clock, unless this plant follows that of another; in a fleet, wait for the others at each step."""

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.campaign import findings
 from vessel_hsmc_ros.campaign.dataset import Dataset, write_file, write_table
 from vessel_hsmc_ros.campaign.diagrams import Diagrams, diagrams
 from vessel_hsmc_ros.campaign.plan import Campaign
-from vessel_hsmc_ros.campaign.plan_file import parse_campaign, read_source
+from vessel_hsmc_ros.campaign.plan_file import read_source
 from vessel_hsmc_ros.campaign.report import make_report
 from vessel_hsmc_ros.campaign.results import Results, read
 from vessel_hsmc_ros.campaign.tables import Table, share_text
@@ -71,7 +71,7 @@ def make_folder(folder: Path, content: str, result: Callable[[Row], Row], chunks
     (folder / "rows").mkdir(parents=True)
     file = folder / "trial.yaml"
     file.write_text(content)
-    campaign = parse_campaign(read_source(file))
+    campaign = Campaign.parse(read_source(file))
     file.rename(folder / "campaign.yaml")
     (folder / "scenario.yaml").write_text(campaign.source.scenario)
     about = {"name": "trial", "scenario": "case2_tracking", "repetitions": campaign.repetitions}

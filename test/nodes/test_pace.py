@@ -22,7 +22,7 @@ BEGAN = 5 * 10**9
 @pytest.fixture
 def node() -> Any:
     """A node whose clock the test sets by `time`, ns."""
-    made = SimpleNamespace(time=BEGAN, _wall=Clock(clock_type=ClockType.STEADY_TIME), timers=[])
+    made = SimpleNamespace(time=BEGAN, wall=Clock(clock_type=ClockType.STEADY_TIME), timers=[])
     made.now = lambda: made.time
     made.get_parameter = lambda _: SimpleNamespace(value=False)
     made.create_timer = lambda *arguments, **options: made.timers.append((arguments, options))

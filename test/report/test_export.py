@@ -12,8 +12,8 @@ from pyarrow import parquet
 from records import circle, make_run, record
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.core import run_tables
 from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.run_data import MOTION
 from vessel_hsmc_ros.report import export, figures
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -56,7 +56,7 @@ def test_quantities_that_were_not_recorded_have_no_columns() -> None:
     run = circle(1.0)
     tables = export.tables(make_run(run.time, run.state))
     assert list(tables) == ["motion"]
-    assert list(tables["motion"]) == ["time", *run_tables.MOTION]
+    assert list(tables["motion"]) == ["time", *MOTION]
 
 
 def test_every_column_is_documented_and_every_documented_column_exists(tmp_path: Path) -> None:

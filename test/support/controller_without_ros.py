@@ -94,7 +94,7 @@ class ControllerWithoutRos(ControllerNode):
         self.drawn = DrawnLaw(keeps_limits)
         self.loop = make_control_loop(self.parameters, self.drawn)
         self.loop.supervision.standby()
-        self.clock_problem, self.connected, self.black_box, self._wall = "", True, None, None
+        self.clock_problem, self.connected, self.black_box, self.wall = "", True, None, None
         self._logger = Ignoring()
         self.inputs = ControllerInputs(self, self.loop)
         self._steps = self.timer = RealTime(self)

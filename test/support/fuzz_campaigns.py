@@ -6,8 +6,8 @@ from typing import Any
 
 from fuzz_findings import Finding, decided
 
-from vessel_hsmc_ros.campaign.plan import Campaign, Source
-from vessel_hsmc_ros.campaign.plan_file import KEYS, parse_campaign
+from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.plan_file import KEYS, Source
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
@@ -23,7 +23,7 @@ def campaign(data: bytes, scenario: str) -> Campaign | None:
         data: The file.
         scenario: The text of the base scenario.
     """
-    found = decided(lambda: parse_campaign(Source("fuzz", data.decode(errors="replace"), "case2_tracking", scenario)))
+    found = decided(lambda: Campaign.parse(Source("fuzz", data.decode(errors="replace"), "case2_tracking", scenario)))
     if found is None:
         return None
     given = read_yaml(data.decode(errors="replace"))

@@ -1,18 +1,14 @@
 """What the nodes reported during a recording: events (services called, parameters changed, goals accepted) and diagnostics."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
-from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
-
-if TYPE_CHECKING:
-    from vessel_hsmc_ros.bags.reader import Bag
 
 
 class Event(NamedTuple):
@@ -31,18 +27,13 @@ class Event(NamedTuple):
     text: str
 
 
-def read_events(bag: "Bag", prefix: str) -> list[Event]:
-    """The events of one vessel in the order of their times; none if the bag was recorded without the topic `events`.
+def read_events(messages: Iterable[Any], start: int) -> list[Event]:
+    """The events in messages of the topic `events`, in the order of their times.
 
     Args:
-        bag: An opened bag.
-        prefix: The vessel's namespace, with its slashes.
+        messages: Of one vessel.
+        start: The time of its first odometry, ns.
     """
-    if not bag.topics.get(prefix + EVENTS):
-        return []
-    odometry = bag.topics[f"{prefix}odom"]
-    start = int(odometry.stamp.min()) if len(odometry) else bag.start_time
-    messages = [message for _, _, message in bag.messages(prefix + EVENTS)]
     events = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]
     return sorted(events, key=lambda event: event.time)
 
@@ -60,15 +51,14 @@ def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
     return changes
 
 
-def last_diagnostics(bag: "Bag", prefix: str) -> dict[str, dict[str, str]]:
+def last_diagnostics(messages: Iterable[Any], prefix: str) -> dict[str, dict[str, str]]:
     """The last diagnostics of each node of one vessel: values by name, `message` among them.
 
     Args:
-        bag: An opened bag.
+        messages: Of the topic `/diagnostics`.
         prefix: The vessel's namespace, with its slashes.
     """
     status: dict[str, dict[str, str]] = {}
-    if "/diagnostics" in bag.topics:
-        for _, _, message in bag.messages("/diagnostics"):
-            status.update(read_status(message, prefix[1:]))
+    for message in messages:
+        status.update(read_status(message, prefix[1:]))
     return status

@@ -34,7 +34,7 @@ from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.messages.topics import RELAYED
+from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -182,9 +182,16 @@ class Bag:
     def events(self, namespace: str | None = None) -> list[Event]:
         """The events of one vessel: services called, parameters changed while the nodes ran, goals and paths accepted.
 
+        A bag that was recorded without the topic `events` has none.
+
         The arguments and exceptions are those of `diagnostics`.
         """
-        return read_events(self, self.namespace(namespace))
+        prefix = self.namespace(namespace)
+        if not self.topics.get(prefix + EVENTS):
+            return []
+        odometry = self.topics[f"{prefix}odom"]
+        start = int(odometry.stamp.min()) if len(odometry) else self.start_time
+        return read_events((message for _, _, message in self.messages(prefix + EVENTS)), start)
 
     def diagnostics(self, namespace: str | None = None) -> dict[str, dict[str, str]]:
         """The last diagnostics of each node of one vessel: values by name, `message` among them.
@@ -195,7 +202,9 @@ class Bag:
         Raises:
             BagError: there is no such vessel, or there are several to choose from.
         """
-        return last_diagnostics(self, self.namespace(namespace))
+        prefix = self.namespace(namespace)
+        messages = self.messages("/diagnostics") if "/diagnostics" in self.topics else ()
+        return last_diagnostics((message for _, _, message in messages), prefix)
 
     # -- messages -----------------------------------------------------------------------------------------------------
 

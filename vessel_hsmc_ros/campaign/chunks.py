@@ -6,8 +6,8 @@ from typing import Any
 
 from vessel_hsmc_ros.campaign.dataset import write_table
 from vessel_hsmc_ros.campaign.feasibility import infeasible
-from vessel_hsmc_ros.campaign.plan import Campaign, Source
-from vessel_hsmc_ros.campaign.plan_file import parse_campaign
+from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.plan_file import Source
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
@@ -17,7 +17,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 @lru_cache(maxsize=4)
 def campaign_of(source: Source, repetitions: int) -> Campaign:
     """The campaign of its texts; a process that computes many of its chunks makes it once."""
-    return parse_campaign(source, repetitions)
+    return Campaign.parse(source, repetitions)
 
 
 def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None] | None = None) -> bytes:

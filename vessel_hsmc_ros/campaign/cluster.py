@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.campaign.chunks import campaign_of, run_chunk
 from vessel_hsmc_ros.campaign.folder import differences, versions
-from vessel_hsmc_ros.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.plan_file import Source
 from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError, ParameterError, VesselHsmcError
 from vessel_hsmc_ros.scenario.law_file import load_law_file, loaded_law_files
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line

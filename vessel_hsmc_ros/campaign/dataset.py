@@ -8,16 +8,14 @@ A file appears by an atomic rename, so it is complete at every instant; it conta
 wherever it was computed. It names its campaign by the hash.
 """
 
-import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vessel_hsmc_ros.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.scenario.bounded_text import read_text
 
 if TYPE_CHECKING:
     import pyarrow
@@ -41,35 +39,6 @@ class Dataset:
     def chunk_path(self, number: int) -> Path:
         """The file of a chunk."""
         return self.rows / f"chunk-{number:05d}.parquet"
-
-    def read_source(self) -> Source:
-        """Read the texts of the campaign.
-
-        Raises:
-            CampaignError: the folder is not that of a campaign.
-        """
-        about = self.read_about()
-        try:
-            text, scenario = read_text(self.path / "campaign.yaml"), read_text(self.path / "scenario.yaml")
-            return Source(str(about["name"]), text, str(about["scenario"]), scenario)
-        except (OSError, UnicodeDecodeError, KeyError) as error:
-            raise CampaignError(f"{self.path} is not the folder of a campaign: {error}") from None
-
-    def read_repetitions(self) -> int:
-        """Number of draws that were requested, for each combination of the grids if there are any."""
-        return int(self.read_about()["repetitions"])
-
-    def read_about(self) -> dict[str, Any]:
-        """Read campaign.json.
-
-        Raises:
-            CampaignError: it is missing or damaged.
-        """
-        try:
-            about = json.loads(read_text(self.path / "campaign.json"))
-            return {**about, "repetitions": int(about["repetitions"])}
-        except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError):
-            raise CampaignError(f"{self.path} is not the folder of a campaign: it has no valid campaign.json") from None
 
     def files(self) -> list[Path]:
         """The files of all chunks that exist, in their order."""

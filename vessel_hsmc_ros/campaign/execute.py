@@ -8,7 +8,8 @@ from vessel_hsmc_ros.campaign import cluster
 from vessel_hsmc_ros.campaign.chunks import campaign_of, run_chunk
 from vessel_hsmc_ros.campaign.dataset import Dataset, write_file
 from vessel_hsmc_ros.campaign.folder import opened
-from vessel_hsmc_ros.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.plan_file import Source
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled

@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from vessel_hsmc_ros.campaign.dataset import Dataset, write_file
 from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.plan_file import read_about
 from vessel_hsmc_ros.core.exceptions import CampaignError
 
 LOCK, ABOUT = "campaign.lock", "campaign.json"
@@ -75,7 +76,7 @@ def _prepare(dataset: Dataset, campaign: Campaign) -> None:
         "versions": versions(),
     }
     if (dataset.path / ABOUT).exists():
-        before = dataset.read_about()
+        before = read_about(dataset.path)
         if before.get("digest") != campaign.digest:
             raise CampaignError(f"{dataset.path} belongs to another campaign than {campaign.name}: choose another --output")
         if before["repetitions"] > campaign.repetitions:

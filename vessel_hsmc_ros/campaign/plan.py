@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.campaign import sampling
 from vessel_hsmc_ros.campaign.distributions import Grid
-from vessel_hsmc_ros.campaign.drawn import Drawn
+from vessel_hsmc_ros.campaign.plan_file import LAW, CampaignFile, document, read_source, source_of_folder, with_seed
 from vessel_hsmc_ros.campaign.ship_expansion import resolved
 from vessel_hsmc_ros.campaign.ship_family import SHIP
 from vessel_hsmc_ros.core import schema
@@ -26,23 +26,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 
-SEED, LAW = "vessel_sim.seed", "controller.law"
-
-
-class Source(NamedTuple):
-    """The texts that define a campaign, from which any process can make it.
-
-    Attributes:
-        name: Name of the campaign: that of its file.
-        text: Content of the campaign file.
-        scenario_name: Name of the base scenario.
-        scenario: Its ROS parameters file.
-    """
-
-    name: str
-    text: str
-    scenario_name: str
-    scenario: str
+SEED = "vessel_sim.seed"
 
 
 class PlannedRun(NamedTuple):
@@ -57,35 +41,12 @@ class PlannedRun(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Campaign:
+class Campaign(CampaignFile):
     """A plan of runs with drawn parameters. `Campaign.load` makes one from a file, or from the folder of a campaign.
 
-        campaign = Campaign.load("hull_uncertainty.yaml")
-        run = simulate(campaign.scenario(48213))
-
-    Attributes:
-        source: The texts that define it.
-        changes: Fixed changes to the scenario, by `node.parameter`.
-        variants: The changes of each run of a draw, by the names of the variants.
-        repetitions: Number of draws, for each combination of the grids if there are any.
-        sampling: One of `sampling.METHODS`.
-        seed: Of all random numbers.
-        parameters: The drawn parameters in the order of the file.
-        limits: Largest magnitudes of metrics: a run above any is a failure.
-        limits_in_lengths: The same in lengths of the hull.
-        chunk: Number of runs in a file of the dataset.
+    campaign = Campaign.load("hull_uncertainty.yaml")
+    run = simulate(campaign.scenario(48213))
     """
-
-    source: Source
-    changes: Mapping[str, object]
-    variants: Mapping[str, Mapping[str, object]]
-    repetitions: int
-    sampling: str
-    seed: int
-    parameters: tuple[Drawn, ...]
-    limits: Mapping[str, float]
-    limits_in_lengths: Mapping[str, float]
-    chunk: int
 
     @classmethod
     def load(cls, path: Path | str, runs: int | None = None, seed: int | None = None) -> "Campaign":
@@ -101,23 +62,17 @@ class Campaign:
             ParameterError: a parameter, distribution, limit or law of it is not allowed.
             CampaignError: the folder is not that of a campaign.
         """
-        from vessel_hsmc_ros.campaign.plan_file import parse_campaign, read_source, with_seed
-
         if Path(path).is_dir():
             if seed is not None:
                 raise ParameterError(f"seed {seed} is not allowed for the folder {path}: the rows in it have a seed already")
             return cls.of_folder(path, runs)
         source = read_source(path)
-        return parse_campaign(source if seed is None else with_seed(source, seed), runs)
+        return cls.parse(source if seed is None else with_seed(source, seed), runs)
 
     @classmethod
     def of_folder(cls, folder: Path | str, runs: int | None = None) -> "Campaign":
         """Read the campaign of a folder; see `load`."""
-        from vessel_hsmc_ros.campaign.dataset import Dataset
-        from vessel_hsmc_ros.campaign.plan_file import parse_campaign
-
-        dataset = Dataset(Path(folder))
-        return parse_campaign(dataset.read_source(), runs or dataset.read_repetitions())
+        return cls.parse(*source_of_folder(Path(folder), runs))
 
     @property
     def name(self) -> str:
@@ -179,8 +134,6 @@ class Campaign:
     @cached_property
     def digest(self) -> str:
         """Hash of everything that the rows depend on: equal for campaigns of which one extends the other."""
-        from vessel_hsmc_ros.campaign.plan_file import document
-
         content = {key: value for key, value in document(self.source).items() if key != "runs"}
         # The rows of a Latin hypercube depend on their number; those of other methods do not.
         runs = self.repetitions if self.sampling == "latin_hypercube" else None

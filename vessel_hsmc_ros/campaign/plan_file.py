@@ -1,20 +1,21 @@
 """The campaign file: YAML with a base scenario, distributions, laws, number, seed and limits; docs/campaigns.md explains it."""
 
+import json
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import yaml
 
 from vessel_hsmc_ros.campaign import sampling
 from vessel_hsmc_ros.campaign.distributions import Grid
-from vessel_hsmc_ros.campaign.drawn import make_drawn
-from vessel_hsmc_ros.campaign.plan import LAW, Campaign, Source
+from vessel_hsmc_ros.campaign.drawn import Drawn, make_drawn
 from vessel_hsmc_ros.campaign.ship_expansion import resolved
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.laws import LAWS
@@ -22,12 +23,79 @@ from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import parse_scenario, scenario_text
 
+LAW = "controller.law"
+
 KEYS = ("scenario", "set", "laws", "variants", "runs", "sampling", "seed", "draw", "limits", "chunk")
 
 CHUNK = 100
 
 LENGTHS = "lengths"
 """The unit of a limit that is relative to the length of the hull."""
+
+
+class Source(NamedTuple):
+    """The texts that define a campaign, from which any process can make it.
+
+    Attributes:
+        name: Name of the campaign: that of its file.
+        text: Content of the campaign file.
+        scenario_name: Name of the base scenario.
+        scenario: Its ROS parameters file.
+    """
+
+    name: str
+    text: str
+    scenario_name: str
+    scenario: str
+
+
+T = TypeVar("T", bound="CampaignFile")
+
+
+@dataclass(frozen=True)
+class CampaignFile:
+    """The content of a campaign file, checked as far as is possible without its runs.
+
+    Attributes:
+        source: The texts that define it.
+        changes: Fixed changes to the scenario, by `node.parameter`.
+        variants: The changes of each run of a draw, by the names of the variants.
+        repetitions: Number of draws, for each combination of the grids if there are any.
+        sampling: One of `sampling.METHODS`.
+        seed: Of all random numbers.
+        parameters: The drawn parameters in the order of the file.
+        limits: Largest magnitudes of metrics: a run above any is a failure.
+        limits_in_lengths: The same in lengths of the hull.
+        chunk: Number of runs in a file of the dataset.
+    """
+
+    source: Source
+    changes: Mapping[str, object]
+    variants: Mapping[str, Mapping[str, object]]
+    repetitions: int
+    sampling: str
+    seed: int
+    parameters: tuple[Drawn, ...]
+    limits: Mapping[str, float]
+    limits_in_lengths: Mapping[str, float]
+    chunk: int
+
+    @classmethod
+    def parse(cls: type[T], source: Source, runs: int | None = None) -> T:
+        """Make a campaign from its texts.
+
+        Args:
+            source: The texts.
+            runs: Number of draws in the place of that of the file.
+
+        Raises:
+            ScenarioError: the file or the scenario is malformed.
+            ParameterError: a parameter, distribution, limit or law is not allowed.
+        """
+        try:
+            return cls(source, *_parse(source, document(source), runs))
+        except ParameterError as error:
+            raise ParameterError(f"campaign {source.name}: {error}") from None
 
 
 def campaign_names() -> list[str]:
@@ -83,24 +151,35 @@ def with_seed(source: Source, seed: int) -> Source:
     return source._replace(text=text if count else f"{source.text.rstrip()}\nseed: {seed}\n")
 
 
-def parse_campaign(source: Source, runs: int | None = None) -> Campaign:
-    """Make a campaign from its texts, and check it as far as is possible without its runs.
-
-    Args:
-        source: The texts.
-        runs: Number of draws in the place of that of the file.
+def read_about(folder: Path) -> dict[str, Any]:
+    """Read campaign.json in the folder of a campaign.
 
     Raises:
-        ScenarioError: the file or the scenario is malformed.
-        ParameterError: a parameter, distribution, limit or law is not allowed.
+        CampaignError: it is missing or damaged.
     """
     try:
-        return _parse(source, document(source), runs)
-    except ParameterError as error:
-        raise ParameterError(f"campaign {source.name}: {error}") from None
+        about = json.loads(read_text(folder / "campaign.json"))
+        return {**about, "repetitions": int(about["repetitions"])}
+    except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError):
+        raise CampaignError(f"{folder} is not the folder of a campaign: it has no valid campaign.json") from None
 
 
-def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> Campaign:
+def source_of_folder(folder: Path, runs: int | None = None) -> tuple[Source, int]:
+    """Read the texts of the campaign of a folder, and the number of draws that were requested if no other is given.
+
+    Raises:
+        CampaignError: the folder is not that of a campaign.
+    """
+    about = read_about(folder)
+    try:
+        text, scenario = read_text(folder / "campaign.yaml"), read_text(folder / "scenario.yaml")
+        return Source(str(about["name"]), text, str(about["scenario"]), scenario), runs or about["repetitions"]
+    except (OSError, UnicodeDecodeError, KeyError) as error:
+        raise CampaignError(f"{folder} is not the folder of a campaign: {error}") from None
+
+
+def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> tuple[Any, ...]:
+    """The entries in the order of the fields of `CampaignFile`."""
     changes = dict(_mapping(entries, "set"))
     text, name, place = source.scenario, source.scenario_name, f"scenario of {source.name}"
     variants = _variants(entries) or {"": {}}
@@ -112,8 +191,7 @@ def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> Camp
         raise ParameterError("vessel_sim.duration = 0 s goes on for ever: in a campaign it must be above 0 s")
     parameters = tuple(make_drawn(str(key), given, base) for key, given in _mapping(entries, "draw").items())
     has_grid = any(isinstance(parameter.distribution, Grid) for parameter in parameters)
-    return Campaign(
-        source,
+    return (
         changes,
         variants,
         runs or _integer(entries, "runs", 1, sampling.LARGEST, 1 if has_grid else None),

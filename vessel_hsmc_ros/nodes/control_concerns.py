@@ -13,7 +13,8 @@ from vessel_hsmc_ros.laws import Terms
 from vessel_hsmc_ros.nodes.concerns import MINUTE, Recent, bounded, counted, saturation
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern
 from vessel_hsmc_ros.safety.monitors import Alarm
-from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.safety.supervision import Supervision
 from vessel_hsmc_ros.scenario.diagnostics import DiagnosticsParameters
 
 SPAN = 5.0
@@ -124,3 +125,21 @@ def correlation_condition(covariance: NDArray[np.float64]) -> float:
     if len(values) == 0:
         return 1.0
     return float(values[-1] / values[0]) if values[0] > 0.0 else math.inf
+
+
+LEVELS = {"ok": OK, "warn": WARN, "error": ERROR}
+"""Diagnostics levels of reasons."""
+
+
+def operation_status(supervision: Supervision) -> tuple[bytes, str]:
+    """Level and message of the present operation: OK while the law commands."""
+    if supervision.operation is Operation.ACTIVE:
+        return OK, "running"
+    return LEVELS[supervision.reason.level], f"{supervision.operation.name.lower()}: {supervision.reason.text}"
+
+
+def guard_concern(supervision: Supervision) -> Concern:
+    """The output guard: an error while a violation of it is the reason of the safe action."""
+    counts = {reason.name.lower(): count for reason, count in supervision.violations.items()}
+    broken = supervision.reason in supervision.violations
+    return Concern("guard", ERROR if broken else OK, "violated" if broken else "no violation", counts)

@@ -17,12 +17,11 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern
 from vessel_hsmc_ros.nodes.black_box import installed
-from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
+from vessel_hsmc_ros.nodes.control_concerns import LEVELS, ControlConcerns, guard_concern, operation_status
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, read_reference
-from vessel_hsmc_ros.nodes.controller_status import LEVELS, guard_concern, operation_status
-from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough, Timing
+from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
-from vessel_hsmc_ros.nodes.managed import ManagedNode
+from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.publishers import Publishers
 from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
@@ -43,7 +42,7 @@ LAST_COMMANDS = 3
 """How often zero is commanded on leaving the topic to others, as in standby and at the end."""
 
 
-class ControllerNode(ManagedNode):
+class ControllerNode(TimedNode):
     """Computes the wrench command from odometry and reference.
 
     Lockstep: every odometry message is answered by a command with the stamp of its step; that of late odometry is older.
@@ -76,7 +75,7 @@ class ControllerNode(ManagedNode):
             self.activate_quietly()
         else:
             self.loop.supervision.standby()
-        self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self._wall)
+        self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self.wall)
 
     def _create_topics(self, lockstep: bool) -> None:
         profile, newest, offered = qos.data(lockstep), qos.newest(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
@@ -151,7 +150,8 @@ class ControllerNode(ManagedNode):
         if terms is not None and self.loop.estimate is not None:
             conversions.write_odometry(self._estimate, time_stamp, self.loop.estimate)
             self.send(self._estimate_out, self._estimate)
-        if not self._begun and self.parameters.start_enabled and isinstance(self._steps, RealTime) and not self._steps.ready():
+        starts = self.parameters.start_enabled and not self.parameters.lockstep
+        if not self._begun and starts and not self._steps.ready():
             self.activate_quietly()
 
     def _report_alarms(self) -> None:
@@ -178,8 +178,7 @@ class ControllerNode(ManagedNode):
         Raises:
             RefusalError: an input, a consumer or a command of a person is missing; with the reason.
         """
-        ready = self._steps.ready() if isinstance(self._steps, RealTime) else Reason.NONE
-        if refused := self.loop.supervision.activate(ready):
+        if refused := self.loop.supervision.activate(self._steps.ready()):
             raise RefusalError(refused.text)
         self._begun = True
 
@@ -193,8 +192,7 @@ class ControllerNode(ManagedNode):
         self._begun = True
         self.loop.supervision.stop()
         self.loop.wrench = NO_WRENCH
-        if isinstance(self._steps, RealTime) and self.connected:
-            self.publish_command(self.now())
+        self._steps.stopped()
 
     def rearm(self) -> None:
         """Go from the stop to standby.

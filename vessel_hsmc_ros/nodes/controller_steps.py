@@ -1,42 +1,99 @@
 """The controller in lockstep: each step of the plant is answered by a command with its stamp."""
 
-from typing import TYPE_CHECKING, Any, Protocol
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import extrapolate
 from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured
-from vessel_hsmc_ros.nodes.step_clock import StepClock, StepQueue
-
-if TYPE_CHECKING:
-    from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
 
 REFERENCES_KEPT = 2000
 """Limit of the references that wait, in lockstep, for the odometry of their stamp; a reference ship is far less ahead."""
 
 
-class Timing(Protocol):
-    """When the law runs, and on which inputs."""
+class StepClock:
+    """Finds the stamps of the plant's steps: those of its odometry, or the time of /clock where odometry is late by its stamp.
 
-    def start(self) -> None:
-        """Begin, once the node is connected."""
+    The plant waits for the command of a step, so the last tick of /clock is of that step or of the one before.
 
-    def take_odometry(self, measured: Measured) -> None:
-        """Take an odometry message."""
+    Args:
+        node: The node that receives the odometry.
+        on_tick: Called at each tick of /clock, which is only read once odometry has been late.
+    """
 
-    def take_reference(self, desired: Desired) -> None:
-        """Take a reference message."""
+    def __init__(self, node: VesselNode, on_tick: Callable[[], None]) -> None:
+        self._node, self._on_tick = node, on_tick
+        self._now: int | None = None
 
-    @property
-    def waiting(self) -> int:
-        """Number of references that wait for odometry of their stamp."""
+    def step_of(self, measured_at: int, last: int) -> int | None:
+        """The stamp of the step that odometry belongs to, ns; None until the tick of that step has been received.
 
-    @property
-    def pending(self) -> int | None:
-        """Stamp of odometry that waits for the reference of its stamp, ns."""
+        Args:
+            measured_at: Stamp of the odometry, ns.
+            last: Stamp of the last step, ns; late odometry is not after it.
+        """
+        return measured_at if measured_at > last else self.next_after(last)
+
+    def next_after(self, last: int) -> int | None:
+        """The stamp of the step after the last one, ns; None until its tick has been received."""
+        if self._now is None:
+            self._now = last
+            # Latched: the tick of this step is received too, although it may have been published before.
+            subscription = self._node.create_subscription(Clock, "/clock", self._tick, qos.CLOCK)
+            self._node.direct_subscriptions.append(subscription)
+        return self._now if self._now > last else None
+
+    def _tick(self, message: Clock) -> None:
+        self._now = conversions.nanoseconds(message.clock)
+        self._on_tick()
 
 
-class Lockstep:
+class Queued(NamedTuple):
+    """A message of a topic that waits for its step.
+
+    Attributes:
+        stamp: Its stamp, ns.
+        message: Its content; None for the announcement that there is nothing of a step.
+    """
+
+    stamp: int
+    message: Any
+
+
+class StepQueue:
+    """The messages of one topic, taken step by step in their order, so that two runs with the same faults are alike.
+
+    A step is complete with the message of its stamp. Those before it, with other stamps, were received during the step.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: deque[Queued] = deque()
+
+    def append(self, stamp: int, message: Any) -> None:
+        """Queue a message, or None for the announcement that there is nothing of a step."""
+        self._waiting.append(Queued(stamp, message))
+
+    def complete(self, step: int) -> bool:
+        """Whether the message, or the announcement, of a step has been received."""
+        return any(queued.stamp == step for queued in self._waiting)
+
+    def take(self, step: int) -> list[Queued]:
+        """Take the messages up to and including that of a complete step, without announcements."""
+        taken: list[Queued] = []
+        while not (taken and taken[-1].stamp == step):
+            taken.append(self._waiting.popleft())
+        return [queued for queued in taken if queued.message is not None]
+
+
+class Lockstep(Timing):
     """Runs the law on odometry and reference of one stamp; an input that is refused ends the run.
 
     The law runs at the start of each control period, and its wrench is held (zero-order hold) for the odometry in between.
@@ -45,8 +102,8 @@ class Lockstep:
         node: The controller.
     """
 
-    def __init__(self, node: "ControllerNode") -> None:
-        self._node = node
+    def __init__(self, node: TimedNode) -> None:
+        super().__init__(node)
         self._odometry: Measured | None = None
         self._references: dict[int, Desired] = {}
         self._steps = StepClock(node, self.start)
@@ -105,7 +162,7 @@ class Lockstep:
         node.publish_period(stamp, terms)
 
 
-class RideThrough:
+class RideThrough(Timing):
     """Lockstep in which an input that is refused or missing is bridged as in real time, by the age of its stamp.
 
     The step is that of /clock. A message without a frame announces that there is nothing of the step of its stamp.
@@ -114,17 +171,10 @@ class RideThrough:
         node: The controller.
     """
 
-    waiting = 0
-
-    def __init__(self, node: "ControllerNode") -> None:
-        self._node = node
+    def __init__(self, node: TimedNode) -> None:
+        super().__init__(node)
         self._odometry, self._references = StepQueue(), StepQueue()
         self._steps = StepClock(node, self.start)
-
-    @property
-    def pending(self) -> int | None:
-        """None: a step that waits is announced by the plant."""
-        return None
 
     def take_odometry(self, measured: Measured) -> None:
         """Queue odometry for its step."""

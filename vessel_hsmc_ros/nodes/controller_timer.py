@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.nodes.base import WARNING_PERIOD
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured
+from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
 from vessel_hsmc_ros.safety.reasons import Reason
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer
-
-    from vessel_hsmc_ros.nodes.controller import ControllerNode
 
 CHECK_PERIOD = 0.1
 """Time between two checks of the clock and of the graph, s."""
@@ -31,17 +30,15 @@ WAITING = "waiting for /clock: the node is on simulated time, and nothing publis
 STANDING = "/clock stands still: nothing is computed or commanded until it goes on"
 
 
-class RealTime:
+class RealTime(Timing):
     """Runs the law half a period after the odometry, with the reference extrapolated to the stamp of the odometry.
 
     Args:
         node: The controller.
     """
 
-    waiting = 0
-
-    def __init__(self, node: "ControllerNode") -> None:
-        self._node = node
+    def __init__(self, node: TimedNode) -> None:
+        super().__init__(node)
         self._simulated = bool(node.get_parameter("use_sim_time").value)
         self._origin = 0
         self._locked = False
@@ -50,16 +47,11 @@ class RealTime:
         self._seen: tuple[int, int] | None = None
         self._ticked = -1, 0
 
-    @property
-    def pending(self) -> int | None:
-        """None: in real time the law waits for no reference."""
-        return None
-
     def start(self) -> None:
         """Begin the control periods: the state is published and requests are answered before the first odometry."""
         self._origin = self._node.now()
         self._timer = self._node.create_timer(self._node.loop.grid.period, self._on_timer)
-        self._node.create_timer(CHECK_PERIOD, self._check, clock=self._node._wall)
+        self._node.create_timer(CHECK_PERIOD, self._check, clock=self._node.wall)
 
     def received(self) -> int:
         """The clock of receipts, ns: steady, or the node's own on simulated time, where ages are simulated too."""
@@ -85,6 +77,11 @@ class RealTime:
         if not self._alone:
             return Reason.SECOND_PUBLISHER
         return Reason.NONE if node.has_consumer() else Reason.NO_CONSUMER
+
+    def stopped(self) -> None:
+        """Command zero at once."""
+        if self._node.connected:
+            self._node.publish_command(self._node.now())
 
     # -- control periods ----------------------------------------------------------------------------------------------
 

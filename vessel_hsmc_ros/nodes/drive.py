@@ -58,7 +58,7 @@ class DriveNode(VesselNode):
         self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
         if p.form == "cmd_vel":
             self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
-        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self._wall)
+        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
         self.create_service(Trigger, "~/stop", self._stop)
         self.create_service(Trigger, "~/rearm", self._rearm)
 

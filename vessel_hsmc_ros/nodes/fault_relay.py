@@ -54,7 +54,7 @@ class FaultRelayNode(VesselNode):
         self._relayed = {topic: self._relay(topic) for topic in p.topics}
         self._sources = make_sources(self, self._script, any(topic.startswith(THRUSTERS) for topic in p.topics))
         if not p.lockstep:
-            self.create_timer(TIMER_PERIOD, self._act, clock=self._wall)
+            self.create_timer(TIMER_PERIOD, self._act, clock=self.wall)
 
     def _relay(self, topic: str) -> RelayedTopic:
         """Publish a topic below `relayed/` and subscribe to the original."""

@@ -77,8 +77,8 @@ class LiveNode(VesselNode):
         self.get_logger().info(f"live view on ws://{p.host}:{self._server.port}")
         self._read: set[str] = set()
         self._forwarded = self._broadcast = 0
-        self.create_timer(0.1, self._discover, clock=self._wall)
-        self.create_timer(0.03, self._broadcast_time, clock=self._wall)
+        self.create_timer(0.1, self._discover, clock=self.wall)
+        self.create_timer(0.03, self._broadcast_time, clock=self.wall)
 
     def _discover(self) -> None:
         for name in list(self._missing):

@@ -45,8 +45,8 @@ class MarkerNode(VesselNode):
         for kind, topic, name in ((Odometry, "odom", "ship"), (ReferenceState, "reference", "reference")):
             subscription = self.create_subscription(kind, topic, self._keeper(name), qos.LATEST)
             self.direct_subscriptions.append(subscription)
-        self.create_timer(1.0 / self.parameters.rate_hz, self._publish, clock=self._wall)
-        self.create_timer(1.0 / self.parameters.path_rate_hz, self._publish_paths, clock=self._wall)
+        self.create_timer(1.0 / self.parameters.rate_hz, self._publish, clock=self.wall)
+        self.create_timer(1.0 / self.parameters.path_rate_hz, self._publish_paths, clock=self.wall)
 
     def _transform_publisher(self) -> Any:
         try:

@@ -34,7 +34,7 @@ class Pace:
         self.start = self._last = self._node.now()
         # The steady clock, which is never set: a timer on a system clock that was set back fires only once it has caught up.
         simulated = self._node.get_parameter("use_sim_time").value
-        self._node.create_timer(self._grid.period, work, clock=None if simulated else self._node._wall)
+        self._node.create_timer(self._grid.period, work, clock=None if simulated else self._node.wall)
 
     def stamp(self, index: int) -> int:
         """Time of a period by the node's clock, ns."""

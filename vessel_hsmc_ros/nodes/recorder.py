@@ -60,9 +60,9 @@ class RecorderNode(VesselNode):
         self._awaited = self._topics_named(BEGINNING) & set(self._choice.names) if p.recorded and not p.lockstep else set()
         self._dropped = self._waited = 0
         self._collector = ParameterCollector(self)
-        self._discovery = self.create_timer(0.02, self._discover, clock=self._wall)
-        self.create_timer(FLUSH_PERIOD, self._flush, clock=self._wall)
-        self.create_timer(METADATA_PERIOD, self._update_metadata, clock=self._wall)
+        self._discovery = self.create_timer(0.02, self._discover, clock=self.wall)
+        self.create_timer(FLUSH_PERIOD, self._flush, clock=self.wall)
+        self.create_timer(METADATA_PERIOD, self._update_metadata, clock=self.wall)
 
     def describe(self) -> str:
         """Where the bag is written."""

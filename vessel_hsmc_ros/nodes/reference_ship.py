@@ -76,7 +76,7 @@ class ReferenceShipNode(VesselNode):
             self._pace.run(self._on_timer)
         self._unused = {"goal": (PoseStamped, "goal_pose"), "path": (Path, "path")}
         self._unused.pop(self.parameters.mode, None)
-        self.create_timer(UNUSED_INPUT_SEARCH, self._find_unused_inputs, clock=self._wall)
+        self.create_timer(UNUSED_INPUT_SEARCH, self._find_unused_inputs, clock=self.wall)
         self._publish()
 
     def _on_clock(self, message: Clock) -> None:

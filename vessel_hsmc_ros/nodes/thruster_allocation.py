@@ -54,7 +54,7 @@ class ThrusterAllocationNode(VesselNode):
         self._create_topics(self.parameters.lockstep)
         self.reporter.offer("reset", self._reset)
         if not self.parameters.lockstep:
-            self.create_timer(CHECK_PERIOD, self._check_age, clock=self._wall)
+            self.create_timer(CHECK_PERIOD, self._check_age, clock=self.wall)
 
     def _create_topics(self, lockstep: bool) -> None:
         profile = qos.data(lockstep)

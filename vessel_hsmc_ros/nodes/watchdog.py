@@ -47,7 +47,7 @@ class WatchdogNode(VesselNode):
         self._wrench = self.framed(conversions.new_wrench())
         self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
-        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self._wall)
+        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
         self.create_service(Trigger, "~/stop", self._stop)
         self.create_service(Trigger, "~/rearm", self._rearm)
 

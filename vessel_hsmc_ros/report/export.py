@@ -5,8 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.core.run_tables import Table, control, motion
+from vessel_hsmc_ros.core.run_data import Run, Table, control_table, motion_table
 
 ROWS = 10_000
 """Rows that are converted to Python numbers at a time: those of a long run would not fit into memory."""
@@ -17,7 +16,7 @@ def tables(run: Run) -> dict[str, Table]:
 
     Columns are in SI units and radians. Quantities that were not recorded have no column.
     """
-    found = {"motion": motion(run), "control": control(run)}
+    found = {"motion": motion_table(run), "control": control_table(run)}
     return {name: table for name, table in found.items() if len(table) > 1}
 
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.core.run_tables import commanded as commanded
-from vessel_hsmc_ros.core.run_tables import held as held
-from vessel_hsmc_ros.core.run_tables import recorded as recorded
+from vessel_hsmc_ros.core.run_data import commanded as commanded
+from vessel_hsmc_ros.core.run_data import held as held
+from vessel_hsmc_ros.core.run_data import recorded as recorded
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[Any]

@@ -8,10 +8,9 @@ from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.faults.fault import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.messages.edits import check_field
 from vessel_hsmc_ros.messages.topics import message_type
-from vessel_hsmc_ros.scenario.consistency import check_late_odometry
 from vessel_hsmc_ros.scenario.fault_script import parse_script
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
-from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, check_late_odometry
 
 
 def load_script(path: Path) -> FaultScript:

@@ -9,15 +9,14 @@ from typing import Any
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import InstabilityError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.laws import Law, construct
 from vessel_hsmc_ros.plant.hull_check import check_hull
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.bounded_text import read_text
-from vessel_hsmc_ros.scenario.changes import by_node, full_names
-from vessel_hsmc_ros.scenario.consistency import check_late_odometry, check_rates, check_thrusters
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
@@ -28,6 +27,8 @@ from vessel_hsmc_ros.scenario.parameters import (
     ReferenceParameters,
     SimParameters,
     declared,
+    in_long_form,
+    without_foreign_hull_data,
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
 from vessel_hsmc_ros.scenario.vessels import with_vessel
@@ -174,6 +175,37 @@ def parse_scenario(
     return _validated(Scenario(name, **parts, given=full_names(values), faults=faults), NODES)
 
 
+def by_node(changes: Mapping[str, object]) -> dict[str, dict[str, object]]:
+    """Sort values by `node.parameter`, or `vessel.parameter` for every node that declares it, by node and parameter.
+
+    The values of a vessel by name come with it.
+
+    Raises:
+        ParameterError: there is no such node, or no node has hull data of such a name.
+        ScenarioError: a vessel by name cannot be read.
+    """
+    values: dict[str, dict[str, object]] = {node: {} for node in NODES}
+    for key, value in in_long_form(changes).items():
+        node, _, parameter = key.partition(".")
+        if parameter and node == "vessel":
+            declaring = [each for each, cls in NODES.items() if key in schema.entries(cls)]
+            if not declaring:
+                without_foreign_hull_data({key: value}, ())  # raises the error that suggests a name
+            for each in declaring:
+                values[each][key] = value
+        elif parameter and node in NODES:
+            values[node][parameter] = value
+        else:
+            nodes = f"{', '.join(NODES)}, or vessel.parameter for all nodes"
+            raise ParameterError(f"{key} is not a parameter: it takes node.parameter with a node of {nodes}")
+    return {node: with_vessel(changed, schema.entries(NODES[node])) for node, changed in values.items()}
+
+
+def full_names(values: Mapping[str, Mapping[str, object]]) -> frozenset[str]:
+    """The names `node.parameter` of values by node and parameter."""
+    return frozenset(f"{node}.{parameter}" for node in values for parameter in values[node])
+
+
 def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     """The scenario, once what single parameters cannot show is validated: rates, stability at the rate, lengths of lists.
 
@@ -199,6 +231,54 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     if "reference_ship" in changed:
         make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
     return scenario
+
+
+def check_rates(scenario: Scenario) -> None:
+    """Check that in lockstep every control period coincides with an odometry and a reference message.
+
+    Raises:
+        ScenarioError: a message rate is not an integer multiple of the control rate.
+    """
+    if not scenario.controller.lockstep:
+        return
+    # In lockstep a control period may only begin at an instant for which both messages exist.
+    law = RateGrid(scenario.controller.rate_hz)
+    for node in ("vessel_sim", "reference_ship"):
+        rate_hz = getattr(scenario, node).rate_hz
+        if not law.divides(RateGrid(rate_hz)):
+            raise ScenarioError(
+                f"controller.rate_hz = {law.rate_hz:g} Hz does not fit {node}.rate_hz = {rate_hz:g} Hz:"
+                " in lockstep the second must be an integer multiple of the first"
+            )
+
+
+def check_thrusters(scenario: Scenario) -> None:
+    """Check that the allocation has the thrusters of the plant.
+
+    Raises:
+        ScenarioError: it has others.
+    """
+    sim, allocation = scenario.vessel_sim, scenario.thruster_allocation
+    names = sim.vessel.thrusters.names
+    if sim.by_thrusters and allocation.vessel.thrusters.names != names:
+        raise ScenarioError(
+            f"thruster_allocation.vessel.thrusters.names = {list(allocation.vessel.thrusters.names)} are not those of vessel_sim,"
+            f" {list(names)}: give vessel.thrusters once, in the section /** of all nodes"
+        )
+
+
+def check_late_odometry(scenario: Scenario) -> None:
+    """Check that a lockstep run that rides through missing inputs has odometry of the present step.
+
+    Raises:
+        ScenarioError: its odometry is late, so that a missing one looks like one that is on its way.
+    """
+    sim, controller = scenario.vessel_sim, scenario.controller
+    if controller.lockstep and sim.sensors.delay > 0.0 and (controller.ride_through or scenario.faults):
+        raise ScenarioError(
+            f"vessel_sim.sensors.delay = {sim.sensors.delay:g} s is not allowed in lockstep with scripted faults or"
+            " controller.ride_through: it takes 0 s, or a run in real time"
+        )
 
 
 def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str, object]:
