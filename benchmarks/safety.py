@@ -21,12 +21,11 @@ from rich.table import Table
 
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.safety.freshness import Freshness, Sample
-from vessel_hsmc_ros.safety.guard import violation
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters
 from vessel_hsmc_ros.safety.plausibility import Jumps
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.safety.safe_action import Authority
-from vessel_hsmc_ros.safety.supervision import Supervision
+from vessel_hsmc_ros.safety.supervision import Supervision, violation
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

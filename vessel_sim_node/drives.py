@@ -17,7 +17,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing
-from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.plant.dynamics import Wrench
 
 NO_WRENCH = (0.0, 0.0)

@@ -16,8 +16,8 @@ from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns, correlation_
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
 from vessel_hsmc_ros.scenario.control import make_control_loop
-from vessel_hsmc_ros.scenario.diagnostics import DiagnosticsParameters
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
 PERIOD = 10_000_000

@@ -11,7 +11,7 @@ import rclpy
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
-from vessel_hsmc_ros.nodes import help_text as help_module
+from vessel_hsmc_ros.nodes import process as help_module
 from vessel_hsmc_ros.scenario import parameters
 
 CLASSES = {

@@ -9,7 +9,7 @@ from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.prompt_executor import PromptExecutor
+from vessel_hsmc_ros.nodes.executor import PromptExecutor
 
 Serve = Callable[[Callable[[], Any]], None]
 

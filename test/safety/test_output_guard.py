@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.safety.guard import violation
-from vessel_hsmc_ros.safety.handover import towards
 from vessel_hsmc_ros.safety.parameters import SafetyParameters, check_safety
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.safety.safe_action import towards
+from vessel_hsmc_ros.safety.supervision import violation
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 

@@ -10,8 +10,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 from vessel_hsmc_ros.laws import KnownVessel
-from vessel_hsmc_ros.scenario.interface_page import interface_page
 from vessel_hsmc_ros.scenario.interfaces import commands, interface, interface_text, interfaces, parameters_of
+from vessel_hsmc_ros.scenario.parameter_page import interface_page
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters import WATCHERS as PARAMETERS_OF_WATCHERS
 

@@ -7,9 +7,8 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.scenario.promises import PROMISES
-from vessel_hsmc_ros.scenario.remedies import REMEDIES
-from vessel_hsmc_ros.scenario.safety_page import held_by, safety_page, with_defaults
+from vessel_hsmc_ros.scenario.parameter_page import held_by, safety_page, with_defaults
+from vessel_hsmc_ros.scenario.promises import PROMISES, REMEDIES
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "safety.md").read_text(encoding="utf-8")

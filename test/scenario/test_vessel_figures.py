@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.plant.dynamics import damping_force, derivative
-from vessel_hsmc_ros.scenario.vessel_figures import Figures, agreement, agrees, figures, steady_motion
-from vessel_hsmc_ros.scenario.vessel_table import markdown
+from vessel_hsmc_ros.scenario.vessel_figures import Figures, agreement, agrees, figures, markdown, steady_motion
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
 
 DOCS = Path(__file__).parents[2] / "docs" / "vessels.md"

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS, ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
-from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 

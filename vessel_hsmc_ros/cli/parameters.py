@@ -7,9 +7,7 @@ import click
 from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import json_option, law_file_option, print_json
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.interface_page import interface_page
-from vessel_hsmc_ros.scenario.parameter_page import matching, parameter_page
-from vessel_hsmc_ros.scenario.safety_page import safety_page
+from vessel_hsmc_ros.scenario.parameter_page import interface_page, matching, parameter_page, safety_page
 
 
 @click.command()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table
-from vessel_hsmc_ros.scenario import vessel_table
+from vessel_hsmc_ros.scenario import vessel_figures
 from vessel_hsmc_ros.scenario.vessels import LibraryVessel, read_vessel
 
 USE = "vessel-hsmc vessels NAME shows one of them; `vessel: NAME` in a scenario or --set vessel=NAME uses it (docs/vessels.md)"
@@ -23,9 +23,9 @@ def vessels(name: str | None, markdown: bool) -> None:
     if name:
         _show(read_vessel(name))
     elif markdown:
-        print_line(vessel_table.markdown())
+        print_line(vessel_figures.markdown())
     else:
-        print_table(vessel_table.HEAD, vessel_table.overview(vessel_table.published_vessels()), text_columns=3)
+        print_table(vessel_figures.HEAD, vessel_figures.overview(vessel_figures.published_vessels()), text_columns=3)
         print_line(USE)
 
 
@@ -33,9 +33,9 @@ def _show(vessel: LibraryVessel) -> None:
     print_line(f"{vessel.name}: {vessel.description}".rstrip(": "))
     for key, text in vessel.source.items():
         print_line(f"{key}: {text}")
-    print_table(["", "", ""], vessel_table.details(vessel), text_columns=3)
+    print_table(["", "", ""], vessel_figures.details(vessel), text_columns=3)
     if vessel.published:
-        print_table(vessel_table.COMPARED, vessel_table.comparison([vessel]), title="beside the source", text_columns=2)
+        print_table(vessel_figures.COMPARED, vessel_figures.comparison([vessel]), title="beside the source", text_columns=2)
     _list("verified", vessel.verified)
     _list("not verified", vessel.unverified)
 

@@ -1,12 +1,12 @@
 """What a script makes of the messages of one topic: which are delivered, when, and with which changes."""
 
+import hashlib
 import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.faults.draws import draw
 from vessel_hsmc_ros.faults.fault import THRUSTERS, WRENCH, Fault, FaultScript
 
 FACTORS = {"lose": 0.0, "reverse": -1.0}
@@ -16,6 +16,20 @@ FIELDS = {"surge": ("wrench.force.x",), "yaw": ("wrench.torque.z",), "both": ("w
 """The fields of cmd_wrench by their actuator."""
 
 THRUSTER_FIELD = "data"
+
+
+def draw(seed: int, fault: int, topic: str, number: int, purpose: str) -> float:
+    """A number uniform in [0, 1).
+
+    Args:
+        seed: Of the script.
+        fault: Index of the fault in the script.
+        topic: The topic of the message.
+        number: Sequence number of the message on its topic.
+        purpose: What the number decides.
+    """
+    text = f"{seed} {fault} {topic} {number} {purpose}".encode()
+    return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "big") / 2.0**64
 
 
 class Edit(NamedTuple):

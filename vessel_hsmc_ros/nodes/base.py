@@ -1,7 +1,7 @@
 """Base class of the nodes: declared parameters, the start-up handshake, diagnostics, and an orderly start and shutdown."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -12,19 +12,19 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
+from rclpy.service import Service
 
 from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.compatibility import Compatibility
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
-from vessel_hsmc_ros.nodes.executor import DirectExecutor
-from vessel_hsmc_ros.nodes.foreign_requests import survive_requests
-from vessel_hsmc_ros.nodes.prompt_executor import PromptExecutor
+from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
 from vessel_hsmc_ros.nodes.ros_parameters import declare, take_changes
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
+
 
 SEND_LIMIT = 2.0
 """Longest wait for a subscriber whose queue is full, s."""
@@ -270,3 +270,26 @@ class VesselNode(Node):
         self.destroy_timer(self._connecting)
         self.publish_diagnostics()
         self.on_connected()
+
+
+def survive_requests(node: Node, services: Iterable[Service]) -> None:
+    """Answer a request with which the code of a service fails by its empty response and a line on the log.
+
+    rclpy raises for a transition that the present state does not have, and for a parameter of an unknown type: whoever
+    requested that would end the node.
+
+    Args:
+        node: Owner of the services.
+        services: Those of rclpy.
+    """
+    for service in services:
+        service.callback = partial(_answer, node, service.srv_name, service.callback)
+
+
+def _answer(node: Node, name: str, serve: Callable[[Any, Any], Any], request: Any, response: Any) -> Any:
+    try:
+        return serve(request, response)
+    except Exception as error:
+        text = str(error).splitlines()
+        node.get_logger().error(f"a request to {name} is refused: {type(error).__name__}: {text[0] if text else ''}")
+        return response

@@ -27,7 +27,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.kept_logger import KeptLogger
-from vessel_hsmc_ros.scenario.diagnostics import BlackBoxParameters
+from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 from vessel_hsmc_ros.scenario.parameters_file import tree
 
 MEMORY = 32 * 1024 * 1024

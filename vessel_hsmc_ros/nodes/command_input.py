@@ -12,7 +12,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
 from vessel_hsmc_ros.nodes.publishers import Publishers
-from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.safety.freshness import Freshness, Sample
 from vessel_hsmc_ros.safety.reasons import Reason
 

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.supervision import Supervision
-from vessel_hsmc_ros.scenario.diagnostics import DiagnosticsParameters
+from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
 
 SPAN = 5.0
 """Time over which the scatter of the control period is evaluated, s."""

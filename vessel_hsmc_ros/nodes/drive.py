@@ -19,7 +19,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.stack_parameters import DriveParameters
 
 LAST_COMMANDS = 3

@@ -1,28 +1,93 @@
 """The relay node: passes the messages of a loop on, and carries out the faults of a script on their way."""
 
+import math
 import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import Float64
 from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.node_list import RELAY
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
-from vessel_hsmc_ros.faults.schedule import Delivery
-from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED
+from vessel_hsmc_ros.faults.schedule import Delivery, TopicSchedule
+from vessel_hsmc_ros.messages import conversions, raw
+from vessel_hsmc_ros.messages.edits import edit
+from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED, message_type
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.fault_sources import make_sources
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.nodes.relayed_topic import RelayedTopic
-from vessel_hsmc_ros.scenario.auxiliary_parameters import FaultRelayParameters
 from vessel_hsmc_ros.scenario.fault_script import parse_script
+from vessel_hsmc_ros.scenario.watcher_parameters import FaultRelayParameters
+
+if TYPE_CHECKING:
+    from rclpy.publisher import Publisher
+
+
+_NAN = (math.nan,) * 6
+
+
+class RelayedTopic:
+    """A topic that passes through the relay.
+
+    Args:
+        script: The faults of the run.
+        topic: Its name, without the namespace.
+
+    Attributes:
+        kind: The message class.
+        stamped: Whether its messages have a header.
+        schedule: Its faults.
+        sent: Number of messages passed on.
+    """
+
+    out: "Publisher"
+
+    def __init__(self, script: FaultScript, topic: str) -> None:
+        self.topic = topic
+        self.kind = raw.message_class(message_type(topic))
+        self.stamped = raw.begins_with_stamp(self.kind)
+        self.schedule = TopicSchedule(script, topic)
+        self.sent = 0
+
+    def stamp(self, data: bytes) -> int:
+        """The stamp of a serialised message, ns; 0 where it has none."""
+        return raw.stamp(data) if self.stamped else 0
+
+    def altered(self, delivery: Delivery) -> bytes:
+        """The serialised message of a delivery; without a fault, that which was received."""
+        data: bytes = delivery.message
+        if self.stamped and delivery.stamp != raw.stamp(data):
+            data = raw.with_stamp(data, delivery.stamp)
+        if delivery.edits:
+            message = deserialize_message(data, self.kind)
+            for change in delivery.edits:
+                edit(message, *change)
+            data = serialize_message(message)
+        return data
+
+    def nothing(self, step: int) -> Any:
+        """The announcement that there is nothing of this topic in a step, ns: no frame, and NaN everywhere."""
+        if not self.stamped:
+            return Float64(data=math.nan)
+        message, stamp = self.kind(), conversions.time_message(step)
+        if self.topic == "odom":
+            conversions.write_odometry(message, stamp, Motion(*_NAN))
+        elif self.topic == "reference":
+            conversions.write_reference(message, stamp, np.array(_NAN), np.array(_NAN[:3]))
+        else:
+            conversions.write_wrench(message, stamp, _NAN[:2])
+        return message
+
 
 POLL_PERIOD = 0.001
 """Real time: time between two searches for messages, for delayed ones that are due, and for faults that begin or end, s."""

@@ -7,8 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.nodes.recent_problem import RecentProblem
-from vessel_hsmc_ros.nodes.reporting import Concern
+from vessel_hsmc_ros.nodes.reporting import Concern, RecentProblem
 from vessel_hsmc_ros.safety.freshness import REPEATED, Freshness, Sample
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason

@@ -18,8 +18,7 @@ from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallba
 from std_srvs.srv import SetBool
 
 from vessel_hsmc_ros.core.exceptions import RefusalError
-from vessel_hsmc_ros.nodes.base import VesselNode
-from vessel_hsmc_ros.nodes.foreign_requests import survive_requests
+from vessel_hsmc_ros.nodes.base import VesselNode, survive_requests
 
 STANDBY = "disabled: in standby, nothing is commanded"
 

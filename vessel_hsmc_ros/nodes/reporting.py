@@ -1,5 +1,6 @@
 """What a node reports about itself: its diagnostics, one status a concern, and an event for each thing that happens to it."""
 
+import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -149,3 +150,24 @@ class Reporter:
             return False, str(error)
         self.event(kind, text)
         return True, text
+
+
+SHOWN = 1.5
+"""Time for which a problem is current, s: longer than the period of diagnostics, 1 s, so that each problem appears there."""
+
+
+class RecentProblem:
+    """A problem with its diagnostics level, current for SHOWN after each report."""
+
+    def __init__(self) -> None:
+        self._level, self._text = b"", ""
+        self._met_at = -SHOWN
+
+    def report(self, level: bytes, text: str) -> None:
+        """Record a problem that occurs now."""
+        self._level, self._text, self._met_at = level, text, time.monotonic()
+
+    @property
+    def current(self) -> tuple[bytes, str] | None:
+        """Level and text of the problem; None if it was reported more than SHOWN ago."""
+        return (self._level, self._text) if time.monotonic() - self._met_at < SHOWN else None

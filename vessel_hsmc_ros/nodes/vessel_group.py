@@ -19,8 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
-from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS, trace_crashes
-from vessel_hsmc_ros.nodes.scheduling import spare_collections
+from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS, spare_collections, trace_crashes
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 
 CLASSES = {

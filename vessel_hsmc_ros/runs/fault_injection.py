@@ -13,11 +13,11 @@ from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.fault_sources import clock_topic, stepped_nodes
 from vessel_hsmc_ros.runs.processes import NodeGroup
-from vessel_hsmc_ros.scenario.auxiliary_parameters import FaultRelayParameters
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.faults import relayed_topics
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.scenario.watcher_parameters import FaultRelayParameters
 
 
 @dataclass(frozen=True)

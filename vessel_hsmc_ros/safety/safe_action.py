@@ -1,15 +1,42 @@
 """What is commanded instead of a law's wrench: zero, a ramp, a hold, a brake, or the wrench of a fallback law."""
 
+import math
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.safety.handover import Pair, towards
 from vessel_hsmc_ros.safety.parameters import SafetyParameters
+
+Pair = tuple[float, float]
+
 
 NO_WRENCH = (0.0, 0.0)
 
 BRAKING_TIME = 5.0
 """Time constant of the brake, s; longer where a control period is longer."""
+
+
+def towards(previous: Pair, wanted: Pair, rates: Pair, period: float) -> Pair:
+    """The command on the way from the previous to the wanted one: |command - previous| <= rate·period in each component, exactly.
+
+    Args:
+        previous, wanted: Finite commands, N and N·m.
+        rates: Largest changes per second.
+        period: Time since the previous command, s.
+    """
+    return (
+        _moved(previous[0], wanted[0], rates[0] * period),
+        _moved(previous[1], wanted[1], rates[1] * period),
+    )
+
+
+def _moved(start: float, end: float, change: float) -> float:
+    if abs(end - start) <= change:
+        return end
+    moved = start + math.copysign(change, end - start)
+    # The sum is rounded: it may be one unit in the last place too far.
+    while abs(moved - start) > change:
+        moved = math.nextafter(moved, start)
+    return moved
 
 
 class Authority(NamedTuple):

@@ -20,11 +20,36 @@ latest after 2·ramp_time, in which every wrench within the limits is reached: w
 import math
 from collections import Counter
 
-from vessel_hsmc_ros.safety.guard import violation
-from vessel_hsmc_ros.safety.handover import Pair, towards
 from vessel_hsmc_ros.safety.parameters import SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.safety.safe_action import NO_WRENCH, Authority, safe_command
+from vessel_hsmc_ros.safety.safe_action import NO_WRENCH, Authority, Pair, safe_command, towards
+
+ROUNDING = 1.0 + 1e-9
+"""What a law that clips to a limit in other units may exceed it by."""
+
+
+def violation(command: Pair, previous: Pair, limits: Pair, rates: Pair, period: float) -> Reason:
+    """The output guard: the first rule that a command violates, whatever the law: finite, within its limits, within its rates.
+
+    Args:
+        command: Surge force and yaw moment, N and N·m.
+        previous: The command before.
+        limits: Largest values; infinite for none.
+        rates: Largest changes per second; infinite for none.
+        period: Time between the two commands, s.
+
+    Returns:
+        NONE, COMMAND_NOT_FINITE, COMMAND_LIMIT or COMMAND_RATE.
+    """
+    if not (math.isfinite(command[0]) and math.isfinite(command[1])):
+        return Reason.COMMAND_NOT_FINITE
+    if abs(command[0]) > limits[0] * ROUNDING or abs(command[1]) > limits[1] * ROUNDING:
+        return Reason.COMMAND_LIMIT
+    changes = abs(command[0] - previous[0]), abs(command[1] - previous[1])
+    if changes[0] > rates[0] * period * ROUNDING or changes[1] > rates[1] * period * ROUNDING:
+        return Reason.COMMAND_RATE
+    return Reason.NONE
+
 
 UNBOUNDED = (math.inf, math.inf)
 

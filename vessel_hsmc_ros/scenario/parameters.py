@@ -29,11 +29,16 @@ from vessel_hsmc_ros.laws import (
 from vessel_hsmc_ros.plant.parameters import PlantParameters
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
-from vessel_hsmc_ros.scenario.auxiliary_parameters import AUXILIARY as AUXILIARY
-from vessel_hsmc_ros.scenario.clock_parameters import ClockParameters
-from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
-from vessel_hsmc_ros.scenario.diagnostics import BlackBoxParameters, DiagnosticsParameters
-from vessel_hsmc_ros.scenario.input_parameters import OdometryParameters, world_frames
+from vessel_hsmc_ros.scenario.common_parameters import (
+    BlackBoxParameters,
+    ClockParameters,
+    CommonParameters,
+    DiagnosticsParameters,
+    OdometryParameters,
+    rate,
+    world_frames,
+)
+from vessel_hsmc_ros.scenario.watcher_parameters import AUXILIARY as AUXILIARY
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters

@@ -3,25 +3,48 @@
 A name in braces, such as {controller.input_timeout}, stands for the default of that parameter, from its declaration.
 """
 
+from typing import NamedTuple
+
 from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.scenario.promise import (
-    CLOCK,
-    CONTROLLER,
-    FRESH,
-    ITSELF,
-    KEPT,
-    NEXT,
-    PERIODS,
-    PLANT,
-    PLAUSIBLE,
-    ROS_TIME,
-    SAFE,
-    STATES,
-    TAKEN,
-    THRUSTERS,
-    WATCHDOG,
-    Promise,
+
+
+class Promise(NamedTuple):
+    """One row.
+
+    Attributes:
+        signal: What happens.
+        timeout: After which time or above which bound it counts.
+        clock: The clock of that time.
+        action: What is commanded.
+        recovery: How the law commands again.
+        reasons: Codes in `~/state` and in the diagnostics.
+        tests: Tests that hold the row, `path::name` below test/.
+    """
+
+    signal: str
+    timeout: str
+    clock: str
+    action: str
+    recovery: str
+    reasons: tuple[Reason, ...]
+    tests: tuple[str, ...]
+
+
+SAFE = "safe action, {controller.safety.action}"
+ITSELF = "by itself after {controller.safety.fresh_samples} good control periods, at the bounded rate"
+KEPT = "none: the last good sample counts until it is overdue"
+NEXT = "with the next good sample"
+
+ROS_TIME = "ROS time, by the stamp"
+PERIODS = "control periods"
+
+FRESH, STATES, PLAUSIBLE = (f"safety/test_{name}.py" for name in ("freshness", "supervision", "plausibility"))
+CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
+    f"nodes/test_{name}.py"
+    for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
 )
+TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
+
 
 PROMISES: tuple[Promise, ...] = (
     Promise(
@@ -272,3 +295,42 @@ PROMISES: tuple[Promise, ...] = (
         (f"{WATCHDOG}::test_a_node_that_falls_silent_is_named",),
     ),
 )
+
+
+REMEDIES: dict[Reason, str] = {
+    Reason.NONE: "",
+    Reason.NOT_RECEIVED: "Start the publisher; `vessel-hsmc watch` and the diagnostics name the topic.",
+    Reason.OVERDUE: "Check the publisher and the network; `input_timeout` must exceed the longest gap of a healthy input.",
+    Reason.STAMP_OLD: "Synchronise the clocks of the machines, or find what delays the messages.",
+    Reason.STAMP_FUTURE: "Synchronise the clocks of the machines; the publisher must stamp with ROS time.",
+    Reason.DUPLICATE: "Look for a second publisher or a repeater of the topic.",
+    Reason.OUT_OF_ORDER: "As for a duplicate, or a network that reorders.",
+    Reason.WRONG_FRAME: (
+        "Set the publisher's frames, or `odometry.frames`, `odometry.body_frames` and `frame_prefix`; a message that names no"
+        " frame is taken, with a warning; `safety.freshness.frames_checked: false` takes any."
+    ),
+    Reason.NOT_FINITE: "The publisher fails: read its log.",
+    Reason.UNCERTAIN: "Wait for a better fix, or raise `safety.freshness.covariance_limit`.",
+    Reason.JUMP: "Check the positioning; a new place that persists is accepted by itself.",
+    Reason.IN_STANDBY: "Call `~/enable`.",
+    Reason.IN_STOP: "Remove the cause, then call `~/rearm` and `~/enable`.",
+    Reason.NOT_READY: "Wait: the inputs have to be good for `safety.fresh_samples` control periods.",
+    Reason.SHUTTING_DOWN: "",
+    Reason.HANDOVER: "",
+    Reason.COMMAND_NOT_FINITE: "The law fails: keep the bag, and use another law.",
+    Reason.COMMAND_LIMIT: "Give the law the vessel's limits, or raise `safety.surge_force_limit` or `yaw_moment_limit`.",
+    Reason.COMMAND_RATE: "Reduce the gains, or raise `safety.surge_force_rate` or `yaw_moment_rate`.",
+    Reason.LAW_UNDEFINED: "Bring the ship or the reference where the law is defined, or use another law.",
+    Reason.CLOCK_BACKWARD: "None if a simulation was restarted; else find what sets the clock.",
+    Reason.CLOCK_AHEAD: "As for a clock that was set back.",
+    Reason.NOT_MOVING: "Check propulsion, mooring and depth.",
+    Reason.SATURATED: "The loads exceed what the ship can give: choose a slower reference.",
+    Reason.INNOVATION: "Check the positioning, and the hull data of the observer.",
+    Reason.VELOCITY: (
+        "Set `odometry.twist_frame`, or the units and signs of the velocities; without velocities set `observer.enabled`. Then"
+        " call `~/reset`."
+    ),
+    Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",
+    Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",
+}
+"""What to do about each reason."""

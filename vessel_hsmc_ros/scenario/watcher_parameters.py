@@ -1,4 +1,4 @@
-"""Parameters of the nodes that only observe a run."""
+"""Parameters of the nodes that only observe a run, or take part in it on demand."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
-from vessel_hsmc_ros.scenario.common_parameters import CommonParameters
+from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
 from vessel_hsmc_ros.scenario.stack_parameters import DriveParameters, NavsatOdometryParameters
 
 
@@ -85,3 +85,16 @@ WATCHERS: dict[str, type] = {
     "drive": DriveParameters,
 }
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""
+
+
+@dataclass(frozen=True)
+class FaultRelayParameters(CommonParameters):
+    """Parameters of fault_relay."""
+
+    script: str = parameter("", "The fault script; empty for none.")
+    topics: tuple[str, ...] = parameter(("odom", "reference", "cmd_wrench"), "Topics to pass on, each below relayed/.")
+    rate_hz: float = rate("Rate of the plant, by which the relay counts the steps of a lockstep run.")
+
+
+AUXILIARY: dict[str, type] = {"fault_relay": FaultRelayParameters}
+"""Nodes whose parameters are not part of a scenario."""

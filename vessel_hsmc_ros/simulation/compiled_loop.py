@@ -18,13 +18,11 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, advance, desired_motion, received, unobserved
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
-from vessel_hsmc_ros.simulation.law_call import law_call
-from vessel_hsmc_ros.simulation.law_terms import all_terms
+from vessel_hsmc_ros.simulation.law_call import all_terms, cause, is_compilable, law_call
 from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
 from vessel_hsmc_ros.simulation.loop_state import Kept
 from vessel_hsmc_ros.simulation.preparation import prepare
 from vessel_hsmc_ros.simulation.thruster_drive import drive_by_thrusters
-from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleratio
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.closed_loop import law_step, unobserved
 from vessel_hsmc_ros.simulation.compilation import available, compiled
-from vessel_hsmc_ros.simulation.law_call import law_call
-from vessel_hsmc_ros.simulation.undefined import cause, is_compilable
+from vessel_hsmc_ros.simulation.law_call import cause, is_compilable, law_call
 
 Array = NDArray[np.float64]
 
