@@ -20,7 +20,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.laws.known_vessel import INSTANT

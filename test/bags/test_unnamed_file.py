@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vessel_hsmc_ros.bags.unnamed_file import PIECE, UnnamedFile
+from vessel_hsmc_ros.bags.crash_safe_file import PIECE, UnnamedFile
 
 
 def test_an_unnamed_file_gives_back_in_pieces_what_was_appended_and_leaves_no_name(tmp_path: Path) -> None:

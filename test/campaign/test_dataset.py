@@ -9,10 +9,9 @@ from campaigns import INERTIA, X, campaign, campaign_file
 
 from vessel_hsmc_ros import simulate
 from vessel_hsmc_ros.campaign.chunks import exceeded, run_chunk
-from vessel_hsmc_ros.campaign.dataset import Dataset, read_rows
+from vessel_hsmc_ros.campaign.dataset import Dataset, Row, read_rows
 from vessel_hsmc_ros.campaign.execute import run_campaign
 from vessel_hsmc_ros.campaign.plan import Campaign
-from vessel_hsmc_ros.campaign.rows import Row
 from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.report.record import measured

@@ -5,7 +5,7 @@ import pytest
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import KnownVessel, Terms, make_controller

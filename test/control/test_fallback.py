@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.fallback import Fallback, Inputs
+from vessel_hsmc_ros.control.control_loop import Fallback, Inputs
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws import make_controller
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.scenario.control import make_control_loop

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.control_loop import ControlLoop, Watch
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
-from vessel_hsmc_ros.control.watch import Watch
+from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import KnownVessel, make_controller

@@ -8,8 +8,7 @@ from otter_runs import OTTER, otter
 
 from vessel_hsmc_ros.identification.checks import few_reversals, reversals
 from vessel_hsmc_ros.identification.estimate import identify
-from vessel_hsmc_ros.identification.models import DELAY, DIAGONAL_INERTIA, model
-from vessel_hsmc_ros.identification.types import Array, Identified, Measurements
+from vessel_hsmc_ros.identification.types import DELAY, DIAGONAL_INERTIA, Array, Identified, Measurements, model
 from vessel_hsmc_ros.identification.windows import windows
 
 

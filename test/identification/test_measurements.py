@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
 from vessel_hsmc_ros.identification.checks import checked
 from vessel_hsmc_ros.identification.estimate import identify
 from vessel_hsmc_ros.identification.measurements import from_csv, from_run
-from vessel_hsmc_ros.identification.models import model
+from vessel_hsmc_ros.identification.types import model
 
 
 def written(folder: Path, header: str, rows: object) -> Path:

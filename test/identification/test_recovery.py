@@ -6,8 +6,7 @@ from cybership2_runs import CYBERSHIP2, cybership2
 
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.identification.estimate import identify
-from vessel_hsmc_ros.identification.models import COUPLED, model
-from vessel_hsmc_ros.identification.types import Identified
+from vessel_hsmc_ros.identification.types import COUPLED, Identified, model
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,8 @@ import pytest
 from tank_runs import GEOMETRY, HELD_OUT, OFFSET, PUBLISHED, USED, calibrated, tank_run
 
 from vessel_hsmc_ros.identification.estimate import identify
-from vessel_hsmc_ros.identification.models import model
 from vessel_hsmc_ros.identification.prediction import predict
-from vessel_hsmc_ros.identification.types import Identified
+from vessel_hsmc_ros.identification.types import Identified, model
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.identification.models import model
 from vessel_hsmc_ros.identification.page import HeldOut, render
-from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction
+from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction, model
 from vessel_hsmc_ros.identification.vessel_file import known_of, vessel_text
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.laws import LAWS, Law, Terms, make_controller
 from vessel_hsmc_ros.laws.guard import guarded_step
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
-from vessel_hsmc_ros.laws.manoeuvre_parameters import KINDS
+from vessel_hsmc_ros.laws.manoeuvre import KINDS
 from vessel_hsmc_ros.simulation.compilation import compiled
 
 PERIOD = 0.01

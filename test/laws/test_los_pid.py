@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import KnownVessel, LosPidParameters, make_controller
-from vessel_hsmc_ros.laws.los_pid_parameters import adapted, derived_stretch, scaled
+from vessel_hsmc_ros.laws.los_pid import adapted, derived_stretch, scaled
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 NONE = np.zeros(3)

@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.kinematics import as_published

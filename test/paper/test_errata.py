@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws import Law, Terms, make_controller
 from vessel_hsmc_ros.paper import reproduction
-from vessel_hsmc_ros.paper.exact import ExactModelLaw
+from vessel_hsmc_ros.paper.case_run import ExactModelLaw
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 

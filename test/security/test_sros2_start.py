@@ -7,7 +7,7 @@ import pytest
 from harness import Command
 
 from vessel_hsmc_ros.core.node_list import LOOP
-from vessel_hsmc_ros.nodes.security import ENABLE, KEYSTORE, start_error
+from vessel_hsmc_ros.nodes.ros_environment import ENABLE, KEYSTORE, start_error
 
 ENFORCED = {ENABLE: "true", "ROS_SECURITY_STRATEGY": "Enforce"}
 CODE = 2

@@ -18,8 +18,8 @@ from fuzz_findings import Finding, decided, file
 from fuzz_seeds import seeds
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.entry import Entry
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.schema import Entry
 from vessel_hsmc_ros.identification.measurements import from_csv
 from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.fault_script import parse_script

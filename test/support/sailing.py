@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters

@@ -13,9 +13,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioEr
 from vessel_hsmc_ros.tuning.cases import held_out_cases, load_cases
 from vessel_hsmc_ros.tuning.cost import Objective
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.tuning.journal import open_study
 from vessel_hsmc_ros.tuning.plan import Tuning
-from vessel_hsmc_ros.tuning.result import Result, front_of, tune
+from vessel_hsmc_ros.tuning.result import Result, front_of, open_study, tune
 from vessel_hsmc_ros.tuning.search import Trial
 
 SHORT = {"vessel_sim.duration": 1.0, "vessel_sim.sensors.position_noise": 0.1} | {

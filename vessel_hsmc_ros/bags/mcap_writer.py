@@ -14,7 +14,7 @@ import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, Metadata, Schema
 
-from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile
+from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile, UnnamedFile
 from vessel_hsmc_ros.bags.mcap_layout import (
     INDEX_ENTRY_SIZE,
     MAGIC,
@@ -25,7 +25,6 @@ from vessel_hsmc_ros.bags.mcap_layout import (
 )
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.mcap_summary import definitions, ending, record_bytes, statistics
-from vessel_hsmc_ros.bags.unnamed_file import UnnamedFile
 
 CHUNK_SIZE = 256 * 1024
 """Bytes of messages in one chunk: a crash loses at most one chunk, or what was received within a flush period."""

@@ -1,7 +1,7 @@
 """Message definitions from bags: parsed, and refused where they are endless, too large or incomplete.
 
 The parser of `rosbags` is used, but not its readers of messages: it compiles Python code for them, a line for each element of an
-array, so that a definition such as `string[300000] x` would take it for ever. `cdr_message` and `cdr_columns` compile nothing.
+array, so that a definition such as `string[300000] x` would take it for ever. `message_decoder` and `cdr_columns` do not.
 """
 
 import re

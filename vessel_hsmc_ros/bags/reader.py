@@ -16,8 +16,9 @@ Columns are read when they are first used. A topic's first column brings its oth
 networks' weights or covariances are read only when they are used themselves.
 """
 
+import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,6 @@ from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.events import Event, changed_parameters, last_diagnostics, read_events
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
 from vessel_hsmc_ros.bags.mcap_scan import Contents
-from vessel_hsmc_ros.bags.message_order import by_log_time
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
@@ -260,3 +260,19 @@ class Bag:
             series = Series(channel.topic, schema.name, schema.data.decode(errors="replace"), type_hash, qos, self._source)
             self.topics[channel.topic] = series
         self.topics[channel.topic].count += contents.counts[channel.id]
+
+
+NEIGHBOURS = 4096
+"""Size of the window, in messages, within which messages are sorted by log time."""
+
+
+def by_log_time(messages: Iterable[RawMessage]) -> Iterator[RawMessage]:
+    """Messages in the order of their log times; one that comes more than NEIGHBOURS messages late stays out of order."""
+    waiting: list[tuple[int, int, RawMessage]] = []
+    # The number keeps messages of equal time in the recorded order, and messages themselves from being compared.
+    for number, message in enumerate(messages):
+        heapq.heappush(waiting, (message.log_time, number, message))
+        if len(waiting) > NEIGHBOURS:
+            yield heapq.heappop(waiting)[2]
+    while waiting:
+        yield heapq.heappop(waiting)[2]

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.cli.console import print_error, print_line
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from vessel_hsmc_ros.campaign.rows import Row
+    from vessel_hsmc_ros.campaign.dataset import Row
     from vessel_hsmc_ros.runs.scenario_run import Result
 
 DIFFERENT = 1
@@ -46,7 +46,7 @@ def of_row(scenario: str | None, folder: Path | None, number: int | None, change
         return None
     if folder is None or number is None or scenario is not None or changed:
         raise click.UsageError("a row of a campaign takes --campaign and --run, no SCENARIO, no --set and no --real-time")
-    from vessel_hsmc_ros.campaign.rows import Row  # imports the libraries of campaigns
+    from vessel_hsmc_ros.campaign.dataset import Row  # imports the libraries of campaigns
 
     return Row.read(folder, number)
 

@@ -92,7 +92,7 @@ def is_recorded(name: str) -> bool:
 def compare_runs(runs: Sequence[Path], output: Path) -> None:
     """Print the metrics of recorded runs, and write their common page."""
     from vessel_hsmc_ros.bags.files import bag_path  # imports the libraries of bags
-    from vessel_hsmc_ros.runs.recorded_comparison import compare_bags
+    from vessel_hsmc_ros.runs.comparison import compare_bags
 
     bags = [bag_path(run) for run in runs]  # before the folder is created: a wrong path leaves nothing behind
     done = compare_bags(bags, make_run_folder(output, "compare"))

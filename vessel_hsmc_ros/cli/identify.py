@@ -59,7 +59,7 @@ def identify(
     take, and NAME.html, which shows measured against simulated motion and how well each parameter is known.
     """
     from vessel_hsmc_ros.identification.estimate import identify as estimate
-    from vessel_hsmc_ros.identification.models import MODELS, model
+    from vessel_hsmc_ros.identification.types import MODELS, model
     from vessel_hsmc_ros.scenario.own_ship import ship_of
     from vessel_hsmc_ros.scenario.vessels import read_vessel
 

@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.fallback import Fallback
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.pivot import ORIGIN, START, Pivot, at_origin, carry
-from vessel_hsmc_ros.control.watch import Watch
 from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
@@ -17,10 +15,99 @@ from vessel_hsmc_ros.core.timing import Instants, RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.laws.guard import guarded, guarded_step
 from vessel_hsmc_ros.laws.terms import diagnosed
-from vessel_hsmc_ros.safety.parameters import SafetyParameters
+from vessel_hsmc_ros.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation
+from vessel_hsmc_ros.safety.parameters import MonitorParameters, SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH, Authority
 from vessel_hsmc_ros.safety.supervision import Supervision
+from vessel_hsmc_ros.safety.velocities import Velocities
+
+
+class Watch:
+    """The monitors of a control loop.
+
+    Args:
+        parameters: Their bounds and times.
+        limits: Largest surge force and yaw moment, N and N·m.
+        length: Of the ship, m.
+    """
+
+    def __init__(self, parameters: MonitorParameters, limits: tuple[float, float], length: float) -> None:
+        self._moving, self._saturation = NotMoving(parameters, limits), Saturation(parameters, limits)
+        self._innovation, self._velocities = Innovation(parameters), Velocities(parameters, length)
+
+    @property
+    def monitors(self) -> tuple[Monitor, ...]:
+        """All monitors, the most important first."""
+        return self._moving, self._velocities, self._innovation, self._saturation
+
+    def reset(self) -> None:
+        """Forget the past."""
+        for monitor in self.monitors:
+            monitor.reset()
+
+    def step(
+        self,
+        command: tuple[float, float],
+        motion: Motion,
+        observer: Observer | None,
+        period: float,
+        measured: tuple[int, Motion],
+    ) -> Reason:
+        """Watch a control period; returns the reason of the first monitor that demands the safe action.
+
+        Args:
+            command: The last command, N and N·m.
+            motion: The motion that the law takes.
+            observer: What estimates the motion, if anything does.
+            period: s.
+            measured: Time of the latest measurement, ns, and the motion as measured.
+        """
+        self._moving.step(command, (motion.u, motion.r), period)
+        self._saturation.step(command, period)
+        if observer:
+            # The observer itself tests each new sample, and no other: sensors may be slower than the control period.
+            self._innovation.step(not observer.accepts, period)
+        else:  # which takes no velocities
+            self._velocities.step(*measured, period)
+        return next((monitor.reason for monitor in self.monitors if monitor.alarm is Alarm.SAFE), Reason.NONE)
+
+
+Inputs = tuple[Motion, Motion, Acceleration, float]
+
+
+class Fallback:
+    """Steps a second law while its wrench is wanted, each time from its initial state.
+
+    Args:
+        law: The law.
+    """
+
+    def __init__(self, law: Law[Any]) -> None:
+        self._law = law
+        self._in_use = False
+
+    def step(self, inputs: Inputs | None, wanted: bool) -> tuple[float, float] | None:
+        """The wrench of the fallback law; None where it is not wanted or has none.
+
+        Args:
+            inputs: Ship, reference, acceleration of the reference and age, as `guarded_step` takes them; None where they are
+                missing.
+            wanted: Whether the wrench is used.
+        """
+        if not wanted or inputs is None:
+            self._in_use = False
+            return None
+        try:
+            if not self._in_use:
+                with guarded(self._law):
+                    self._law.reset()
+            self._in_use = True
+            return guarded_step(self._law, *inputs)[0]
+        except ControlError:  # also an error in its code: the ramp takes its place
+            self._in_use = False
+            return None
+
 
 __all__ = ["NO_WRENCH", "ControlLoop", "ages", "past_commands"]
 

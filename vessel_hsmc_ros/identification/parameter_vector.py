@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.identification.models import DELAY, GAINS, OFFSETS, PAPER
-from vessel_hsmc_ros.identification.types import Array, Model
+from vessel_hsmc_ros.identification.types import DELAY, GAINS, OFFSETS, PAPER, Array, Model
 from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters
 
 HULL = (

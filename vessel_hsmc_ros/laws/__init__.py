@@ -16,10 +16,8 @@ from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
-from vessel_hsmc_ros.laws.los_pid import LosPidController
-from vessel_hsmc_ros.laws.los_pid_parameters import LosPidParameters
-from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
-from vessel_hsmc_ros.laws.manoeuvre_parameters import ManoeuvreParameters
+from vessel_hsmc_ros.laws.los_pid import LosPidController, LosPidParameters
+from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController, ManoeuvreParameters
 from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
 from vessel_hsmc_ros.laws.open_loop import OpenLoop, OpenLoopParameters
 from vessel_hsmc_ros.laws.pd import PdController, PdParameters

@@ -29,8 +29,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import NetworkParameters, Neurons, activate, adapt, output
-from vessel_hsmc_ros.laws.step_limit import check_step
-from vessel_hsmc_ros.laws.switching import SWITCHING, switch
+from vessel_hsmc_ros.laws.switching import SWITCHING, check_step, switch
 
 Array = NDArray[np.float64]
 

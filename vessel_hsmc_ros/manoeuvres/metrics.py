@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.laws.manoeuvre_parameters import ManoeuvreParameters
+from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreParameters
 from vessel_hsmc_ros.manoeuvres.track import Track, crossing
 
 Array = NDArray[np.float64]

@@ -1,9 +1,10 @@
-"""Serialised messages: their Python class by type name, and the time stamp at their beginning."""
+"""Serialised messages: Python class by type name, time stamp at their beginning; and changes of single fields of a message."""
 
 import struct
 from importlib import import_module
 from typing import Any
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
 _STAMP = struct.Struct("<iI")
@@ -36,3 +37,56 @@ def stamp(data: bytes) -> int:
 def with_stamp(data: bytes, stamp: int) -> bytes:
     """A serialised message that begins with a time stamp, with another one, ns."""
     return data[:4] + _STAMP.pack(*divmod(stamp, NANOSECONDS)) + data[4 + _STAMP.size :]
+
+
+_DOUBLE, _BITS = struct.Struct("<d"), struct.Struct("<Q")
+
+
+def edit(message: Any, field: str, change: str, value: Any) -> None:
+    """Change one field of a message in place.
+
+    Args:
+        message: Any object with the fields of a ROS message.
+        field: Its dotted name; an element of an array by its index, such as `pose.covariance.0`.
+        change: `set`, `add`, `scale` or `flip` (a bit of the number's 64).
+        value: The new value, the addend, the factor, or the index of the bit.
+    """
+    *groups, leaf = field.split(".")
+    owner = message
+    for name in groups:
+        owner = getattr(owner, name)
+    old = owner[int(leaf)] if leaf.isdigit() else getattr(owner, leaf)
+    new = _changed(old, change, value)
+    if leaf.isdigit():
+        owner[int(leaf)] = new
+    else:
+        setattr(owner, leaf, new)
+
+
+def _changed(old: Any, change: str, value: Any) -> Any:
+    if change == "set":
+        return value
+    if change == "flip":
+        return _DOUBLE.unpack(_BITS.pack(_BITS.unpack(_DOUBLE.pack(old))[0] ^ (1 << value)))[0]
+    return float(old + value) if change == "add" else float(old * value)
+
+
+def check_field(kind: str, field: str, owner: str) -> None:
+    """Check that a message type has a field that is a floating-point number.
+
+    Args:
+        kind: A type such as `nav_msgs/msg/Odometry`.
+        field: Dotted name of the field.
+        owner: Name of the setting, for the error message.
+
+    Raises:
+        ParameterError: it has no such field.
+    """
+    value = message_class(kind)()
+    try:
+        for name in field.split("."):
+            value = value[int(name)] if name.isdigit() else getattr(value, name)
+    except (AttributeError, IndexError, KeyError, TypeError):
+        value = None
+    if not isinstance(value, float):
+        raise ParameterError(f"{owner} = {field} is not allowed: it takes a floating-point number of {kind}")

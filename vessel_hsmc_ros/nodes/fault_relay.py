@@ -19,7 +19,7 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
 from vessel_hsmc_ros.faults.schedule import Delivery, TopicSchedule
 from vessel_hsmc_ros.messages import conversions, raw
-from vessel_hsmc_ros.messages.edits import edit
+from vessel_hsmc_ros.messages.raw import edit
 from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED, message_type
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode

@@ -27,7 +27,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, VesselHsmcError
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
-from vessel_hsmc_ros.nodes.security import start_error
+from vessel_hsmc_ros.nodes.ros_environment import start_error
 from vessel_hsmc_ros.scenario import parameters
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)

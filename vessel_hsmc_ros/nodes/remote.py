@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import discovery
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.security import start_error
+from vessel_hsmc_ros.nodes.ros_environment import start_error
 
 DISCOVERY_LIMIT = 5.0
 """Longest search for a node, s; with the package's profile of Fast DDS nodes find each other within a second."""

@@ -1,21 +1,28 @@
 """Run and measure one case of the paper, offline or by the nodes."""
 
 import dataclasses
+import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ControlError, RunError, SimulationError
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import Law
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, StepTerms, control
+from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
+from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws.network import Estimates
 from vessel_hsmc_ros.paper.cases import Case
-from vessel_hsmc_ros.paper.exact import ExactModelLaw
 from vessel_hsmc_ros.paper.measure import measure, reduced_error
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
+from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
@@ -175,3 +182,53 @@ def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
         # uses it.
         return HierarchicalController(controller.hierarchical, controller.vessel, 0.01)
     return None
+
+
+class ExactConstants(NamedTuple):
+    """Gains, and the coefficients of the ship."""
+
+    gains: Gains
+    ship: Vessel
+
+
+class ExactMemory(NamedTuple):
+    """The outputs of the networks in the place of weights: each is one neuron, constantly active, shape (3, 1)."""
+
+    W: NDArray[np.float64]
+
+
+@kernel
+def step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: ExactMemory, constants: ExactConstants
+) -> tuple[tuple[float, float], StepTerms, ExactMemory]:
+    """The wrench (22), (28) with exact network outputs; see `KernelLaw`."""
+    f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, constants.ship)
+    m.W[0, 0], m.W[1, 0], m.W[2, 0] = f_u, f_v, f_r
+    wrench, terms = control(motion, desired, acceleration, Estimates(f_u, f_v, f_r), constants.gains)
+    return wrench, terms, m
+
+
+class ExactModelLaw(KernelLaw[HierarchicalParameters]):
+    """(16) to (28) with f_u, f_v, f_r of (7) in the place of the networks' outputs.
+
+    Args:
+        parameters: Gains of the law; its networks are not used.
+        known: The model parameters that the law knows.
+        vessel: The plant's coefficients.
+    """
+
+    kernel = staticmethod(step)
+    terms = StepTerms
+    networks = ("surge", "sway", "yaw")
+
+    def __init__(self, parameters: HierarchicalParameters, known: KnownVessel, vessel: Vessel) -> None:
+        self._ship = vessel
+        super().__init__(parameters, known, math.nan)  # nothing adapts, so there is no period
+
+    def retune(self, parameters: HierarchicalParameters) -> None:
+        """Replace the gains."""
+        self.constants = ExactConstants(gains(parameters, self.vessel, self.period), self._ship)
+
+    def reset(self) -> None:
+        """There is no state to reset."""
+        self.memory = ExactMemory(np.zeros((3, 1)))

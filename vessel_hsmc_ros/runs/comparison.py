@@ -1,9 +1,10 @@
-"""Comparison of control laws: every law on every case, simulated offline on all cores."""
+"""Comparison of control laws: every law on every case, simulated offline on all cores; and of recorded runs."""
 
 import importlib.util
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +14,12 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.report.making import Wanted, read, write
 from vessel_hsmc_ros.report.record import limits
+from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
@@ -183,3 +187,30 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
     # All are prepared before the first one runs: a wrong name is reported at once and not after minutes of simulation.
     ensure_compiled([prepare(task)[0] for task in tasks])
     return worker_pool.run_all(run_task, tasks, workers=jobs, on_result=progress)
+
+
+class Compared(NamedTuple):
+    """Recorded runs side by side.
+
+    Attributes:
+        head: The names of the runs, after an empty one for the labels.
+        table: Label and value for each run; MISSING where a run lacks it.
+        files: The written files by kind.
+    """
+
+    head: list[str]
+    table: list[list[str]]
+    files: dict[str, Path]
+
+
+def compare_bags(bags: Sequence[Path], folder: RunFolder) -> Compared:
+    """Compare the metrics of recorded runs, and write their common page and figures into a run folder.
+
+    Raises:
+        BagError: a bag cannot be read or has no odometry.
+        ReportError: the page or a figure cannot be written.
+    """
+    records = read(bags)
+    made = write(records, Wanted(page=folder.report, figures="png"))
+    table = [[row.label, *(row.text(run) for run in range(len(records)))] for row in metrics_table(records)]
+    return Compared(["", *(record.name for record in records)], table, made.files)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.core.exceptions import BagError, ReportError, RunError
 from vessel_hsmc_ros.runs.scenario_run import Progress, reserve_namespace, supervisor_module
-from vessel_hsmc_ros.runs.summary import origin_of, write_summary
 from vessel_hsmc_ros.scenario.fleet import Fleet, dump_fleet
-from vessel_hsmc_ros.scenario.run_folder import RunFolder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, origin_of, write_summary
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.report import Record

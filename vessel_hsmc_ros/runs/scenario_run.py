@@ -18,8 +18,7 @@ from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
 from vessel_hsmc_ros.runs import offline
-from vessel_hsmc_ros.runs.summary import origin_of, write_summary
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, origin_of, write_summary
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 if TYPE_CHECKING:

@@ -4,10 +4,8 @@ import dataclasses
 import math
 from typing import Any
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
-from vessel_hsmc_ros.control.fallback import Fallback
+from vessel_hsmc_ros.control.control_loop import ControlLoop, Fallback, Watch
 from vessel_hsmc_ros.control.pivot import Pivot, pivot_of
-from vessel_hsmc_ros.control.watch import Watch
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws import Law

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, make_dataclass
 from functools import cache
 
-from vessel_hsmc_ros.control.observer_parameters import ObserverParameters
+from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel

@@ -1,4 +1,4 @@
-"""The folder of a run: parameters, bag, logs, figures, report, summary."""
+"""The folder of a run: parameters, bag, logs, figures, report, and its summary run.json."""
 
 import datetime
 import json
@@ -6,6 +6,7 @@ import platform
 import re
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.scenario.bounded_text import read_text
+from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 
@@ -165,3 +167,39 @@ def _git_commit() -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return described.stdout.strip()
+
+
+def origin_of(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
+    """Provenance of a run, the first lines of its summary: code, machine, scenario, mode, time."""
+    return {
+        **provenance(),
+        "scenario": scenario.name,
+        "mode": mode,
+        "namespace": namespace,
+        "seed": scenario.vessel_sim.seed,
+        **law_provenance(scenario.controller.law),
+        "started": _now().isoformat(),
+    }
+
+
+def write_summary(
+    folder: RunFolder, origin: Mapping[str, Any], exit_code: int, failure: str, measured: Mapping[str, Any]
+) -> None:
+    """Write run.json.
+
+    Args:
+        folder: The run folder.
+        origin: Provenance of the run, with the time of its start.
+        exit_code: As of the command.
+        failure: What failed, in one line; empty if nothing did.
+        measured: Metrics and further measured values.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    duration = (_now() - datetime.datetime.fromisoformat(origin["started"])).total_seconds()
+    folder.write_summary({**origin, "duration": duration, "exit_code": exit_code, "failure": failure, **measured})
+
+
+def _now() -> datetime.datetime:
+    return datetime.datetime.now(tz=datetime.timezone.utc)
