@@ -25,7 +25,7 @@ import browser  # noqa: E402
 from vessel_hsmc_ros.bags.cdr_columns import MessageType  # noqa: E402
 from vessel_hsmc_ros.bags.reader import open_bag  # noqa: E402
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter  # noqa: E402
-from vessel_hsmc_ros.messages.definitions import definition  # noqa: E402
+from vessel_hsmc_ros.messages.topics import definition  # noqa: E402
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario  # noqa: E402
 
 LIMITS = {"time": 90.0, "memory": 1e9, "size": 20e6}

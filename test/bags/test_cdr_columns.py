@@ -8,7 +8,7 @@ from bag_making import TYPES, message, serialized
 
 from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.messages.definitions import definition
+from vessel_hsmc_ros.messages.topics import definition
 
 KIND = TYPES["odom"]
 VALID = serialized(message(KIND, 0, np.random.default_rng(1)), KIND)

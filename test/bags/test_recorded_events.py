@@ -10,8 +10,7 @@ from rosbags.typesys import get_types_from_msg
 from vessel_hsmc_ros.bags.events import Event
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter
-from vessel_hsmc_ros.messages.definitions import definition
-from vessel_hsmc_ros.messages.topics import EVENTS, RECORDED_TOPICS
+from vessel_hsmc_ros.messages.topics import EVENTS, RECORDED_TOPICS, definition
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 
 KIND = RECORDED_TOPICS[EVENTS]

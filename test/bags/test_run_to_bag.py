@@ -11,7 +11,7 @@ from rosbags.highlevel import AnyReader
 from vessel_hsmc_ros.bags import run_to_bag
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.messages import definitions
+from vessel_hsmc_ros.messages import topics
 from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -81,15 +81,15 @@ def test_a_run_without_a_completed_step_gives_an_empty_bag(tmp_path: Path) -> No
 
 def test_without_any_ros_message_package_the_types_of_a_bag_are_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with_packages, _ = written(tmp_path / "with", "case2_tracking")
-    monkeypatch.setattr(definitions, "prefixes", lambda: [tmp_path])
-    definitions._text.cache_clear()
+    monkeypatch.setattr(topics, "prefixes", lambda: [tmp_path])
+    topics._text.cache_clear()
     without, _ = written(tmp_path / "without", "case2_tracking")
-    definitions._text.cache_clear()
+    topics._text.cache_clear()
     for name, series in without.topics.items():
         assert series.type_hash == with_packages.topics[name].type_hash
         assert series.fields == with_packages.topics[name].fields
     with pytest.raises(BagError, match="no_such_msgs/msg/Odometry is not installed"):
-        definitions.definition("no_such_msgs/msg/Odometry")
+        topics.definition("no_such_msgs/msg/Odometry")
 
 
 # -- paths --------------------------------------------------------------------------------------------------------------

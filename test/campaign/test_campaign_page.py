@@ -17,7 +17,7 @@ from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.plan_file import read_source
 from vessel_hsmc_ros.campaign.report import make_report
 from vessel_hsmc_ros.campaign.results import Results, read
-from vessel_hsmc_ros.campaign.tables import Table, share_text
+from vessel_hsmc_ros.campaign.statistics import Table, share_text
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import CampaignError, ReportError
 from vessel_hsmc_ros.core.metrics import Metrics

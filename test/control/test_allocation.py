@@ -13,7 +13,7 @@ from thruster_layouts import LAYOUTS, layout_of
 
 from vessel_hsmc_ros.control.allocation import Allocation
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
-from vessel_hsmc_ros.plant.thrusters import ThrusterState, hull_wrench, thrusters_of
+from vessel_hsmc_ros.plant.thruster_plant import ThrusterState, hull_wrench, thrusters_of
 
 COUNT = repeated(100_000)
 STEPS = repeated(int(os.environ.get("ALLOCATION_STEPS", "10000")))

@@ -17,8 +17,8 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
-from vessel_hsmc_ros.plant.parameters import DisturbanceParameters
 from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.simulator import DisturbanceParameters
 from vessel_hsmc_ros.plant.waves import WaveParameters
 
 DECAYS = {"surge": 0.18, "sway": 0.83, "yaw": 0.126}

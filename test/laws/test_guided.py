@@ -19,8 +19,7 @@ from vessel_hsmc_ros.laws.guided_parameters import gains
 from vessel_hsmc_ros.laws.guided_state import Filter, initial
 from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.laws.network import Estimates
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
 

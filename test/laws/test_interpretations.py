@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import HierarchicalParameters, make_controller
 from vessel_hsmc_ros.laws.switching import SWITCHING, switch
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 MIRROR = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])

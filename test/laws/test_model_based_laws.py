@@ -11,10 +11,17 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import KnownVessel, make_controller
-from vessel_hsmc_ros.laws.known_damping import KnownDamping, drag, drag_slope, free_acceleration, known_ship
-from vessel_hsmc_ros.laws.planar import jerk, point_ahead, rotated
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.laws.known_damping import (
+    KnownDamping,
+    drag,
+    drag_slope,
+    free_acceleration,
+    jerk,
+    known_ship,
+    point_ahead,
+    rotated,
+)
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 MODEL_BASED = ["ashrafiuon", "backstepping", "hand_position"]

@@ -11,8 +11,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import NmpcParameters, make_controller
 from vessel_hsmc_ros.laws.nmpc_model import compile_horizon
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 pytest.importorskip("casadi", reason="the predictive law is an extra")

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import CourseLawParameters, Terms, make_controller
 from vessel_hsmc_ros.laws.switching import check_step
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 
 SHIP = VesselParameters().coefficients()
 

@@ -7,8 +7,7 @@ import pytest
 import sympy as sp
 
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 
 k, c, T, g = sp.symbols("k c T g", positive=True)
 mode = sp.Symbol("lambda")

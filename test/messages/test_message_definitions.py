@@ -1,7 +1,7 @@
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.messages.definitions import SEPARATOR, definition
+from vessel_hsmc_ros.messages.topics import SEPARATOR, definition
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.publishers import SETTLED, Publishers
+from vessel_hsmc_ros.nodes.connections import SETTLED, Publishers
 
 PROGRAM = """
 import rclpy

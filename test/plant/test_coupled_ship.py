@@ -16,9 +16,9 @@ from vessel_hsmc_ros.plant.dynamics import (
     acceleration,
     damping_force,
     derivative,
+    rk4,
     unforced_acceleration,
 )
-from vessel_hsmc_ros.plant.integrate import rk4
 
 Array = NDArray[np.float64]
 

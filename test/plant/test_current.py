@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_in_current
-from vessel_hsmc_ros.plant.integrate import rk4
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, rk4, unforced_in_current
 
 SHIP = VesselParameters().coefficients()
 CALM = (0.0, 0.0, 0.0)

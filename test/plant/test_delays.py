@@ -8,9 +8,8 @@ import pytest
 
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
-from vessel_hsmc_ros.plant.parameters import PlantParameters
 from vessel_hsmc_ros.plant.sensors import SensorParameters
-from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
 
 GRID = RateGrid(50.0)
 PERIOD = GRID.period

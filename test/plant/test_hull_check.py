@@ -9,8 +9,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, VesselParameters
 from vessel_hsmc_ros.plant.hull_check import check_hull, hull_warning, largest_gain, outside
-from vessel_hsmc_ros.plant.parameters import PlantParameters
-from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 

@@ -15,9 +15,8 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, acceleration, unforced
-from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
 from vessel_hsmc_ros.plant.sensors import SensorParameters, sampling
-from vessel_hsmc_ros.plant.simulator import Simulator, divergence_of_ship
+from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator, divergence_of_ship
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
 from vessel_hsmc_ros.plant.waves import WaveParameters
 

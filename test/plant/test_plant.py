@@ -14,11 +14,9 @@ from vessel_hsmc_ros.plant.disturbance import (
     periodic_wrench,
     total,
 )
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, derivative, unforced_acceleration
-from vessel_hsmc_ros.plant.integrate import rk4
-from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
+from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, derivative, rk4, unforced_acceleration
 from vessel_hsmc_ros.plant.sensors import SensorParameters
-from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
 from vessel_hsmc_ros.plant.waves import WaveParameters
 from vessel_sim_node import plant as public
 

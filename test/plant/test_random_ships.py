@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force, rk4_step
 from vessel_hsmc_ros.plant.hull_check import check_hull, largest_gain
-from vessel_hsmc_ros.plant.integrate import rk4_step
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]

@@ -12,8 +12,7 @@ import pytest
 import yaml
 
 from vessel_hsmc_ros.bags.cdr_columns import MessageType
-from vessel_hsmc_ros.messages.definitions import definition
-from vessel_hsmc_ros.messages.topics import WATCHED_TOPICS
+from vessel_hsmc_ros.messages.topics import WATCHED_TOPICS, definition
 
 LAYOUTS = Path(__file__).resolve().parents[2] / "config" / "live"
 

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs.offline import simulate
-from vessel_hsmc_ros.runs.rerun import Rerun, rerun
+from vessel_hsmc_ros.runs.verification import Rerun, rerun
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 
 CHANGE = {"controller.law": "guided"}

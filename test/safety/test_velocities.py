@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.safety.monitors import Alarm
+from vessel_hsmc_ros.safety.monitors import Alarm, Velocities
 from vessel_hsmc_ros.safety.parameters import MonitorParameters
-from vessel_hsmc_ros.safety.velocities import Velocities
 
 LENGTH, SPEED = 4.0, 1.2
 

@@ -8,7 +8,7 @@ from vessel_hsmc_ros.control.allocation import allocate, allocated_wrench, alloc
 from vessel_hsmc_ros.control.thruster_sets import THRUST, TURN, Allocator
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
-from vessel_hsmc_ros.plant.thrusters import ThrusterState, hull_wrench, thrusters_of
+from vessel_hsmc_ros.plant.thruster_plant import ThrusterState, hull_wrench, thrusters_of
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vessel_hsmc_ros.bags.writer import BagWriter, Topic, qos_entry
-from vessel_hsmc_ros.messages.definitions import definition
-from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS
+from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, definition
 
 NAMES = "odom odom/truth dynamics/truth cmd_wrench applied_wrench disturbance reference reference/pose controller/state /clock"
 TYPES = {name: RECORDED_TOPICS[name] for name in NAMES.split()}

@@ -11,7 +11,7 @@ from fuzz_seeds import folder, seeds
 
 from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
-from vessel_hsmc_ros.messages.definitions import definition
+from vessel_hsmc_ros.messages.topics import definition
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 

@@ -9,9 +9,8 @@ from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
-from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
 from vessel_hsmc_ros.plant.sensors import SensorParameters
-from vessel_hsmc_ros.plant.simulator import Simulator
+from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
 
 STEP = 50_000_000
 POSE_ONLY = SensorParameters(position_noise=0.5, heading_noise=0.005, measures_velocity=False)

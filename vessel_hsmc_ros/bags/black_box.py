@@ -18,7 +18,7 @@ from typing import Any, BinaryIO
 from vessel_hsmc_ros.bags.black_box_content import records
 from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.messages.definitions import definition
+from vessel_hsmc_ros.messages.topics import definition
 
 NICENESS = 10
 """Niceness of the process: the control loop has priority."""

@@ -18,8 +18,7 @@ from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
 from vessel_hsmc_ros.core.run_data import Published
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.conversions import BODY, WORLD
-from vessel_hsmc_ros.messages.definitions import definition
-from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS
+from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, definition
 from vessel_hsmc_ros.safety.reasons import Operation
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario

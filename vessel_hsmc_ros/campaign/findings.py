@@ -9,8 +9,18 @@ from vessel_hsmc_ros.campaign import ship_findings
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.results import Results
 from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence, influences
-from vessel_hsmc_ros.campaign.statistics import CONFIDENCE, Quantile, at_most, clopper_pearson, paired, quantile
-from vessel_hsmc_ros.campaign.tables import Cell, Table, interval_text, share_text
+from vessel_hsmc_ros.campaign.statistics import (
+    CONFIDENCE,
+    Cell,
+    Quantile,
+    Table,
+    at_most,
+    clopper_pearson,
+    interval_text,
+    paired,
+    quantile,
+    share_text,
+)
 from vessel_hsmc_ros.report.tables import value_text
 from vessel_hsmc_ros.runs.sweep_figure import label
 

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 import yaml
 
 from vessel_hsmc_ros.campaign import sampling
-from vessel_hsmc_ros.campaign.distributions import Grid
-from vessel_hsmc_ros.campaign.drawn import Drawn, make_drawn
+from vessel_hsmc_ros.campaign.distributions import Drawn, Grid, make_drawn
 from vessel_hsmc_ros.campaign.ship_expansion import resolved
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, ScenarioError

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.results import Results
 from vessel_hsmc_ros.campaign.ship_family import SHIP, ShipFamily
-from vessel_hsmc_ros.campaign.statistics import clopper_pearson
-from vessel_hsmc_ros.campaign.tables import Cell, Table, interval_text, share_text
+from vessel_hsmc_ros.campaign.statistics import Cell, Table, clopper_pearson, interval_text, share_text
 
 Mask = NDArray[np.bool_]
 Column = NDArray[Any]

@@ -5,6 +5,7 @@ quantile, are binomial, whatever the distribution of the metric is.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -151,3 +152,27 @@ def exceedance(values: Array, points: int = 400) -> tuple[Array, Array, Array, A
         low = np.where(above > 0, stats.beta.ppf(tail, above, n - above + 1), 0.0)
     high = stats.beta.ppf(1.0 - tail, above + 1, n - above)
     return chosen, above / max(n, 1), low, high
+
+
+class Cell(NamedTuple):
+    """A number of a table with its bounds below it."""
+
+    value: str
+    bounds: str = ""
+
+
+class Table(NamedTuple):
+    """A table: names of its columns, and lines of as many cells."""
+
+    head: tuple[str, ...]
+    lines: Sequence[Sequence[Cell]]
+
+
+def share_text(share: float) -> str:
+    """A share in per cent, of two significant digits."""
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.4g} %"
+
+
+def interval_text(interval: Interval) -> str:
+    """A confidence interval of a share, in per cent."""
+    return f"{share_text(interval.low)} to {share_text(interval.high)}"

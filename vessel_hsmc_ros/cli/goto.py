@@ -29,6 +29,6 @@ def goto(x: float, y: float, heading: float | None, heading_deg: float | None, n
     if not all(map(math.isfinite, (x, y, heading))):
         raise ParameterError(f"goal {x:g} {y:g} {heading:g} is not allowed: it takes finite numbers")
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.destinations import send_goal
+        from vessel_hsmc_ros.nodes.remote import send_goal
 
         print_line(send_goal(remote, (x, y, heading)))

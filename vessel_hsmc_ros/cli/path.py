@@ -21,6 +21,6 @@ def path(file: Path, namespace: str) -> None:
     """
     points = read_waypoints(file)  # before the search for nodes: a wrong file is reported at once
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.destinations import send_path
+        from vessel_hsmc_ros.nodes.remote import send_path
 
         print_line(send_path(remote, points))

@@ -113,7 +113,7 @@ def verdict(result: Verification) -> list[str]:
 
 
 def _rerun(bag: Bag, changes: tuple[str, ...], namespace: str | None, output: Path) -> None:
-    from vessel_hsmc_ros.runs.rerun import rerun
+    from vessel_hsmc_ros.runs.verification import rerun
 
     with Console(stderr=True).status("running the scenario again"):
         made = rerun(bag, parse_changes(changes, "--with"), namespace, output)

@@ -17,7 +17,7 @@ def set_parameters(changes: tuple[str, ...], namespace: str) -> None:
     """
     values = parse_changes(changes, "set")
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote_parameters import change_parameters, without_effect
+        from vessel_hsmc_ros.nodes.remote import change_parameters, without_effect
 
         made = change_parameters(remote, values)
         for change in made:

@@ -15,12 +15,11 @@ from vessel_hsmc_ros.core.timing import Instants, RateGrid
 from vessel_hsmc_ros.laws import Law, Terms
 from vessel_hsmc_ros.laws.guard import guarded, guarded_step
 from vessel_hsmc_ros.laws.terms import diagnosed
-from vessel_hsmc_ros.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation
+from vessel_hsmc_ros.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation, Velocities
 from vessel_hsmc_ros.safety.parameters import MonitorParameters, SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH, Authority
 from vessel_hsmc_ros.safety.supervision import Supervision
-from vessel_hsmc_ros.safety.velocities import Velocities
 
 
 class Watch:

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.observer_actuators import actuators
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, estimate, initial_state, observe
-from vessel_hsmc_ros.control.observer_model import ObserverParameters, model
+from vessel_hsmc_ros.control.observer_model import ObserverParameters, actuators, model
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.observer_actuators import Actuators, Commands, Wrench, actuated, no_commands
 from vessel_hsmc_ros.control.observer_model import (
     BR,
     BU,
@@ -19,11 +18,16 @@ from vessel_hsmc_ros.control.observer_model import (
     DXI,
     PSI,
     XI,
+    Actuators,
+    Commands,
     Model,
     R,
     U,
     V,
+    Wrench,
+    actuated,
     decays,
+    no_commands,
     propagate,
     through_water,
     wave_transition,

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.identification.types import Array, Measurements
-from vessel_hsmc_ros.plant.dynamics import Vessel
-from vessel_hsmc_ros.plant.integrate import rk4_step
+from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
 from vessel_hsmc_ros.simulation import compilation
 
 Integers = NDArray[np.int64]

@@ -31,8 +31,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tra
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.laws.known_damping import KnownDamping, Ship, free_acceleration, known_ship
-from vessel_hsmc_ros.laws.planar import Vector, point_ahead, rotated
+from vessel_hsmc_ros.laws.known_damping import KnownDamping, Ship, Vector, free_acceleration, known_ship, point_ahead, rotated
 
 
 def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0) -> float:

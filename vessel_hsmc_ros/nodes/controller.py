@@ -17,13 +17,13 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern
 from vessel_hsmc_ros.nodes.black_box import installed
+from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.control_concerns import LEVELS, ControlConcerns, guard_concern, operation_status
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_state, read_reference
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.nodes.publishers import Publishers
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Operation, Reason

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, Conc
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
-from vessel_hsmc_ros.scenario.stack_parameters import DriveParameters
+from vessel_hsmc_ros.scenario.watcher_parameters import DriveParameters
 
 LAST_COMMANDS = 3
 """How often zero is sent before the topic is left to others, as in standby and at the end."""

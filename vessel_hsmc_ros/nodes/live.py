@@ -14,8 +14,7 @@ from foxglove.websocket import Capability, ServerListener
 from vessel_hsmc_ros.core.exceptions import BagError, RunError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import raw
-from vessel_hsmc_ros.messages.definitions import definition
-from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, TYPES_OF_EVERY_NODE, WATCHED_TOPICS
+from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, TYPES_OF_EVERY_NODE, WATCHED_TOPICS, definition
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
-from vessel_hsmc_ros.scenario.stack_parameters import NavsatOdometryParameters
+from vessel_hsmc_ros.scenario.watcher_parameters import NavsatOdometryParameters
 
 RATE = 10.0
 """Rate of fixes that the deadline of the odometry is offered for, Hz."""

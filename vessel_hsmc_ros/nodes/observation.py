@@ -18,8 +18,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.executor import BURST
-from vessel_hsmc_ros.nodes.remote import Remote
-from vessel_hsmc_ros.nodes.remote_parameters import get_parameters
+from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 
 INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}
 """Topics of which the latest message is shown."""

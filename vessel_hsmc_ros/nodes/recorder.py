@@ -14,8 +14,7 @@ from vessel_hsmc_ros.bags.writer import PARAMETERS, SCENARIO, BagWriter, Splitti
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import raw
-from vessel_hsmc_ros.messages.definitions import definition
-from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE
+from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE, definition
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.concerns import recording

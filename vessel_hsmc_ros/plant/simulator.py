@@ -1,23 +1,57 @@
-"""Discrete-time simulation of the plant, shared by the simulator node and the offline loop."""
+"""Parameters and discrete-time simulation of the plant, shared by the simulator node and the offline loop."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vessel_hsmc_ros.core.delay_line import delay_line
-from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
+from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
-from vessel_hsmc_ros.plant.disturbance import Gust
+from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters
 from vessel_hsmc_ros.plant.dynamics import Array, Wrench, acceleration, unforced
 from vessel_hsmc_ros.plant.hull_check import check_hull, outside
-from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, divergence
-from vessel_hsmc_ros.plant.parameters import DisturbanceParameters, PlantParameters
-from vessel_hsmc_ros.plant.sensors import Sampling
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, divergence, initial_pose, initial_velocity
+from vessel_hsmc_ros.plant.sensors import Sampling, SensorParameters
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
-from vessel_hsmc_ros.plant.waves import Sea, make_sea
+from vessel_hsmc_ros.plant.waves import Sea, WaveParameters, make_sea
+
+
+@dataclass(frozen=True)
+class DisturbanceParameters:
+    """The disturbances of the plant; their wrenches add up."""
+
+    periodic: PeriodicParameters = group(PeriodicParameters, tunable=True)
+    earth_fixed: EarthFixedParameters = group(EarthFixedParameters, tunable=True)
+    current: CurrentParameters = group(CurrentParameters, tunable=True)
+    waves: WaveParameters = group(WaveParameters)
+
+
+@dataclass(frozen=True)
+class PlantParameters:
+    """The plant: initial state, coefficients, disturbances, actuators and sensors."""
+
+    initial_pose: tuple[float, ...] = initial_pose((5.0, 1.0, math.pi / 4))
+    initial_velocity: tuple[float, ...] = initial_velocity()
+    substeps: int = parameter(1, "Integration steps between two odometry messages.", low=1, high=1000)
+    seed: int = parameter(0, "Seed of all random numbers; runs with the same seed are bit-identical.", low=0, high=2**31 - 1)
+    vessel: ShipParameters = group(ShipParameters)
+    disturbance: DisturbanceParameters = group(DisturbanceParameters)
+    actuators: ActuatorParameters = group(ActuatorParameters)
+    sensors: SensorParameters = group(SensorParameters)
+
+    def __post_init__(self) -> None:
+        if self.by_thrusters and not self.vessel.thrusters:
+            raise ParameterError("vessel_sim.actuators.kind = thrusters is not allowed without vessel.thrusters.names")
+
+    @property
+    def by_thrusters(self) -> bool:
+        """Whether thrusters drive the ship, not a wrench."""
+        return self.actuators.kind == "thrusters"
+
 
 AT_REST = as_motion((0.0,) * 6)
 CALM = (0.0, 0.0)

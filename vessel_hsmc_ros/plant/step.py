@@ -8,8 +8,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.plant.actuators import Actuator, actuate, arrived
 from vessel_hsmc_ros.plant.disturbance import Gust, Periodic, Wind, next_gust, periodic_wrench, total, wind_wrench
-from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench
-from vessel_hsmc_ros.plant.integrate import rk4_step
+from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench, rk4_step
 from vessel_hsmc_ros.plant.sensors import Sensors, measurement
 from vessel_hsmc_ros.plant.waves import Sea, drift_force, with_waves
 

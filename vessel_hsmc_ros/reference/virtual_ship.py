@@ -21,8 +21,8 @@ from vessel_hsmc_ros.plant.dynamics import (
     initial_pose,
     initial_velocity,
     rate_of_motion,
+    rk4_step,
 )
-from vessel_hsmc_ros.plant.integrate import rk4_step
 from vessel_hsmc_ros.reference.input_program import (
     Program,
     RampParameters,

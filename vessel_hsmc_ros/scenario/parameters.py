@@ -26,7 +26,7 @@ from vessel_hsmc_ros.laws import (
     OpenLoopParameters,
     PdParameters,
 )
-from vessel_hsmc_ros.plant.parameters import PlantParameters
+from vessel_hsmc_ros.plant.simulator import PlantParameters
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
 from vessel_hsmc_ros.scenario.common_parameters import (

@@ -1,14 +1,123 @@
-"""Parameters of the nodes that only observe a run, or take part in it on demand."""
+"""Parameters of the nodes outside the closed loop: they observe a run, connect it with a boat's stack, or take part on demand."""
 
 import math
 from dataclasses import dataclass
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
-from vessel_hsmc_ros.scenario.stack_parameters import DriveParameters, NavsatOdometryParameters
+
+HEADINGS = ("imu", "quaternion", "antennas")
+VELOCITIES = ("none", "twist", "course")
+
+
+@dataclass(frozen=True)
+class NavsatOdometryParameters(CommonParameters):
+    """Parameters of navsat_odom, which makes odometry of satellite fixes and a heading."""
+
+    datum: tuple[float, ...] = parameter(
+        (), "Latitude and longitude of the origin of the odometry, degrees; by default those of the first fix."
+    )
+    heading: str = parameter(
+        "imu",
+        "Source of the heading: orientation on imu, quaternion on heading, or the fixes of two antennas, fix and fix_2.",
+        choices=HEADINGS,
+    )
+    heading_offset: float = parameter(
+        0.0,
+        "Added to the heading of the source, which counts from east and counter-clockwise; for two antennas, the angle of the"
+        " line from the first to the second one from the bow, to port.",
+        unit="rad",
+        low=-6.3,
+        high=6.3,
+    )
+    velocity: str = parameter(
+        "none",
+        "Velocity over ground: none (zero; the controller needs its observer), twist (on fix_velocity, east and north), or course"
+        " (on course, clockwise from north in rad, and speed).",
+        choices=VELOCITIES,
+    )
+    antenna: tuple[float, ...] = parameter(
+        (0.0, 0.0),
+        "Place of the antenna ahead and to port of the origin of the vessel.",
+        unit="m",
+        low=-1e3,
+        high=1e3,
+        length=2,
+    )
+    timeout: float = parameter(
+        0.5, "Age, beside a fix, from which on a heading or a velocity does not count.", unit="s", low=0.01, high=60.0
+    )
+    frame: str = parameter("odom", "Frame of the odometry, without frame_prefix.")
+
+    def __post_init__(self) -> None:
+        """Check the datum, of which there are two numbers or none.
+
+        Raises:
+            ParameterError: there is another number of them.
+        """
+        if len(self.datum) not in (0, 2) or not all(map(math.isfinite, self.datum)):
+            raise ParameterError(
+                f"navsat_odom.datum = {list(self.datum)} is not allowed: it takes latitude and longitude, or none"
+            )
+
+
+FORMS = ("normalised", "cmd_vel", "helm")
+
+
+def largest(what: str, unit: str) -> float:
+    """Declare the force or moment that is 1 in the normalised forms."""
+    return parameter(1.0, f"{what} of the vessel: what 1 means in the normalised forms.", unit=unit, low=1e-6, high=1e15)
+
+
+@dataclass(frozen=True)
+class DriveParameters(CommonParameters):
+    """Parameters of drive, which gives the commands of the controller the form that a stack takes, in real time."""
+
+    form: str = parameter(
+        "normalised",
+        "normalised: WrenchStamped with force.x and torque.z of at most 1; cmd_vel: surge speed and yaw rate; helm: throttle and"
+        " steering of at most 1, Float64.",
+        choices=FORMS,
+    )
+    surge_force_limit: float = largest("Largest surge force", "N")
+    yaw_moment_limit: float = largest("Largest yaw moment", "N·m")
+    surge_speed_limit: float = parameter(2.0, "With cmd_vel, the largest surge speed.", unit="m/s", low=0.0, high=100.0)
+    yaw_rate_limit: float = parameter(0.5, "With cmd_vel, the largest yaw rate.", unit="rad/s", low=0.0, high=10.0)
+    response_time: float = parameter(
+        0.0,
+        "With cmd_vel, the time constant of the stack's loops, with which the commanded wrench is expressed by velocities; 0: the"
+        " velocities that the guidance commands.",
+        unit="s",
+        low=0.0,
+        high=60.0,
+    )
+    surge_inertia: float = parameter(1.0, "With a response_time, m11 of the vessel.", unit="kg", low=1e-3, high=1e12)
+    yaw_inertia: float = parameter(1.0, "With a response_time, m33 of the vessel.", unit="kg·m²", low=1e-3, high=1e15)
+    stamped: bool = parameter(True, "With cmd_vel, TwistStamped; false: Twist.")
+    steering_sign: float = parameter(
+        1.0, "With helm, 1 where a positive steering turns to port, -1 where to starboard.", low=-1.0, high=1.0
+    )
+    command_timeout: float = parameter(
+        0.5, "Age of a command after which the output ramps to zero.", unit="s", low=0.01, high=60.0, tunable=True
+    )
+    ramp_time: float = parameter(
+        2.0, "Time in which the output goes from its limit to zero, and back; 0: at once.", unit="s", low=0.0, high=600.0
+    )
+    rate_hz: float = parameter(20.0, "Rate of the output.", unit="Hz", low=1.0, high=1000.0)
+    freshness: FreshnessParameters = group(FreshnessParameters)
+
+    def __post_init__(self) -> None:
+        """Check the sign.
+
+        Raises:
+            ParameterError: it is neither 1 nor -1.
+        """
+        if abs(self.steering_sign) != 1.0:
+            raise ParameterError(f"drive.steering_sign = {self.steering_sign:g} is not allowed: it takes 1 or -1")
 
 
 @dataclass(frozen=True)

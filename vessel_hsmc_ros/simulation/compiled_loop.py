@@ -20,9 +20,8 @@ from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.law_call import all_terms, cause, is_compilable, law_call
 from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
-from vessel_hsmc_ros.simulation.loop_state import Kept
+from vessel_hsmc_ros.simulation.loop_state import Kept, drive_by_thrusters
 from vessel_hsmc_ros.simulation.preparation import prepare
-from vessel_hsmc_ros.simulation.thruster_drive import drive_by_thrusters
 
 Array = NDArray[np.float64]
 

@@ -21,8 +21,7 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.control import make_pivot
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
-from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, State
-from vessel_hsmc_ros.simulation.thruster_drive import thruster_drive
+from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, State, thruster_drive
 
 Array = NDArray[np.float64]
 
