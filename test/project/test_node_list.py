@@ -5,16 +5,17 @@ from importlib.metadata import entry_points
 
 import pytest
 
-from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 from vessel_hsmc_ros.nodes import entry_points as node_scripts
 from vessel_hsmc_ros.scenario import parameters
 
-PROGRAMS = LOOP | WATCHERS
+PROGRAMS = LOOP | WATCHERS | AUXILIARY
 
 
 def test_every_node_declares_its_parameters() -> None:
     assert list(parameters.NODES) == list(LOOP)
     assert parameters.WATCHERS.keys() == WATCHERS.keys()
+    assert parameters.AUXILIARY.keys() == AUXILIARY.keys()
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
@@ -24,6 +25,7 @@ def test_every_node_has_its_executable_and_module(name: str) -> None:
     assert scripts[program.executable] == f"{node_scripts.__name__}:{program.executable}"
     assert callable(getattr(node_scripts, program.executable))
     assert importlib.util.find_spec(program.module)
+    assert name == getattr(importlib.import_module(program.source), program.kind).NAME
 
 
 @pytest.mark.parametrize("name", parameters.NODES | parameters.WATCHERS)

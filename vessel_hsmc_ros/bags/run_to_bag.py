@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from vessel_hsmc_ros.bags.cdr_columns import MessageType
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
+from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Published
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.conversions import BODY, WORLD
@@ -31,7 +32,7 @@ BLOCK = 4096
 LATCHED = ("/clock",)
 """Topics whose publisher is transient local."""
 
-NODES = {"reference": "reference_ship", "controller": "controller", "cmd_wrench": "controller"}
+NODES = {"reference": REFERENCE, "controller": CONTROLLER, "cmd_wrench": CONTROLLER}
 """The node that publishes a topic, by the first part of its name; others are the plant's."""
 
 
@@ -170,7 +171,7 @@ def _supervised(count: int) -> dict[str, Array]:
 def _stream(name: str, stamps: NDArray[np.int64], columns: dict[str, Array], scenario: Scenario) -> Stream:
     kind = RECORDED_TOPICS[name]
     text = definition(kind)
-    prefix = getattr(scenario, NODES.get(name.split("/")[0], "vessel_sim")).frame_prefix
+    prefix = getattr(scenario, NODES.get(name.split("/")[0], PLANT)).frame_prefix
     # Poses are in the world frame, with the twist in the body's; all else is in the body frame.
     posed = any(field.startswith("pose.") for field in columns)
     texts = {"header.frame_id": prefix + (WORLD if posed else BODY), "child_frame_id": prefix + BODY}

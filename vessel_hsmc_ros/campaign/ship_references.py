@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.node_list import REFERENCE
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.reference.curve_motion import Pace, demand
 from vessel_hsmc_ros.reference.curves import CLOSING, Arc, Curve, FigureEight
@@ -16,7 +17,6 @@ from vessel_hsmc_ros.scenario.ship_rules import ADJUSTMENTS, Scale, feasible_tur
 
 Changes = dict[str, Any]
 
-NODE = "reference_ship"
 
 WIDE = 4.0
 """Radius of an arc relative to that of the other turns."""
@@ -80,7 +80,9 @@ def course_for(wanted: Request, hull: ShipParameters, scale: Scale) -> Course:
     """
     turn = _feasible(wanted, hull, scale)
     mode, chosen, period = MAKERS[wanted.kind](turn, hull, scale)
-    return Course({f"{NODE}.{name}": value for name, value in (UNUSED | {"mode": mode} | chosen).items()}, period, turn.rise_time)
+    return Course(
+        {f"{REFERENCE}.{name}": value for name, value in (UNUSED | {"mode": mode} | chosen).items()}, period, turn.rise_time
+    )
 
 
 UNUSED: Changes = {

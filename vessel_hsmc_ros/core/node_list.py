@@ -1,44 +1,62 @@
-"""The nodes of the package: the one list of their names, modules and executables."""
+"""The nodes of the package: the one list of their names, modules, classes and executables."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 
 class NodeProgram(NamedTuple):
-    """Where a node is found: its module, run by `python -m`, and its executable, run by `ros2 run`."""
+    """Where a node is found.
 
-    module: str
+    Attributes:
+        source: The module with its class and its function `main`.
+        kind: The name of its class.
+        executable: What `ros2 run` runs.
+    """
+
+    source: str
+    kind: str
     executable: str
 
+    @property
+    def module(self) -> str:
+        """What `python -m` runs: the module, or the package whose module is called `node`."""
+        return self.source.removesuffix(".node")
 
-LOOP = {
-    "vessel_sim": NodeProgram("vessel_sim_node", "vessel_sim_node"),
-    "reference_ship": NodeProgram("vessel_hsmc_ros.nodes.reference_ship", "reference_ship_node"),
-    "controller": NodeProgram("vessel_hsmc_ros.nodes.controller", "controller_node"),
-    "thruster_allocation": NodeProgram("vessel_hsmc_ros.nodes.thruster_allocation", "thruster_allocation_node"),
-    "recorder": NodeProgram("vessel_hsmc_ros.nodes.recorder", "recorder_node"),
-}
-"""The nodes of a closed loop, whose parameters make a scenario."""
 
-WATCHERS = {
-    "live": NodeProgram("vessel_hsmc_ros.nodes.live", "live_node"),
-    "markers": NodeProgram("vessel_hsmc_ros.nodes.markers", "marker_node"),
-    "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "watchdog_node"),
-    "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "navsat_odom_node"),
-    "drive": NodeProgram("vessel_hsmc_ros.nodes.drive", "drive_node"),
-}
-"""Nodes outside the closed loop: a run takes place without them."""
+PLANT = "vessel_sim"
+REFERENCE = "reference_ship"
+CONTROLLER = "controller"
 
-AUXILIARY = {
-    "fault_relay": NodeProgram("vessel_hsmc_ros.nodes.fault_relay", "fault_relay_node"),
-}
-"""Nodes that take part in a run only on demand, and whose parameters are not part of a scenario."""
+ALLOCATION = "thruster_allocation"
+"""The node of the loop that takes part only where thrusters drive the ship."""
+
+RECORDER = "recorder"
 
 RELAY = "fault_relay"
 """The node that carries out scripted faults."""
 
-ALLOCATION = "thruster_allocation"
-"""The node of the loop that takes part only where thrusters drive the ship."""
+LOOP = {
+    PLANT: NodeProgram("vessel_sim_node.node", "VesselSimNode", "vessel_sim_node"),
+    REFERENCE: NodeProgram("vessel_hsmc_ros.nodes.reference_ship", "ReferenceShipNode", "reference_ship_node"),
+    CONTROLLER: NodeProgram("vessel_hsmc_ros.nodes.controller", "ControllerNode", "controller_node"),
+    ALLOCATION: NodeProgram("vessel_hsmc_ros.nodes.thruster_allocation", "ThrusterAllocationNode", "thruster_allocation_node"),
+    RECORDER: NodeProgram("vessel_hsmc_ros.nodes.recorder", "RecorderNode", "recorder_node"),
+}
+"""The nodes of a closed loop, whose parameters make a scenario."""
+
+WATCHERS = {
+    "live": NodeProgram("vessel_hsmc_ros.nodes.live", "LiveNode", "live_node"),
+    "markers": NodeProgram("vessel_hsmc_ros.nodes.markers", "MarkerNode", "marker_node"),
+    "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "WatchdogNode", "watchdog_node"),
+    "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "NavsatOdometryNode", "navsat_odom_node"),
+    "drive": NodeProgram("vessel_hsmc_ros.nodes.drive", "DriveNode", "drive_node"),
+}
+"""Nodes outside the closed loop: a run takes place without them."""
+
+AUXILIARY = {
+    RELAY: NodeProgram("vessel_hsmc_ros.nodes.fault_relay", "FaultRelayNode", "fault_relay_node"),
+}
+"""Nodes that take part in a run only on demand, and whose parameters are not part of a scenario."""
 
 START_ORDER = tuple(reversed(LOOP))
 """The recorder starts first, so that it hears every node, and the plant, which sets the pace, starts last."""
@@ -54,4 +72,4 @@ def taking_part(by_thrusters: bool, vessels: Sequence[str] = ()) -> tuple[str, .
     names = [name for name in START_ORDER if by_thrusters or name != ALLOCATION]
     if not vessels:
         return tuple(names)
-    return ("recorder", *(f"{vessel}/{name}" for name in names if name != "recorder" for vessel in vessels))
+    return (RECORDER, *(f"{vessel}/{name}" for name in names if name != RECORDER for vessel in vessels))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.node_list import PLANT, RECORDER
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
@@ -172,9 +173,9 @@ def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], 
     if target == "actuator" and fault.topic in ("odom", "reference"):
         actuators = ", ".join(topic for topic in topics if topic not in ("odom", "reference"))
         raise ParameterError(f"{owner}.topic = {fault.topic} is no actuator: it takes one of {actuators}")
-    if fault.kind == "restart" and fault.node == "recorder":
+    if fault.kind == "restart" and fault.node == RECORDER:
         raise ParameterError(f"{owner}.node = recorder is not allowed: a second recorder would overwrite the bag")
-    if fault.kind == "kill" and fault.node == "vessel_sim":
+    if fault.kind == "kill" and fault.node == PLANT:
         raise ParameterError(f"{owner}.node = vessel_sim is not allowed: the plant ends the run; restart brings it back")
     if fault.topic.startswith(THRUSTERS) and fault.kind in ("offset", "frame"):
         raise ParameterError(f"{owner}.kind = {fault.kind} is not allowed: messages of {fault.topic} have no header")

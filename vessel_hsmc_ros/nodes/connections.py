@@ -14,13 +14,13 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
+from vessel_hsmc_ros.core.node_list import RECORDER
 from vessel_hsmc_ros.nodes import qos
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
 
 
-RECORDER = "recorder"
 """Name of the recorder node, by which its subscriptions are recognised in the graph."""
 
 

@@ -41,14 +41,11 @@ def entry_point(module: str) -> Callable[[], int]:
     return main
 
 
-vessel_sim_node = entry_point(f"{LOOP['vessel_sim'].module}.node")  # its module is a package, run by `python -m`
-reference_ship_node = entry_point(LOOP["reference_ship"].module)
-controller_node = entry_point(LOOP["controller"].module)
-thruster_allocation_node = entry_point(LOOP["thruster_allocation"].module)
-recorder_node = entry_point(LOOP["recorder"].module)
-fault_relay_node = entry_point(AUXILIARY["fault_relay"].module)
-marker_node = entry_point(WATCHERS["markers"].module)
-watchdog_node = entry_point(WATCHERS["watchdog"].module)
-navsat_odom_node = entry_point(WATCHERS["navsat_odom"].module)
-drive_node = entry_point(WATCHERS["drive"].module)
-live_node = entry_point(WATCHERS["live"].module)
+_MAINS = {program.executable: entry_point(program.source) for program in (LOOP | AUXILIARY | WATCHERS).values()}
+
+
+def __getattr__(name: str) -> Callable[[], int]:
+    """The entry point of an executable by its name, as the scripts import it."""
+    if name not in _MAINS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _MAINS[name]

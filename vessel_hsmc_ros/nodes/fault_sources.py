@@ -7,13 +7,12 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
-from vessel_hsmc_ros.core.node_list import taking_part
+from vessel_hsmc_ros.core.node_list import RECORDER, taking_part
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.faults.fault import WRENCH, Fault, FaultScript
 from vessel_hsmc_ros.messages import conversions, raw
 from vessel_hsmc_ros.messages.topics import RELAYED, message_type
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.connections import RECORDER
 
 if TYPE_CHECKING:
     from rclpy.publisher import Publisher

@@ -12,7 +12,7 @@ from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.core.node_list import ALLOCATION, LOOP
+from vessel_hsmc_ros.core.node_list import ALLOCATION, CONTROLLER, LOOP, PLANT, RECORDER
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
@@ -26,14 +26,14 @@ INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchSta
 SHORTEST_LOOK, FIRST_LOOK = 1.2, 5.0
 """Shortest and longest wait for the diagnostics of all nodes, s, which publish them once a second."""
 
-NECESSARY = set(LOOP) - {"recorder", ALLOCATION}
+NECESSARY = set(LOOP) - {RECORDER, ALLOCATION}
 """The nodes without which there is no closed loop."""
 
 EVENTS_SHOWN = 5
 
 LIMITS = {
-    "vessel_sim": ("actuators.surge_force_limit", "actuators.yaw_moment_limit"),
-    "controller": ("vessel.surge_force_limit", "vessel.yaw_moment_limit"),
+    PLANT: ("actuators.surge_force_limit", "actuators.yaw_moment_limit"),
+    CONTROLLER: ("vessel.surge_force_limit", "vessel.yaw_moment_limit"),
 }
 """Parameters that limit the wrench, in the order in which they are looked for."""
 
@@ -96,7 +96,7 @@ class Observation:
         began = time.monotonic()
         remote.until(lambda: self._complete() and time.monotonic() - began > SHORTEST_LOOK, FIRST_LOOK)
         if not (self._nodes or self._latest):
-            remote.require("vessel_sim", "controller")  # names what is there instead
+            remote.require(PLANT, CONTROLLER)  # names what is there instead
             raise RunError(f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {FIRST_LOOK:g} s")
         self._limits = self._find_limits()
 
@@ -148,7 +148,7 @@ class Observation:
             for node, values in conversions.read_status(message, prefix).items():
                 text = values.pop("message")
                 self._nodes[node] = NodeStatus(LEVELS.get(levels[prefix + node], "stale"), text, values)
-                if node == "vessel_sim" and "simulated_time" in values:
+                if node == PLANT and "simulated_time" in values:
                     self._clock = float(values["simulated_time"]), conversions.nanoseconds(message.header.stamp)
 
     def _motion(self, topic: str) -> Motion | None:

@@ -21,7 +21,7 @@ from vessel_hsmc_msgs.msg import Event
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import discovery
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import CONTROLLER, LOOP, REFERENCE, WATCHERS
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
@@ -244,7 +244,7 @@ def without_effect(remote: Remote, changes: Iterable[Change]) -> list[str]:
     groups = {change.name.split(".")[1] for change in changes if change.name.startswith("controller.")}
     if not (laws := groups & set(LAWS)):
         return []
-    law = get_parameters(remote, "controller", ["law"])["law"]
+    law = get_parameters(remote, CONTROLLER, ["law"])["law"]
     return [f"controller.{other} has no effect on this run, whose law is {law}" for other in sorted(laws - {law})]
 
 
@@ -294,8 +294,6 @@ def _plain(value: Any) -> Any:
     """A value in Python's own types: rclpy returns lists of numbers as arrays."""
     return list(value) if hasattr(value, "__iter__") and not isinstance(value, str) else value
 
-
-REFERENCE = "reference_ship"
 
 Pose = tuple[float, float, float]
 """x, y, heading."""

@@ -17,20 +17,14 @@ from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.core.node_list import LOOP, PLANT, RECORDER
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
 from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS, spare_collections, trace_crashes
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 
-CLASSES = {
-    "controller": ("vessel_hsmc_ros.nodes.controller", "ControllerNode"),
-    "thruster_allocation": ("vessel_hsmc_ros.nodes.thruster_allocation", "ThrusterAllocationNode"),
-    "reference_ship": ("vessel_hsmc_ros.nodes.reference_ship", "ReferenceShipNode"),
-    "vessel_sim": ("vessel_sim_node.node", "VesselSimNode"),
-}
-"""Modules and classes of the nodes; imported at the start, because the plant's node is above this room."""
-
-PLANT = "vessel_sim"
+CLASSES = {name: program for name, program in LOOP.items() if name != RECORDER}
+"""The nodes of a vessel; imported at the start, because the plant's node is above this room."""
 
 
 def executor_of(nodes: Sequence[VesselNode]) -> DirectExecutor:
@@ -77,8 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _class_of(name: str) -> Any:
     """The class of a node by its name."""
-    module, kind = CLASSES[name]
-    return getattr(import_module(module), kind)
+    return getattr(import_module(CLASSES[name].source), CLASSES[name].kind)
 
 
 def _run(nodes: Sequence[VesselNode], running: Callable[[], bool]) -> int:

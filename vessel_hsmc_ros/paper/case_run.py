@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import ControlError, RunError, SimulationError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import Law
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, StepTerms, control
@@ -37,7 +38,7 @@ ENDED_BY_SIGNAL = 128
 FIRST, STRIDE = 300, 10
 """A figure needs each of the first samples, where the transient is fast, and then every tenth."""
 
-RATES = ("vessel_sim", "reference_ship", "controller")
+RATES = (PLANT, REFERENCE, CONTROLLER)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
-from vessel_hsmc_ros.core.node_list import taking_part
+from vessel_hsmc_ros.core.node_list import PLANT, RECORDER, taking_part
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import NodeGroup, NodeProcess
 from vessel_hsmc_ros.runs.supervisor import CONNECT_LIMIT, INTERRUPTED, ExitStatus, Interrupts, Progress
@@ -22,8 +22,6 @@ SILENCE_LIMIT = 10.0
 
 OWN_PROCESSES = 4
 """Up to so many vessels, every node has a process of its own; in real time always, so that one does not delay another."""
-
-PLANT = "vessel_sim"
 
 
 @dataclass(frozen=True)
@@ -55,10 +53,10 @@ def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Proces
         return Processes(
             taking_part(by_thrusters, vessels), {}, {f"{vessel}/{PLANT}": [vessel] for vessel in vessels}, not lockstep
         )
-    nodes = ",".join(name for name in taking_part(by_thrusters) if name != "recorder")
+    nodes = ",".join(name for name in taking_part(by_thrusters) if name != RECORDER)
     count = max(1, len(os.sched_getaffinity(0)))
     parts = {f"group_{number + 1}": vessels[number::count] for number in range(min(count, len(vessels)))}
-    return Processes(("recorder", *parts), {name: (nodes, *part) for name, part in parts.items()}, parts, real_time=False)
+    return Processes((RECORDER, *parts), {name: (nodes, *part) for name, part in parts.items()}, parts, real_time=False)
 
 
 def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progress, processes: Processes) -> ExitStatus:

@@ -7,6 +7,7 @@ from typing import Any
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.node_list import RECORDER
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -19,8 +20,6 @@ SPACING = 50.0
 
 NAMESPACE = "vessel"
 """The vessels are `vessel_1`, `vessel_2` and so on, unless a namespace is given."""
-
-RECORDER = "recorder"
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
@@ -193,7 +194,7 @@ def ship_of(name: str, data: Any, where: str) -> SuiteShip:
 def _ship(name: str, data: MainData) -> SuiteShip:
     scenario = parse_scenario(scenario_text(name, data), name, source=f"the scenario of {name}")
     changes: dict[str, object] = {}
-    for node in ("vessel_sim", "reference_ship", "controller"):
+    for node in (PLANT, REFERENCE, CONTROLLER):
         values = schema.flatten(getattr(scenario, node))
         changes |= {f"{node}.{key}": value for key, value in values.items() if f"{node}.{key}" in scenario.given}
     scale = scale_of(scenario.vessel_sim.vessel)

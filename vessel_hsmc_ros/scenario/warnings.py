@@ -1,10 +1,11 @@
 """Warnings on a scenario that is valid, but probably not what was meant."""
 
 from vessel_hsmc_ros.core.hull import another_ship, kept
+from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.plant.hull_check import hull_warning
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-SHIPS = ("vessel_sim", "reference_ship", "controller")
+SHIPS = (PLANT, REFERENCE, CONTROLLER)
 """The nodes that have hull data."""
 
 FORCES = ("surge_force", "sway_force", "yaw_moment")
