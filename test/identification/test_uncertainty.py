@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification import uncertainty
-from vessel_hsmc_ros.identification.types import Array
 from vessel_hsmc_ros.identification.windows import Windows
 
 DRAWS = 100

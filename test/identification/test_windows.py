@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.identification.types import Measurements
 from vessel_hsmc_ros.identification.windows import simulated, windows
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 

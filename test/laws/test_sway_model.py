@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from compiling import only_compiled
 
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.laws.drift_estimate import STEADY, Drift, followed
@@ -24,7 +24,7 @@ from vessel_hsmc_ros.laws.sway_model import (
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import scenario_for, ship_of
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
-from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 FERRY = KnownVessel(length=30.0, surge_inertia=5.6e5, sway_inertia=6.6e5, yaw_inertia=4e7, yaw_moment_limit=5e5, drift_decay=0.05)

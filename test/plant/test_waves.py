@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.core.kinematics import Motion, as_motion
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, as_motion
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.plant.waves import (
-    GRAVITY,
     WATER_DENSITY,
     WaveParameters,
     advanced,

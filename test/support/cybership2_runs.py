@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification.parameter_vector import vessel
-from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.identification.types import Measurements
 from vessel_hsmc_ros.identification.windows import simulated, windows
 
 CYBERSHIP2 = {

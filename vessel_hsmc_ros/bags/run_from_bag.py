@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags.topic_columns import Series
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration
 
-Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 PAUSE = 500_000_000

@@ -11,11 +11,10 @@ from vessel_hsmc_ros.campaign.findings import short
 from vessel_hsmc_ros.campaign.results import Results
 from vessel_hsmc_ros.campaign.sensitivity import Influence
 from vessel_hsmc_ros.campaign.statistics import exceedance
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report.tables import METRICS
 from vessel_hsmc_ros.runs.sweep_figure import WIDE, label
-
-Array = NDArray[np.float64]
 
 POINTS = 3000
 """Largest number of runs of a law in a scatter diagram."""

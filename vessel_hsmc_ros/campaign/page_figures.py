@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.campaign.diagrams import Axis, Bars, Curve, Diagrams, Exceedance, Scatter
 from vessel_hsmc_ros.campaign.findings import short
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.report.style import SERIES
 
-Array = NDArray[np.float64]
 Figure = dict[str, Any]
 
 DIGITS = 5

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.campaign.dataset import read_rows
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.ship_family import SHIP
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs.sweep_figure import text
 
-Array = NDArray[np.float64]
 Column = NDArray[Any]
 
 ALWAYS = ("position_error_rms_last_quarter", "settling_time", "yaw_moment_rms")

@@ -4,10 +4,9 @@ import warnings
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.core.arrays import Array
 
 METHODS = ("random", "latin_hypercube", "sobol")
 

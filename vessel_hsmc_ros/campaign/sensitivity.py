@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from scipy import stats  # type: ignore[import-untyped]
 
 from vessel_hsmc_ros.campaign.statistics import CONFIDENCE
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import InstallationError
-
-Array = NDArray[np.float64]
 
 FEWEST = 100
 """Number of runs below which no index is given: the first ten harmonics of fewer are mostly noise."""

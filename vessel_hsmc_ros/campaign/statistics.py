@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats  # type: ignore[import-untyped]
 
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.core.arrays import Array
 
 CONFIDENCE = 0.95
 """Confidence of all intervals and bounds of a report."""

@@ -12,16 +12,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, estimate, initial_state, observe
 from vessel_hsmc_ros.control.observer_model import ObserverParameters, actuators, model
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 
-Array = NDArray[np.float64]
-
-GRAVITY = 9.81
 PRIOR_DECAY = 0.8
 """Decay rates before anything is known of them, in units of 1/T, with a standard deviation of a factor e."""
 

@@ -32,11 +32,10 @@ from vessel_hsmc_ros.control.observer_model import (
     through_water,
     wave_transition,
 )
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.timing import seconds
-
-Array = NDArray[np.float64]
 
 
 class Jacobian(NamedTuple):

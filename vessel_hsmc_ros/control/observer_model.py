@@ -35,6 +35,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
@@ -109,8 +110,6 @@ class ObserverParameters:
     wave_position: float = wave("x and in y", "m")
     wave_heading: float = wave("heading", "rad")
 
-
-Array = NDArray[np.float64]
 
 PSI, U, V, R, BU, BV, BR, D1, D2, D3, CE, CN = range(2, 14)
 """Indices of the states after the position."""

@@ -28,12 +28,12 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.control.turning_offset import Turning, turning_offset
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, wrap
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Acceleration, Motion, magnitude, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.terms import Terms
 
-FROUDE, GRAVITY = 0.06, 9.81
+FROUDE = 0.06
 """The speed U_0 as a Froude number; gravity, m/s²."""
 
 INTEGRAL, LARGEST = 0.3, 0.1

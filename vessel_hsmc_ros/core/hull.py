@@ -11,12 +11,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.schema import parameter
-
-Array = NDArray[np.float64]
 
 LENGTH, BEAM = 32.0, 6.4
 """Dimensions of the paper's ship, m."""

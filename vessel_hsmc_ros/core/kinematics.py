@@ -22,6 +22,9 @@ from vessel_hsmc_ros.core.kernel import kernel
 TURN = 2.0 * math.pi
 """A full turn."""
 
+GRAVITY = 9.81
+"""Acceleration of gravity, m/s²."""
+
 
 class Motion(NamedTuple):
     """State of a ship by the symbols of (6): earth-fixed pose and body-fixed velocities."""
@@ -57,8 +60,8 @@ def as_motion(state: Iterable[float]) -> Motion:
 
 def in_body_frame(motion: Motion) -> Motion:
     """The motion with its velocities, given along x and y of the earth-fixed frame, resolved along and across the hull, (6)."""
-    c, s = math.cos(motion.psi), math.sin(motion.psi)
-    return motion._replace(u=c * motion.u + s * motion.v, v=c * motion.v - s * motion.u)
+    u, v = to_body(motion.u, motion.v, motion.psi)
+    return motion._replace(u=u, v=v)
 
 
 def as_acceleration(acceleration: Iterable[float]) -> Acceleration:
@@ -70,6 +73,13 @@ def as_acceleration(acceleration: Iterable[float]) -> Acceleration:
 def magnitude(x: float, y: float) -> float:
     """The length sqrt(x² + y²) of a horizontal vector."""
     return math.sqrt(x * x + y * y)
+
+
+@kernel
+def to_body(x: float, y: float, psi: float) -> tuple[float, float]:
+    """A horizontal vector along x and y of the earth-fixed frame, resolved along and across a hull of heading psi."""
+    c, s = math.cos(psi), math.sin(psi)
+    return x * c + y * s, y * c - x * s
 
 
 @kernel
@@ -121,8 +131,8 @@ def published(motion: Motion) -> Motion:
 @kernel
 def transform(motion: Motion) -> Transformed:
     """Z of (9): z1 = x·cos psi + y·sin psi, z2 = -x·sin psi + y·cos psi, z3 = psi."""
-    c, s = math.cos(motion.psi), math.sin(motion.psi)
-    return Transformed(motion.x * c + motion.y * s, -motion.x * s + motion.y * c, motion.psi)
+    z1, z2 = to_body(motion.x, motion.y, motion.psi)
+    return Transformed(z1, z2, motion.psi)
 
 
 @kernel

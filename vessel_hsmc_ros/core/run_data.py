@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 

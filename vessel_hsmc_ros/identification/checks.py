@@ -4,8 +4,9 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
-from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.identification.types import Measurements
 
 FEWEST = 50
 """Samples that a run needs at least."""

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vessel_hsmc_ros.identification.types import Array, Identified, Prediction
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.identification.types import Identified, Prediction
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, PLOT, REFERENCE, SHIP
 
 if TYPE_CHECKING:

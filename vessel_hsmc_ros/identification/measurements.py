@@ -12,10 +12,11 @@ import numpy as np
 
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.run_from_bag import matched, seconds_of, states, wrenches
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.identification.checks import checked
-from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.identification.types import Measurements
 from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_bytes
 
 NEEDED = ("time", "x", "y")

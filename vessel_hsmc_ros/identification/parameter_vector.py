@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.identification.types import DELAY, GAINS, OFFSETS, PAPER, Array, Model
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.identification.types import DELAY, GAINS, OFFSETS, PAPER, Model
 from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters
 
 HULL = (

@@ -4,11 +4,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.identification.parameter_vector import inputs as inputs_of
 from vessel_hsmc_ros.identification.parameter_vector import vessel
 from vessel_hsmc_ros.identification.smoothing import smooth
-from vessel_hsmc_ros.identification.types import Array, Measurements, Prediction
+from vessel_hsmc_ros.identification.types import Measurements, Prediction
 from vessel_hsmc_ros.identification.windows import simulated, unrolled, windows
 
 WINDOW = 20.0

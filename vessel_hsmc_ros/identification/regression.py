@@ -12,9 +12,10 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import lsq_linear
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification.parameter_vector import HULL, POSITIVE, Unknowns, vessel
 from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
-from vessel_hsmc_ros.identification.types import DELAY, GAINS, OFFSETS, Array, Measurements
+from vessel_hsmc_ros.identification.types import DELAY, GAINS, OFFSETS, Measurements
 from vessel_hsmc_ros.plant.dynamics import damping_force
 
 AVERAGED = 4.0

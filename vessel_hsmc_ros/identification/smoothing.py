@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
 
-from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.identification.types import Measurements
 
 ORDER = 3
 SHORTEST = 7

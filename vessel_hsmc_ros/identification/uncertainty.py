@@ -10,7 +10,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from scipy.linalg import toeplitz
 
-from vessel_hsmc_ros.identification.types import Array
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification.windows import Windows
 
 LASTING, BRIEF = 0.5, (0.02, 0.1)

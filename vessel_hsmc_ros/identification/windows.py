@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.identification.types import Array, Measurements
+from vessel_hsmc_ros.identification.types import Measurements
 from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
 from vessel_hsmc_ros.simulation import compilation
 

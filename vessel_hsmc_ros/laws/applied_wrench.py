@@ -17,13 +17,9 @@ instead of T_l, as far as limit and rate allow.
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
-
-Array = NDArray[np.float64]
 
 LARGEST_CHANGE = 1e30
 """Change within a period of an actuator without a rate limit; finite, so that no product with it is undefined."""

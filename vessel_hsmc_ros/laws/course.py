@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
@@ -30,8 +30,6 @@ from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import NetworkParameters, Neurons, activate, adapt, output
 from vessel_hsmc_ros.laws.switching import SWITCHING, check_step, switch
-
-Array = NDArray[np.float64]
 
 
 def thrust() -> float:

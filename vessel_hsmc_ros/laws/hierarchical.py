@@ -26,8 +26,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import (
@@ -42,8 +42,6 @@ from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalPara
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, outputs
 from vessel_hsmc_ros.laws.switching import check_step, switch
-
-Array = NDArray[np.float64]
 
 
 class Rates(NamedTuple):

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.core.arrays import Array
+
 Form = NDArray[np.float64]
 
 FREQUENCIES = 500

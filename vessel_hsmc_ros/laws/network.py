@@ -17,14 +17,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.arrays import add, add_outer, multiply
+from vessel_hsmc_ros.core.arrays import Array, add, add_outer, multiply
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
-
-Array = NDArray[np.float64]
 
 LONGEST_LOOP = 32
 """Longer sums are folded before they are added up one by one."""

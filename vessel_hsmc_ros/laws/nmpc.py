@@ -22,9 +22,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
@@ -32,8 +32,6 @@ from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law
 from vessel_hsmc_ros.laws.nmpc_model import Model, ModelParameters, compile_horizon
 from vessel_hsmc_ros.laws.terms import Terms
-
-Array = NDArray[np.float64]
 
 SUDDEN = 0.2
 """A faster change of the reference's inputs is a step, which must not be extrapolated, in limits per second."""

@@ -18,13 +18,11 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws.known_damping import KnownDamping
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

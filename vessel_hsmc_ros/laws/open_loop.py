@@ -16,15 +16,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
-
-Array = NDArray[np.float64]
 
 EARLY = 0.5e-9
 """Tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times."""

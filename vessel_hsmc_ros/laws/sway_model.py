@@ -26,15 +26,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import GRAVITY as GRAVITY
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.laws.guided_rule import unit_time
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-
-Array = NDArray[np.float64]
 
 DRIFT, LINEAR, QUADRATIC, TURNING = 0.03, 2.0, 2.0, 0.5
 """Initial deviations of c in sqrt(g·L), of a1 in a, of a2 in 1/L and of a3."""
@@ -53,7 +52,6 @@ OUTLIER = 3.0
 SLOWEST = 0.2
 """Smallest a1 in terms of a."""
 
-GRAVITY = 9.81
 
 Five = tuple[float, float, float, float, float]
 

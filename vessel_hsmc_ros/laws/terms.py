@@ -21,7 +21,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.core.arrays import Array
+
 Number = TypeVar("Number", float, NDArray[np.float64])
 
 NONE = math.nan

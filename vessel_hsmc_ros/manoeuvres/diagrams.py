@@ -5,15 +5,14 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.hull import Hull, outline
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.manoeuvres.metrics import speed_curve, spiral_curve
 from vessel_hsmc_ros.manoeuvres.run import Manoeuvre
 from vessel_hsmc_ros.manoeuvres.track import Track, crossing
 
-Array = NDArray[np.float64]
 Figure = dict[str, Any]
 
 POINTS = 1500

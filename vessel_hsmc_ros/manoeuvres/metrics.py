@@ -8,12 +8,11 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreParameters
 from vessel_hsmc_ros.manoeuvres.track import Track, crossing
 
-Array = NDArray[np.float64]
 Metrics = dict[str, float]
 
 STEADY = 0.01

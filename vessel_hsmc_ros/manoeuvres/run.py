@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, SimulationError
 from vessel_hsmc_ros.manoeuvres.metrics import METRICS, Metrics, is_complete
@@ -14,7 +13,6 @@ from vessel_hsmc_ros.manoeuvres.track import Track, track_of
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 
 STRETCHES = (1.0, 2.0, 4.0, 8.0)

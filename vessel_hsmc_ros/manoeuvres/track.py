@@ -6,12 +6,10 @@ The resolution measures from the midship point; here it is the origin of the hul
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 
 class Track(NamedTuple):

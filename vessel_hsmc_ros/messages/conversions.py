@@ -14,7 +14,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, heading_from_quaternion, quaternion_from_heading
 from vessel_hsmc_ros.core.timing import NANOSECONDS
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from nav_msgs.msg import Odometry
     from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
-Array = NDArray[np.float64]
+    from vessel_hsmc_ros.core.arrays import Array
 
 WORLD, BODY = "odom", "base_link"
 

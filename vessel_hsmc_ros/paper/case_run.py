@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, RunError, SimulationError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
@@ -29,7 +30,6 @@ from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 ENDED_BY_SIGNAL = 128

@@ -7,15 +7,13 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.style import PLOT, SHIP
 from vessel_hsmc_ros.report.style import REFERENCE as DESIRED
 
 mpl.use("Agg")
-
-Array = NDArray[np.float64]
 
 STYLE: Any = {
     **PLOT,

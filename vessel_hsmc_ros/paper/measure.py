@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import HierarchicalParameters
@@ -11,10 +13,6 @@ from vessel_hsmc_ros.laws.network import activations
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
 from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error
 from vessel_hsmc_ros.plant.dynamics import Vessel
-
-Array = NDArray[np.float64]
-
-GRAVITY = 9.81
 
 EARLY = 50.0
 """Time of the first position error of case 3 that the errata quote, s."""

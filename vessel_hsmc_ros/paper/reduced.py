@@ -26,12 +26,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Motion, tracking_error, transform, transform_rate
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
-
-Array = NDArray[np.float64]
 
 RUNAWAY = 1e6
 """A position, heading or velocity beyond this is not physical."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import to_body
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.plant.dynamics import Wrench
 
@@ -145,10 +146,8 @@ def body_wrench(force: tuple[float, float], psi: float, lever: float = 0.0) -> W
     Returns:
         Surge force [N], sway force [N], yaw moment [N·m].
     """
-    # Rotation by -psi; a sway force ahead of midships causes a positive (counter-clockwise) moment.
-    c, s = math.cos(psi), math.sin(psi)
-    across = force[1] * c - force[0] * s
-    return force[0] * c + force[1] * s, across, lever * across
+    along, across = to_body(force[0], force[1], psi)
+    return along, across, lever * across  # a sway force ahead of midships causes a positive (counter-clockwise) moment
 
 
 @kernel

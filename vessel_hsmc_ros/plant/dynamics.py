@@ -50,10 +50,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Motion, as_motion
+from vessel_hsmc_ros.core.kinematics import Motion, as_motion, to_body
 from vessel_hsmc_ros.plant.hull_parameters import (
     ShipParameters,
     Vessel,
@@ -83,8 +83,6 @@ __all__ = [
     "unforced_in_current",
     "unforced_sway",
 ]
-
-Array = NDArray[np.float64]
 
 Wrench = tuple[float, float, float]
 """Surge force [N], sway force [N], yaw moment [N·m] in the body frame."""
@@ -254,9 +252,8 @@ def unforced(motion: Motion, vessel: Vessel, current: tuple[float, float]) -> tu
     u_c = v_c = 0.0
     # In still water the forces do not wait for the cosine and sine.
     if current[0] != 0.0 or current[1] != 0.0:
-        c, s = math.cos(motion.psi), math.sin(motion.psi)
         # The current in the body frame; the terms r·v_c and -r·u_c are its rates there.
-        u_c, v_c = current[0] * c + current[1] * s, current[1] * c - current[0] * s
+        u_c, v_c = to_body(current[0], current[1], motion.psi)
     f_u, f_v, f_r = unforced_acceleration(motion.u - u_c, motion.v - v_c, motion.r, vessel)
     return f_u + motion.r * v_c, f_v - motion.r * u_c, f_r
 

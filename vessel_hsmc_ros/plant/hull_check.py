@@ -18,12 +18,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force
-
-Array = NDArray[np.float64]
 
 SHARES = ((1.0, 1e3), (0.3, 30.0), (0.1, 1.0), (0.03, 0.1), (0.01, 0.01))
 """Sampled boxes: shares of a declared range, and speeds [m/s] where none is declared, the largest first."""

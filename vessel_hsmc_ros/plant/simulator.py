@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import delay_line
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
@@ -12,7 +13,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters
-from vessel_hsmc_ros.plant.dynamics import Array, Wrench, acceleration, unforced
+from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration, unforced
 from vessel_hsmc_ros.plant.hull_check import check_hull, outside
 from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, divergence, initial_pose, initial_velocity
 from vessel_hsmc_ros.plant.sensors import Sampling, SensorParameters

@@ -14,7 +14,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kernel import kernel
@@ -25,8 +24,6 @@ from vessel_hsmc_ros.plant.actuators import follow
 from vessel_hsmc_ros.plant.dynamics import Wrench
 from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
-
-Array = NDArray[np.float64]
 
 
 class Thrusters(NamedTuple):

@@ -27,17 +27,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, Wrench
 
-Array = NDArray[np.float64]
 Components = Array | list[tuple[float, ...]]
 
-GRAVITY, WATER_DENSITY = 9.81, 1025.0
+WATER_DENSITY = 1025.0
 
 
 def dimension(what: str, symbol: str, high: float) -> float:

@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.core.run_data import Published
 from vessel_hsmc_ros.core.timing import seconds
@@ -26,8 +26,6 @@ from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
-
-Array = NDArray[np.float64]
 
 SURFACES = ("surge_surface", "sway_surface", "heading_surface", "yaw_surface")
 NORMS = ("surge_weight_norm", "sway_weight_norm", "yaw_weight_norm")

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
 from vessel_hsmc_ros.core.run_data import Run
@@ -25,7 +25,6 @@ from vessel_hsmc_ros.simulation.compile import is_compiled
 from vessel_hsmc_ros.simulation.compiled_loop import make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 _own = threading.local()

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.run_data import Run
@@ -23,8 +23,6 @@ from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
-
-Array = NDArray[np.float64]
 
 FALLBACK_RATE_HZ = 100.0
 """Rate of a law that is unstable at the requested one; the notes of the comparison mention it."""

@@ -12,12 +12,12 @@ from scipy import stats
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, observe
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 
-Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 DEGREES = 6

@@ -14,9 +14,9 @@ from dataclasses import asdict
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.pivot import INTEGRAL, pivot_of
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.laws.guided_margins import Actuator, Carriage, Hull, surge_loop, yaw_loop
@@ -27,8 +27,6 @@ from vessel_hsmc_ros.laws.linear_loop import Margins, margins
 from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0
 """The margins below which a loop is reported."""

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.run_data import Published, Run
@@ -21,7 +21,6 @@ from vessel_hsmc_ros.simulation.compiled_loop import make_loop
 
 __all__ = ["ClosedLoop", "Run", "load_scenario", "simulate"]
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 

@@ -20,6 +20,7 @@ from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.control_loop import ControlLoop, ages
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import Instants, RateGrid, seconds
 from vessel_hsmc_ros.messages.topics import RELAYED
@@ -32,8 +33,6 @@ from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.recorded_loop import Recorded, serve
-
-Array = NDArray[np.float64]
 
 TOPICS = ("odom", "reference", "cmd_wrench")
 SURGE_AND_YAW = [0, 2]

@@ -6,9 +6,9 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kinematics import Motion, wrap
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.safety.parameters import MonitorParameters
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -138,8 +138,6 @@ class _Axis:
         return same
 
 
-Array = NDArray[np.float64]
-
 BLOCK, BLOCKS, LEAST = NANOSECONDS, 8, 5
 """Length of a block, ns, and how many are compared: all of the last ones, once there are a few."""
 
@@ -148,8 +146,6 @@ GAP = NANOSECONDS
 
 SHARE, DEVIATIONS, SLOW = 0.4, 4.0, 0.02
 """An error counts above this share of the velocity, with so many deviations of noise, and the share of sqrt(g·L) that is slow."""
-
-GRAVITY = 9.81
 
 
 class Compared(NamedTuple):

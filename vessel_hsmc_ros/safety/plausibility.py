@@ -8,11 +8,11 @@ import math
 from enum import Enum
 from typing import NamedTuple
 
-from vessel_hsmc_ros.core.kinematics import Motion, magnitude, wrap
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, magnitude, wrap
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.safety.parameters import SafetyParameters
 
-GRAVITY, FROUDE = 9.81, 3.0
+FROUDE = 3.0
 
 LENGTHS, TURN = 2.0, 1.0
 """What noise may add: ship lengths, and rad."""

@@ -15,12 +15,13 @@ from types import MappingProxyType
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import another_ship
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.laws.guided_rule import derived_gains
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.parameters import VESSEL
-from vessel_hsmc_ros.scenario.ship_rules import GRAVITY, circle_for, drift_decay, drift_ratio, loads, references, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import circle_for, drift_decay, drift_ratio, loads, references, scale_of
 
 WATER_DENSITY = 1025.0
 

@@ -25,13 +25,14 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc, Curve
 from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, LARGEST_SHARE
 
-GRAVITY, AIR_DENSITY = 9.81, 1.2
+AIR_DENSITY = 1.2
 
 LARGEST_FROUDE = 1.5
 """Largest Froude number U/sqrt(g·L) that is believed of the damping of a hull."""

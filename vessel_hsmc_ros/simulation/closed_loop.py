@@ -5,13 +5,14 @@ from typing import Any
 
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
 from vessel_hsmc_ros.control.pivot import Carried, carry
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, published
 from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration, unforced
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure, shown
 from vessel_hsmc_ros.plant.step import advance as advance_plant
-from vessel_hsmc_ros.simulation.loop_state import Array, Constants, Inputs, Kept, State
+from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, Kept, State
 
 DONE, UNDEFINED, DIVERGED = 0, 1, 2
 """Why the loop has stopped: at the requested step, before a step at which the law has no finite wrench, or after a step that

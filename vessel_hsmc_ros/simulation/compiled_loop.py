@@ -3,10 +3,10 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.observer_filter import estimate
 from vessel_hsmc_ros.control.pivot import ERRORS, carry
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
 from vessel_hsmc_ros.core.kinematics import Acceleration, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -22,8 +22,6 @@ from vessel_hsmc_ros.simulation.law_call import all_terms, cause, is_compilable,
 from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
 from vessel_hsmc_ros.simulation.loop_state import Kept, drive_by_thrusters
 from vessel_hsmc_ros.simulation.preparation import prepare
-
-Array = NDArray[np.float64]
 
 
 def make_loop(

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.allocation import Allocation
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.laws import Law, Terms
@@ -16,8 +16,6 @@ from vessel_hsmc_ros.reference.factory import Reference, make_reference
 from vessel_hsmc_ros.scenario.control import make_control_loop, may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Evaluated, Loop
-
-Array = NDArray[np.float64]
 
 
 @dataclass

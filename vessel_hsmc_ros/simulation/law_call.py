@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.pivot import Carried
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, VesselHsmcError
 from vessel_hsmc_ros.core.kernel import bound, kernel
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -16,7 +17,6 @@ from vessel_hsmc_ros.laws.guard import guarded_step, named
 from vessel_hsmc_ros.laws.kernel_law import FLAGS, KernelLaw
 from vessel_hsmc_ros.laws.terms import Terms, lyapunov_function, lyapunov_rates, weight_norms
 
-Array = NDArray[np.float64]
 Answer = tuple[tuple[float, float], Any, Any]
 
 

@@ -6,7 +6,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.core.arrays import Array
+
 Stamps = NDArray[np.int64]
 
 WIDTHS = {

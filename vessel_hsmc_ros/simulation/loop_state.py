@@ -9,13 +9,12 @@ from vessel_hsmc_ros.control.allocation import allocate, allocator, elapsed_time
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState
 from vessel_hsmc_ros.control.pivot import Heading, Pivot
 from vessel_hsmc_ros.control.thruster_sets import THRUST, TURN, Allocator
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import DelayLine
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
 from vessel_hsmc_ros.plant.thruster_plant import Thrusters, ThrusterState, apply_thrusts, idle, thrusters_of
 from vessel_hsmc_ros.scenario.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 
 class Constants(NamedTuple):

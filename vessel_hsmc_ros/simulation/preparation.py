@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ages, past_commands
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.pivot import START
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, published
@@ -22,8 +23,6 @@ from vessel_hsmc_ros.scenario.control import make_pivot
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, State, thruster_drive
-
-Array = NDArray[np.float64]
 
 
 class Schedule(NamedTuple):

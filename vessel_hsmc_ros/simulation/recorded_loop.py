@@ -10,6 +10,7 @@ from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
 from vessel_hsmc_ros.control.pivot import Heading, Pivot, carry
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
@@ -17,8 +18,6 @@ from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.closed_loop import law_step, unobserved
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.law_call import cause, is_compilable, law_call
-
-Array = NDArray[np.float64]
 
 FEW = 5000
 """Fewer steps are interpreted: that takes less time than to load the compiled law."""

@@ -15,14 +15,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.tuning.cases import Case
-
-Array = NDArray[np.float64]
 
 FLOOR, PENALTY = 0.01, 1000.0
 """The smallest ratio, and the largest, which a run that fails has."""

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
@@ -17,8 +15,6 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 from vessel_hsmc_ros.tuning.cases import Case
 from vessel_hsmc_ros.tuning.cost import Cost, Objective
 from vessel_hsmc_ros.tuning.gains import NODE, Gain, with_gains
-
-Array = NDArray[np.float64]
 
 MANY = 100
 """From this number of runs on, parallel processes save more time than their start takes."""
