@@ -25,7 +25,7 @@ LOCKED = @mkdir -p build && exec 9> build/.lock && { flock --nonblock 9 || { \
 
 .DEFAULT_GOAL := help
 .PHONY: help setup tools laws wheels try-wheels demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
-	benchmark benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site dev lock clean
+	benchmark benchmark-page benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site dev lock clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-20s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -100,6 +100,10 @@ benchmark: tools  ## measure a lockstep step against bare rclpy round trips, the
 	@$(BIN)/python benchmarks/loop.py
 	@$(BIN)/python benchmarks/start_up.py
 	@$(BIN)/python benchmarks/real_time.py
+
+ONLY ?=
+benchmark-page: tools  ## measure the quick rows of benchmarks/results.yaml, or ONLY="name ...", and write docs/results.md and README's table
+	@$(BIN)/python benchmarks/page.py $(if $(ONLY),--only $(ONLY))
 
 benchmark-speed: tools  ## measure compiled runs: against scalar C++, on two cores, of many runs, and the commands that use them
 	@$(BIN)/python benchmarks/batch.py

@@ -71,7 +71,7 @@ def machine(system: str = platform.system(), processor: str = platform.machine()
         libc: Name and version of the C library; by default those of this Python.
     """
     name, version = platform.libc_ver() if libc is None else libc
-    workspace = 'use a ROS 2 Jazzy workspace (README, "Using it in a Jazzy workspace")'
+    workspace = 'use a ROS 2 Jazzy workspace (docs/installing.md, "In a Jazzy workspace")'
     if (system, processor) != ("Linux", "x86_64") or sys.maxsize < 2**32:
         return f"{system} on {processor} is not supported: rclpy has wheels for 64-bit Linux on x86_64; {workspace}"
     if name != "glibc":
