@@ -16,6 +16,7 @@ PAGES = sorted(
     for path in ROOT.rglob("*.md")
     if path.parent in (ROOT, ROOT / "docs", ROOT / "docs" / "api", ROOT / "docs" / "decisions")
 )
+GENERATED_PAGES = ("boats", "claims", "guided_results", "parameters", "results")
 PAPER = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
 FOLDERS = ("benchmarks", "config", "docs", "launch", "msg_defs", "test", "tools", "vessel_hsmc_ros", "vessel_sim_node")
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
@@ -73,6 +74,15 @@ def exists(dotted: str) -> bool:
             if found is not None:
                 return True
     return False
+
+
+def test_the_documentation_has_at_most_45_000_words_that_are_not_generated() -> None:
+    words = 0
+    for page in (ROOT / "docs").rglob("*.md"):
+        if page.stem not in GENERATED_PAGES:
+            text = re.sub(r"<!-- (?!end)[^>]* -->\n.*?<!-- end.*? -->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+            words += len(text.split())
+    assert words <= 45_000
 
 
 def test_code_cited_by_the_page_of_the_paper_exists() -> None:
