@@ -49,6 +49,8 @@ class Row:
     command: str
     code: list[str]
     section: str = ""
+    read: str = ""
+    """File that the command writes and whose text belongs to its output, as a glob in the empty folder."""
     figures: str = ""
     """Regular expression of the figures in the output; without it they are all lines of Markdown tables."""
     shown: str = ""
@@ -134,7 +136,8 @@ def measure(row: Row) -> dict[str, Any]:
             timeout=TIME_LIMIT,
             check=False,
         )
-    figures = figures_in(row, done.stdout)
+        written = [path.read_text(encoding="utf-8") for path in Path(folder).glob(row.read)] if row.read else []
+    figures = figures_in(row, "".join([done.stdout, *written]))
     if not figures:
         raise RuntimeError(f"{row.name}: no figures in the output of {row.command}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
     return {
@@ -191,6 +194,12 @@ def with_readme_table(text: str, rows: Iterable[Row], results: Results) -> str:
     return GENERATED.sub(lambda match: f"{match[1]}{readme_table(rows, results)}\n{match[2]}", text)
 
 
+def measured_at(result: Mapping[str, Any], machines: list[str]) -> str:
+    """Date, commit and machine of a result, the machine by its number in the list."""
+    number = 1 + machines.index(result["machine"]) if result.get("machine") else "-"
+    return f"{result.get('date') or '-'}, {origin(result)}, {number}"
+
+
 def results_page(rows: Iterable[Row], results: Results) -> str:
     """The text of docs/results.md."""
     text = [
@@ -207,24 +216,10 @@ def results_page(rows: Iterable[Row], results: Results) -> str:
             continue
         if row.section != section:
             section = row.section
-            text += [
-                "",
-                f"## {section}",
-                "",
-                "| what | measured | command | date | commit | machine |",
-                "|---|---|---|---|---|---|",
-            ]
+            text += ["", f"## {section}", "", "| what | measured | command | date, commit, machine |", "|---|---|---|---|"]
         result = results[row.name]
-        number = str(1 + machines.index(result["machine"])) if result.get("machine") else "-"
-        cells = (
-            row.what,
-            shown(row, result),
-            f"`{row.command}`".replace("|", "\\|"),
-            result.get("date") or "-",
-            origin(result),
-            number,
-        )
-        text.append(f"| {' | '.join(cells)} |")
+        command = f"`{row.command}`".replace("|", "\\|")
+        text.append(f"| {row.what} | {shown(row, result)} | {command} | {measured_at(result, machines)} |")
     text += ["", "## Machines", "", *(f"{number}. {each}" for number, each in enumerate(machines, 1)), ""]
     return "\n".join(text)
 
