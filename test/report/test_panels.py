@@ -11,6 +11,7 @@ from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.laws.known_vessel import INSTANT
 from vessel_hsmc_ros.report import Record, jitter
 from vessel_hsmc_ros.report.help_texts import HELP
+from vessel_hsmc_ros.report.legs import planned
 from vessel_hsmc_ros.report.panels import Panel, panels
 from vessel_hsmc_ros.report.record import Limit, Mark, limits
 from vessel_hsmc_ros.runs.offline import simulate
@@ -84,7 +85,8 @@ def test_every_panel_has_help_and_no_help_is_without_a_panel() -> None:
         steps = len(made.run.control["time"])
         made.run.control["compute_time"] = np.full(steps, 3e-5)
         made.run.control["time"] = made.run.control["time"] + 1e-4 * (np.arange(steps) % 2)
-    shown = {**by_title(noisy), **by_title(paper)}
+    path = simulated("waypoints")
+    shown = {**by_title(noisy), **by_title(paper), **by_title(replace(path, track=planned(path.scenario)))}
     assert shown.keys() == HELP.keys()
     assert all(1 <= panel.help.count(".") <= 4 for panel in shown.values())
 

@@ -1,3 +1,4 @@
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,7 @@ rows:
 
 def test_the_position_error_is_evaluated_in_the_window_of_the_row() -> None:
     run = run_with(lambda t: 8.0 if t < 50.0 else 4.0 if t < 75.0 else 2.0)
-    assert judge(Row("q"), run) == (2.0, 2.0, 1.0, True)
+    assert judge(Row("q"), run) == (2.0, 2.0, 1.0, math.inf, True)
     verdict = judge(Row("h", over="last_half"), run)
     assert verdict.rms == pytest.approx(np.sqrt((25 * 16.0 + 26 * 4.0) / 51))
     assert verdict.largest == 4.0

@@ -25,6 +25,9 @@ Column = NDArray[Any]
 ALWAYS = ("position_error_rms_last_quarter", "settling_time", "yaw_moment_rms")
 """Metrics that are drawn in every report, beside those with limits."""
 
+LEGS = "leg_cross_track_rms"
+"""A path or survey is judged by its legs."""
+
 LENGTH = f"{SHIP}length"
 """The drawn length of the hull."""
 
@@ -76,13 +79,13 @@ class Results:
 
     @property
     def main(self) -> str:
-        """The metric by which runs are ranked: the first with a limit, else the rms position error at the end."""
-        return next(iter(self._limited), ALWAYS[0])
+        """The metric by which runs are ranked: the first with a limit, else of the legs, else the position error at the end."""
+        return next(iter(self._limited), LEGS if LEGS in self.metrics else ALWAYS[0])
 
     @property
     def shown(self) -> tuple[str, ...]:
         """The metrics that are drawn."""
-        return tuple(name for name in dict.fromkeys((*self._limited, *ALWAYS)) if name in self.metrics)
+        return tuple(name for name in dict.fromkeys((*self._limited, self.main, *ALWAYS)) if name in self.metrics)
 
     @cached_property
     def by_variant(self) -> dict[str, "Results"]:

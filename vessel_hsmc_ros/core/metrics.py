@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.hull import LENGTH
+from vessel_hsmc_ros.core.track_errors import TrackErrors, summarise
 
 Array = NDArray[np.float64]
 
@@ -30,6 +31,8 @@ class Metrics(NamedTuple):
         settling_time: None if the position error has not settled at the end.
         surge_force_at_limit, yaw_moment_at_limit: Share of the time from 0 to 1; None without a limit.
         surge_force_travel, yaw_moment_travel: Actuator travel, 1/min; None without a limit.
+        leg_cross_track_rms, leg_cross_track_peak, leg_along_track_rms: Errors against the planned legs; None without legs.
+        turn_cross_track_rms: Likewise in the planned turns.
     """
 
     position_error_rms: float
@@ -47,6 +50,10 @@ class Metrics(NamedTuple):
     yaw_moment_at_limit: float | None = None
     surge_force_travel: float | None = None
     yaw_moment_travel: float | None = None
+    leg_cross_track_rms: float | None = None
+    leg_cross_track_peak: float | None = None
+    leg_along_track_rms: float | None = None
+    turn_cross_track_rms: float | None = None
 
 
 def position_error(state: Array, reference: Array) -> Array:
@@ -162,6 +169,7 @@ def evaluate(
     commanded: Array | None = None,
     limits: tuple[float, float] = UNLIMITED,
     hull_length: float = LENGTH,
+    track: TrackErrors | None = None,
 ) -> Metrics:
     """Compute all metrics of a run.
 
@@ -172,12 +180,14 @@ def evaluate(
         commanded: Commanded wrench, (m, 2), whose time at its limits is evaluated; by default the applied one.
         limits: Limits of surge force [N] and yaw moment [N·m]; infinite for none.
         hull_length: Length of the hull, m, to which the settled error is relative.
+        track: Errors against the planned legs; None without a plan.
 
     Returns:
         The metrics; every rms value weighs all samples equally, so the samples should be evenly spaced.
     """
     error = state[:, :3] - reference[:, :3]
-    return evaluate_errors(time, error, wrench, commanded=commanded, limits=limits, hull_length=hull_length)
+    found = evaluate_errors(time, error, wrench, commanded=commanded, limits=limits, hull_length=hull_length)
+    return found._replace(**summarise(track)._asdict())
 
 
 def evaluate_errors(

@@ -1,7 +1,7 @@
 """Goals and paths from messages of other programs; unlike the package's own messages, they are validated."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import GoalError
@@ -64,6 +64,12 @@ def read_path(message: Any, frames: Collection[str] = (WORLD,)) -> list[tuple[fl
         _require_near(position, f"pose {number} of the path")
         points.append((position.x, position.y))
     return points
+
+
+def path_event(points: Sequence[tuple[float, float]]) -> str:
+    """The text of the event of a path that was set, by its waypoints x, y."""
+    x, y = points[-1]
+    return f"{len(points)} waypoints, the last at x = {x:g}, y = {y:g}"
 
 
 def _require_frame(found: str, frames: Collection[str], what: str) -> None:

@@ -13,7 +13,7 @@ from vessel_hsmc_msgs.msg import ReferenceState
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.goals import read_goal, read_path
+from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.concerns import motion
@@ -151,8 +151,7 @@ class ReferenceShipNode(VesselNode):
             points = read_path(message, self._frames)
             self._ship.set_path(points)
             self._name_frame(message.header.frame_id)
-            x, y = points[-1]
-            self.reporter.event("path", f"{len(points)} waypoints, the last at x = {x:g}, y = {y:g}")
+            self.reporter.event("path", path_event(points))
 
         self._take(work)
 

@@ -1,8 +1,8 @@
 """The common interface of all references, and their factory."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,12 @@ from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.goal_reference import GoalReference
 from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_lawnmower
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
-from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, waypoints_of
+from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, Point, waypoints_of
 from vessel_hsmc_ros.reference.path_reference import PathReference
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, leg_ends, stretch
 from vessel_hsmc_ros.reference.polyline import Ship
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
-from vessel_hsmc_ros.reference.timetable import TimetableReference
+from vessel_hsmc_ros.reference.timetable import TimetableMemory, TimetableReference
 from vessel_hsmc_ros.reference.turning import TravelLimits
 from vessel_hsmc_ros.reference.virtual_ship import ReferenceShip, VirtualShipParameters
 
@@ -106,7 +107,8 @@ def travel_limits(parameters: "ReferenceShipParameters") -> TravelLimits:
 def _lawnmower(parameters: "ReferenceShipParameters", period: float) -> Reference:
     x, y, course = parameters.initial_pose
     planned = plan_lawnmower(parameters.lawnmower, parameters.vessel.coefficients(), travel_limits(parameters), (x, y, course))
-    return TimetableReference(planned.table, period)
+    track = PlannedTrack((stretch(planned.route, planned.profile, 0.0),), leg_ends(planned.route))
+    return TimetableReference(planned.table, track, period)
 
 
 REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {
@@ -120,6 +122,9 @@ REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] =
     "square": _curve,
     "lawnmower": _lawnmower,
 }
+
+PLANNED = ("lawnmower", "path")
+"""Modes whose geometry is known ahead."""
 
 
 @dataclass(frozen=True)
@@ -156,3 +161,23 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
             ship cannot travel the curve within its limits, or its inputs exceed them.
     """
     return REFERENCES[parameters.mode](parameters, period)
+
+
+def track_of(
+    parameters: ReferenceShipParameters, period: float, paths: Sequence[tuple[float, Sequence[Point]]] = ()
+) -> PlannedTrack | None:
+    """The geometry that a reference plans; None in modes without one.
+
+    Args:
+        parameters: Parameters of the node reference_ship.
+        period: Time between two published states, s.
+        paths: Waypoints that were set by messages, with their times, s.
+    """
+    if parameters.mode not in PLANNED:
+        return None
+    reference: Any = make_reference(parameters, period)
+    for time, points in paths:
+        reference.memory = TimetableMemory(round(time / period))
+        reference.set_path(points)
+    track: PlannedTrack = reference.track
+    return track

@@ -6,6 +6,7 @@ the last.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
@@ -39,8 +40,9 @@ class LawnmowerParameters:
     )
 
 
+@lru_cache(maxsize=4)
 def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Sailing:
-    """The survey as a motion of a ship.
+    """The survey as a motion of a ship, which is planned once for a scenario that is checked, run and evaluated.
 
     Args:
         p: The survey.

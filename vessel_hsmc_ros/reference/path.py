@@ -7,6 +7,7 @@ legs, and corners with the smallest radius at the speed of the legs, or slower w
 import cmath
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,10 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.reference.corners import STOP, join
 from vessel_hsmc_ros.reference.on_the_spot import halt, spot_turn
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, Stretch, stretch
 from vessel_hsmc_ros.reference.polyline import Part, Ship, Waypoint, begun, fitted_turning, polyline
 from vessel_hsmc_ros.reference.route import Route
-from vessel_hsmc_ros.reference.sailing import sail
+from vessel_hsmc_ros.reference.sailing import Sailing, sail
 from vessel_hsmc_ros.reference.speed_profile import changes_of
 from vessel_hsmc_ros.reference.timetable import Timetable, blended, joined
 from vessel_hsmc_ros.reference.turning import check_straight, largest_acceleration
@@ -37,8 +39,22 @@ BLENDED = 0.2
 """Share of a halt in which the acceleration of the motion before it decays."""
 
 
-def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Acceleration, ship: Ship, speed: float) -> Timetable:
-    """The motion along a path, from the time 0 on.
+class Plan(NamedTuple):
+    """A path as a motion over time, and its geometry, both from the time 0 on."""
+
+    table: Timetable
+    track: PlannedTrack
+
+
+class _Piece(NamedTuple):
+    """A part of a plan: its motion, and the sailing that it is; None for a halt or a turn on the spot."""
+
+    table: Timetable
+    sailing: Sailing | None = None
+
+
+def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Acceleration, ship: Ship, speed: float) -> Plan:
+    """The motion along a path, and its geometry.
 
     Args:
         waypoints: The waypoints in their order; without one the ship comes to rest.
@@ -55,18 +71,29 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     fastest = max(speeds, default=speed)
     least = DISTINCT * fitted_turning(fastest, ship).radius
     parts = _parts(_distinct(complex(motion.x, motion.y), waypoints, least))
-    tables: list[Timetable] = []
+    pieces: list[_Piece] = []
     if math.hypot(motion.u, motion.v) > AT_REST * fastest:
-        tables.append(_under_way(parts, motion, acceleration, fastest, ship))
-        motion = _rest_of(tables[-1])
+        pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
+        motion = _rest_of(pieces[-1].table)
     for part in parts:
         turned = spot_turn((motion.x, motion.y, motion.psi), part.points[0].position, ship.vessel, ship.limits)
         if turned is not None:
-            tables.append(turned)
+            pieces.append(_Piece(turned))
             motion = _rest_of(turned)
-        tables.append(_from_rest(part, motion, ship))
-        motion = _rest_of(tables[-1])
-    return joined(tables) if tables else Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
+        pieces.append(_from_rest(part, motion, ship))
+        motion = _rest_of(pieces[-1].table)
+    track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints))
+    still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
+    return Plan(joined([piece.table for piece in pieces]) if pieces else still, track)
+
+
+def _stretches(pieces: Sequence[_Piece]) -> tuple[Stretch, ...]:
+    ends = np.cumsum([float(piece.table.times[-1]) for piece in pieces])
+    return tuple(
+        stretch(piece.sailing.route, piece.sailing.profile, float(end - piece.table.times[-1]))
+        for piece, end in zip(pieces, ends, strict=True)
+        if piece.sailing
+    )
 
 
 def _distinct(here: complex, waypoints: Sequence[Waypoint], least: float) -> list[Waypoint]:
@@ -96,33 +123,33 @@ def _rest_of(table: Timetable) -> Motion:
     return Motion(x, y, psi, 0.0, 0.0, 0.0)
 
 
-def _from_rest(part: Part, motion: Motion, ship: Ship) -> Timetable:
+def _from_rest(part: Part, motion: Motion, ship: Ship) -> _Piece:
     start = complex(motion.x, motion.y)
     elements, sections = polyline(start, part, ship)
     # Not wrapped, so that the heading is continuous.
     course = motion.psi + wrap(cmath.phase(part.points[0].position - start) - motion.psi)
     route = Route(elements, (motion.x, motion.y, course))
-    table = sail(ship.owner, route, sections, ship.vessel, ship.limits).table
+    sailing = sail(ship.owner, route, sections, ship.vessel, ship.limits)
     # The heading at rest differs from the course of the leg by rounding, or by what is left of a drift angle.
     row = np.array([*motion[:3], *[0.0] * 6])
-    return blended(table, row, float(table.times[-1]) / len(elements))
+    return _Piece(blended(sailing.table, row, float(sailing.table.times[-1]) / len(elements)), sailing)
 
 
-def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> Timetable:
+def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> _Piece:
     """The first part from a motion; a halt where there is none, or where it is too short to slow down for its corners."""
     ahead = motion.u > abs(motion.v)
     for share in JOIN_SPEEDS if parts and ahead else ():
         try:
-            table = _joining(parts[0], motion, acceleration, share * fastest, ship)
+            piece = _joining(parts[0], motion, acceleration, share * fastest, ship)
         except ParameterError:
             continue
         parts.pop(0)
-        return table
+        return piece
     halted = halt(motion, ship.vessel, ship.limits)
-    return blended(halted, world_row(motion, acceleration), BLENDED * float(halted.times[-1]))
+    return _Piece(blended(halted, world_row(motion, acceleration), BLENDED * float(halted.times[-1])))
 
 
-def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> Timetable:
+def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> _Piece:
     """From a motion: its curvature decays, the speed becomes one to turn with, and the ship turns to the first waypoint."""
     row = world_row(motion, acceleration)
     velocity, change = complex(row[3], row[4]), complex(row[6], row[7])
@@ -142,7 +169,7 @@ def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: floa
     more, rest = polyline(complex(begin.position(begin.length)), part, ship, under_way=True)
     route = Route([*elements, *more], (motion.x, motion.y, course))
     sailing = sail(ship.owner, route, [*sections, *rest], ship.vessel, ship.limits, (W, beta))
-    return blended(sailing.table, row, turning.transition / turning.speed)
+    return _Piece(blended(sailing.table, row, turning.transition / turning.speed), sailing)
 
 
 def world_row(motion: Motion, acceleration: Acceleration) -> Array:

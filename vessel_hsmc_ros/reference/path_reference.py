@@ -1,14 +1,16 @@
 """The reference that follows paths: a timetable from the present motion on, planned anew with each path."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.reference.corners import THROUGH
-from vessel_hsmc_ros.reference.path import plan_path
+from vessel_hsmc_ros.reference.path import Plan, plan_path
 from vessel_hsmc_ros.reference.path_parameters import Point
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, replaced, stretches_of
 from vessel_hsmc_ros.reference.polyline import Ship, Waypoint
 from vessel_hsmc_ros.reference.timetable import (
     Timetable,
@@ -38,18 +40,13 @@ class PathReference(TimetableReference):
         self, start: Motion, ship: Ship, speed: float, scheduled: tuple[float, Sequence[Waypoint]] | None, period: float
     ) -> None:
         self._ship, self._speed = ship, speed
-        table = plan_path([], start, Acceleration(0.0, 0.0, 0.0), ship, speed)
-        if scheduled:
-            due = round(scheduled[0] / period) * period
-            after = _extended(table, due, scheduled[1], ship, speed)
-            before = table.times < due
-            table = Timetable(*(np.concatenate((a[before], b)) for a, b in zip(table, after, strict=True)))
-        self._planned = table
-        super().__init__(table, period)
+        due = (round(scheduled[0] / period) * period, tuple(scheduled[1])) if scheduled else None
+        self._planned = _scheduled(start, ship, speed, due)
+        super().__init__(*self._planned, period)
 
     def reset(self) -> None:
         """Return to the start: a path that was set is discarded, the scheduled path begins again."""
-        self.constants = TimetableConstants(self._planned, self.constants.period)
+        self.constants, self.track = TimetableConstants(self._planned.table, self.constants.period), self._planned.track
         super().reset()
 
     def set_path(self, points: Sequence[Point]) -> None:
@@ -66,13 +63,26 @@ class PathReference(TimetableReference):
         waypoints = [Waypoint(complex(x, y), THROUGH, self._speed) for x, y in points]
         now, period = self.memory.steps * self.constants.period, self.constants.period
         try:
-            table = _extended(self.constants.table, now, waypoints, self._ship, self._speed)
+            plan = _extended(self.constants.table, now, waypoints, self._ship, self._speed)
         except ParameterError as error:
             raise GoalError(str(error)) from None
-        self.constants, self.memory = TimetableConstants(table, period), TimetableMemory(self.memory.steps)
+        self.constants, self.memory = TimetableConstants(plan.table, period), TimetableMemory(self.memory.steps)
+        self.track = replaced(self.track, now, plan.track)
 
 
-def _extended(table: Timetable, now: float, waypoints: Sequence[Waypoint], ship: Ship, speed: float) -> Timetable:
+@lru_cache(maxsize=4)
+def _scheduled(start: Motion, ship: Ship, speed: float, due: tuple[float, tuple[Waypoint, ...]] | None) -> Plan:
+    """The plan at the start; a scenario is planned when it is checked, when it runs and when it is evaluated."""
+    plan = plan_path([], start, Acceleration(0.0, 0.0, 0.0), ship, speed)
+    if due is None:
+        return plan
+    after = _extended(plan.table, *due, ship, speed)
+    before = plan.table.times < due[0]
+    table = Timetable(*(np.concatenate((a[before], b)) for a, b in zip(plan.table, after.table, strict=True)))
+    return Plan(table, replaced(plan.track, due[0], after.track))
+
+
+def _extended(table: Timetable, now: float, waypoints: Sequence[Waypoint], ship: Ship, speed: float) -> Plan:
     """A path that begins at a time with the motion of a table then."""
-    motion, acceleration = motion_at(now, table)
-    return later(plan_path(waypoints, motion, acceleration, ship, speed), now)
+    plan = plan_path(waypoints, *motion_at(now, table), ship, speed)
+    return Plan(later(plan.table, now), PlannedTrack(stretches_of(plan.track.stretches, now), plan.track.waypoints))

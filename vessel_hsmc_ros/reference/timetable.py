@@ -15,6 +15,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.reference.input_program import passed
 from vessel_hsmc_ros.reference.kernel_reference import KernelReference, write_row
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack
 
 Array = NDArray[np.float64]
 
@@ -150,13 +151,14 @@ class TimetableReference(KernelReference):
 
     Args:
         table: The motion.
+        track: Its geometry.
         period: Length of a step, s.
     """
 
     move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
 
-    def __init__(self, table: Timetable, period: float) -> None:
-        self.constants = TimetableConstants(table, period)
+    def __init__(self, table: Timetable, track: PlannedTrack, period: float) -> None:
+        self.constants, self.track = TimetableConstants(table, period), track
         self.reset()
 
     def reset(self) -> None:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.jitter import histogram
-from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, overlays, tracks
+from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, overlays, plans, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Line
 from vessel_hsmc_ros.report.record import Limit, Mark, Record
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, ROLE_COLOURS, SHIP, series_colour
+from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, ROLE_COLOURS, SHIP, series_colour
 from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time
 
 mpl.use("Agg")  # files only: no display is needed
@@ -78,6 +78,13 @@ def track(records: Sequence[Record]) -> Figure:
     figure = Figure(figsize=(6.5, 6.0))
     figure.subplots_adjust(left=0.12, right=0.97, bottom=0.09, top=0.94)
     axis = figure.add_subplot()
+    for plan in plans(records):
+        for points in plan.outlines:
+            axis.plot(
+                points.real, points.imag, color=PLANNED, lw=4.0, label="planned legs" if points is plan.outlines[0] else None
+            )
+        x, y = np.array([(point.real, point.imag) for point in plan.waypoints]).reshape(-1, 2).T
+        axis.plot(x, y, "o", mfc="none", mec=NEUTRAL, ms=6)
     for each in tracks(records)[::-1]:  # ships come first in the list and are drawn last, on top of the references
         role = DESIRED if each.role == REFERENCE else MAIN
         colour = _colour(each.run, role, len(records) == 1)

@@ -14,6 +14,9 @@ from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.messages.goals import path_event
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, stretches_of
+from vessel_hsmc_ros.report.legs import has_legs, planned
 from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, held, measured
 from vessel_hsmc_ros.report.verdict import with_verdict
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -84,7 +87,9 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
     folder = bag.path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
     marks = _marks(bag.events(prefix))
-    record = Record(name, run, measured(run, scenario, marks), {}, scenario, _origin(bag, origin or {}), marks)
+    track = _track(bag, prefix, scenario, marks, start)
+    metrics = measured(run, scenario, marks, track=track)
+    record = Record(name, run, metrics, {}, scenario, _origin(bag, origin or {}), marks, track=track)
     return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
 
 
@@ -190,6 +195,34 @@ def _marks(events: Sequence[Event]) -> tuple[Mark, ...]:
         else:
             marks.append(Mark(time, kind, node))
     return tuple(marks)
+
+
+def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mark], start: int) -> PlannedTrack | None:
+    """The planned legs of a run, from its scenario and from the paths that were set by messages.
+
+    Args:
+        bag: The bag.
+        prefix: The vessel's namespace, with its slashes.
+        scenario: That of the recording.
+        marks: Events of the run.
+        start: Stamp at which the time of the run is zero, ns.
+    """
+    if not has_legs(scenario) or not bag.topics.get(f"{prefix}reference"):
+        return None
+    messages = [message.poses for _, _, message in bag.messages(f"{prefix}path")] if bag.topics.get(f"{prefix}path") else []
+    sent = [[(pose.pose.position.x, pose.pose.position.y) for pose in poses] for poses in messages if poses]
+    paths = []
+    for mark in marks:
+        # Of the messages, those that the reference has taken.
+        while mark.kind == "path" and sent:
+            points = sent.pop(0)
+            if mark.text == path_event(points):
+                paths.append((mark.time, points))
+                break
+    track = planned(scenario, paths)
+    # In real time the reference begins a little before or after the first odometry.
+    delay = 1e-9 * int(bag.topics[f"{prefix}reference"].stamp.min() - start)
+    return track and PlannedTrack(stretches_of(track.stretches, delay), track.waypoints)
 
 
 def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:

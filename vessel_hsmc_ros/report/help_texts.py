@@ -17,6 +17,11 @@ HELP = {
         "Position of the ship relative to the reference, along the ship's axes: positive is ahead of the reference, or to port"
         " of it. Good: both are near zero."
     ),
+    "cross-track error": (
+        "Distance of the ship from the planned leg or turn, positive to port of it. Good: near zero on the legs; it does not"
+        " depend on the motion of the reference."
+    ),
+    "along-track error": "Way by which the ship is ahead of the plan along its leg or turn. Good: near zero.",
     "heading error": (
         "Heading of the ship minus that of the reference, positive counter-clockwise. Good: near zero; a ship without a sway"
         " actuator may need a constant angle against current or wind."

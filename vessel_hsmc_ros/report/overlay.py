@@ -6,12 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.reference.planned_track import outline
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, Line, Panel, panels
 from vessel_hsmc_ros.report.record import Record, recorded
 
 Array = NDArray[np.float64]
 
 SHIP, REFERENCE = "ship", "reference"
+
+OUTLINE = 2000
+"""Number of points of a planned stretch between two stops."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,23 @@ def tracks(records: Sequence[Record]) -> list[Track]:
         else:
             desired[same] = replace(desired[same], label=REFERENCE, run=None)
     return ships + desired
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The planned legs of a run or of several: their outlines and their waypoints, m."""
+
+    outlines: tuple[NDArray[np.complex128], ...]
+    waypoints: tuple[complex, ...]
+
+
+def plans(records: Sequence[Record]) -> list[Plan]:
+    """The planned legs of all runs; runs with the same plan share one."""
+    found: dict[tuple[complex, ...], Plan] = {}
+    for record in records:
+        if record.track is not None:
+            found.setdefault(record.track.waypoints, Plan(tuple(outline(record.track, OUTLINE)), record.track.waypoints))
+    return list(found.values())
 
 
 def _with(overlay: Overlay, panel: Panel, name: str, run: int) -> Overlay:

@@ -15,8 +15,10 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, described
+from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report import jitter
-from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Track, overlays, tracks
+from vessel_hsmc_ros.report.legs import leg_rows
+from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Track, overlays, plans, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.payload import Payload, packed
 from vessel_hsmc_ros.report.record import Record
@@ -87,6 +89,8 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         colours=len(SERIES),
         wide=len(records) > NARROW_RUNS,
         tracks=content["tracks"],
+        planned=bool(content["plans"]),
+        legs=_legs(records),
         hull=hull,
         groups=_groups(overlaid),
         verdicts=_verdicts(records),
@@ -117,6 +121,7 @@ def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull)
         "hull": {"length": hull.length, "beam": hull.beam},
         "panels": [_panel(payload, overlay, alone) for overlay in overlaid],
         "tracks": [_track(payload, track, alone) for track in tracks(records)],
+        "plans": [_plan(payload, plan) for plan in plans(records)],
         "marks": _marks(records),
     }
     return content, payload.text()
@@ -183,6 +188,22 @@ def _colour(run: int | None, role: str, alone: bool) -> str:
     if alone:
         return _ROLE_COLOURS[role]
     return "--shared" if run is None else f"--run-{run % len(SERIES)}"
+
+
+def _plan(payload: Payload, plan: Plan) -> dict[str, Any]:
+    """Planned legs as the map draws them."""
+    outlines = [payload.points(points) for points in plan.outlines]
+    return {"outlines": outlines, "waypoints": [[point.real, point.imag] for point in plan.waypoints]}
+
+
+def _legs(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """The errors of each leg of each run that has planned legs."""
+    tables = []
+    for record in records:
+        rows = [(str(leg), *(quantity(value, "m") for value in values)) for leg, *values in leg_rows(record.track_errors)]
+        if rows:
+            tables.append({"name": record.name, "rows": rows})
+    return tables
 
 
 def _groups(overlaid: Sequence[Overlay]) -> list[dict[str, Any]]:

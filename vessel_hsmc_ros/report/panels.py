@@ -59,6 +59,7 @@ def panels(record: Record) -> list[Panel]:
     """All panels of a run, group by group; quantities that were not recorded, that is, are NaN, have none."""
     run = record.run
     groups = (
+        _track_errors(record),
         _errors(run),
         _velocities(run),
         _sensors(run),
@@ -96,6 +97,17 @@ def _errors(run: Run) -> Iterator[Panel]:
     yield Panel("Errors", "position error", "m", (distance,))
     yield Panel("Errors", "position error in the body frame", "m", (forward, port))
     yield Panel("Errors", "heading error", "°", (Line("heading error", run.time, angle),))
+
+
+def _track_errors(record: Record) -> Iterator[Panel]:
+    """Errors against the planned legs and turns."""
+    errors = record.track_errors
+    if errors is None or not recorded(errors.cross):
+        return
+    for name, values in (("cross-track", errors.cross), ("along-track", errors.along)):
+        legs = Line("on legs", record.run.time, np.where(errors.turn, np.nan, values))
+        turns = Line("in turns", record.run.time, np.where(errors.turn, values, np.nan), OTHER)
+        yield Panel("Errors", f"{name} error", "m", (legs, turns))
 
 
 def _error_variables(run: Run) -> Iterator[Panel]:

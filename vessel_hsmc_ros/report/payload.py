@@ -80,6 +80,11 @@ class Payload:
             "middle": middle,
         }
 
+    def points(self, points: NDArray[np.complex128]) -> dict[str, Any]:
+        """Add positions x + i·y, relative to their centre."""
+        middle = [float(0.5 * (axis.min() + axis.max())) for axis in (points.real, points.imag)]
+        return {"x": self.add(points.real - middle[0]), "y": self.add(points.imag - middle[1]), "middle": middle}
+
     def _time(self, time: Array) -> tuple[Buckets, dict[str, Any]]:
         """The buckets of a time axis and its place; most lines share a few."""
         # By identity: arrays of a run share one time axis. It is kept alive here, so that its id cannot be reused.

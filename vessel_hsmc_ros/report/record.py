@@ -15,6 +15,9 @@ from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.run_data import commanded as commanded
 from vessel_hsmc_ros.core.run_data import held as held
 from vessel_hsmc_ros.core.run_data import recorded as recorded
+from vessel_hsmc_ros.core.track_errors import TrackErrors
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack
+from vessel_hsmc_ros.report.legs import errors_of, planned
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[Any]
@@ -55,6 +58,7 @@ class Record:
         provenance: Code version, machine and time of the run, by label.
         marks: Events of the run in the order of their times.
         verdict: One to three plain sentences on the result.
+        track: The legs and turns that were planned; None where there are none.
     """
 
     name: str
@@ -65,6 +69,12 @@ class Record:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     marks: tuple[Mark, ...] = ()
     verdict: str = ""
+    track: PlannedTrack | None = None
+
+    @property
+    def track_errors(self) -> TrackErrors | None:
+        """Errors against the planned legs and turns; None without any."""
+        return errors_of(self.run, self.track, running_time(self.run.time, self.marks))
 
     @property
     def limits(self) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:
@@ -99,7 +109,13 @@ def hull_length(scenario: Scenario | None) -> float:
     return 0.0 if scenario is None else scenario.vessel_sim.vessel.length
 
 
-def measured(run: Run, scenario: Scenario | None = None, marks: Sequence[Mark] = (), until: float = np.inf) -> Metrics | None:
+def measured(
+    run: Run,
+    scenario: Scenario | None = None,
+    marks: Sequence[Mark] = (),
+    until: float = np.inf,
+    track: PlannedTrack | None = None,
+) -> Metrics | None:
     """Evaluate the metrics of a run with the applied wrench, or with the commanded one where no other was recorded.
 
     Args:
@@ -107,6 +123,7 @@ def measured(run: Run, scenario: Scenario | None = None, marks: Sequence[Mark] =
         scenario: Its limits and hull; None where they are not known.
         marks: Its events; the time of pauses does not count.
         until: End of the evaluated interval, s.
+        track: Its planned legs; those of its scenario if not given.
 
     Returns:
         None without a reference or any wrench.
@@ -116,20 +133,22 @@ def measured(run: Run, scenario: Scenario | None = None, marks: Sequence[Mark] =
         wrench = held(*command, run.time)
     if not recorded(run.reference) or not recorded(wrench):
         return None
-    part = run.time <= until
+    part, running = run.time <= until, running_time(run.time, marks)
+    legs = errors_of(run, track or planned(scenario), running)
     surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
     return evaluate(
-        _running(run.time[part], marks),
+        running[part],
         run.state[part],
         run.reference[part],
         wrench[part],
         commanded=None if command is None else command[1][command[0] <= until],
         limits=(surge, yaw),
         hull_length=hull_length(scenario),
+        track=None if legs is None else legs.where(part),
     )
 
 
-def _running(time: Array, marks: Sequence[Mark]) -> Array:
+def running_time(time: Array, marks: Sequence[Mark]) -> Array:
     """Times (n,) without the pauses before them, s."""
     running = time
     for begin, end in _pauses(marks):
@@ -176,7 +195,7 @@ def over_shared_interval(records: Sequence[Record]) -> list[Record]:
     return [
         replace(
             record,
-            metrics=measured(record.run, record.scenario, record.marks, shared) if record.metrics else None,
+            metrics=measured(record.run, record.scenario, record.marks, shared, record.track) if record.metrics else None,
             facts={**record.facts, "run_duration": record.duration, "metrics_interval": shared},
         )
         for record in records

@@ -12,6 +12,9 @@ SHIP, REFERENCE, OTHER, THIRD = SERIES[:4]
 NEUTRAL, LIMIT, INK = "#6b7782", "#b3261e", "#17212b"
 """Shared or measured quantities, saturation limits, and nearly black for what is true by definition."""
 
+PLANNED = "#c4d3de"
+"""Planned legs, below the tracks."""
+
 DARK_SERIES = ("#56b4e9", "#f08c3a", "#3ccf9a", "#e58fc3", "#e0c14a", "#9d9dfb")
 """The same hues on a dark page."""
 
@@ -38,6 +41,7 @@ _LIGHT_PAGE = {
     "limit": LIMIT,
     "cursor": INK,
     "water": "#eef4f8",
+    "plan": PLANNED,
     "shared": NEUTRAL,
 }
 _DARK_PAGE = {
@@ -51,6 +55,7 @@ _DARK_PAGE = {
     "limit": "#ff8a80",
     "cursor": "#e6edf3",
     "water": "#131d26",
+    "plan": "#3a4a58",
     "shared": "#93a1ad",
 }
 

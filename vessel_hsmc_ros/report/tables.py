@@ -10,6 +10,10 @@ from vessel_hsmc_ros.report.record import Record, over_shared_interval
 from vessel_hsmc_ros.scenario.parameters import NODES
 
 METRICS = {
+    "leg_cross_track_rms": ("legs, cross-track error, rms", "m"),
+    "leg_cross_track_peak": ("legs, cross-track error, largest", "m"),
+    "leg_along_track_rms": ("legs, along-track error, rms", "m"),
+    "turn_cross_track_rms": ("turns, cross-track error, rms", "m"),
     "position_error_rms": ("position error, rms", "m"),
     "position_error_rms_last_quarter": ("position error, rms of the last quarter", "m"),
     "position_error_peak_last_quarter": ("position error, largest of the last quarter", "m"),

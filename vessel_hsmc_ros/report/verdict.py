@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.metrics import Metrics, position_error, reversals_per_second, rms, settling_bound
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.track_errors import per_leg
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.plant.hull_check import bounded, outside
+from vessel_hsmc_ros.reference.planned_track import leg_count
 from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded
 
 Array = NDArray[np.float64]
@@ -61,6 +63,8 @@ def _tracking(record: Record, metrics: Metrics) -> str:
     if law in HEADING_LAWS:
         error = f"{quantity(metrics.heading_error_rms_deg, '°')} rms, {quantity(metrics.heading_error_final_deg, '°')} at the end"
         return f"The law controls the heading only: the heading error is {error}."
+    if metrics.leg_cross_track_rms is not None:
+        return _survey(record, metrics)
     distance = position_error(run.state, run.reference)
     length = hull_length(record.scenario)
     if record.duration < SHORT * np.sqrt(length / GRAVITY) or len(run.time) < SHORT:
@@ -77,6 +81,23 @@ def _tracking(record: Record, metrics: Metrics) -> str:
         return f"The ship {keeps}: {error}, and below {quantity(bound, 'm')} {since}{_heading(metrics)}."
     not_yet = "does not keep station" if _resting(run) else "does not track the reference"
     return f"The ship {not_yet}: {error}, {_trend(run.time, distance)}{_heading(metrics)}."
+
+
+def _survey(record: Record, metrics: Metrics) -> str:
+    """One sentence on a path or survey, which is judged by its legs."""
+    errors = record.track_errors
+    rows = [] if errors is None else [*per_leg(errors)]
+    worst = max(rows, key=lambda row: row.cross_peak, default=None)
+    at_most = f", at most {quantity(metrics.leg_cross_track_peak or 0.0, 'm')}"
+    where = f" on leg {worst.leg + 1}" if worst and len(rows) > 1 else ""
+    length = hull_length(record.scenario)
+    relative = f" ({number((metrics.leg_cross_track_rms or 0.0) / length)} lengths)" if length else ""
+    turns = metrics.turn_cross_track_rms
+    turned = f"; {quantity(turns, 'm')} rms in its turns" if turns is not None else ""
+    total = 0 if record.track is None else leg_count(record.track)
+    legs = f"{len(rows)} of its {total} legs" if len(rows) < total else f"its {total} legs" if total > 1 else "its leg"
+    off = f"{quantity(metrics.leg_cross_track_rms or 0.0, 'm')} rms{relative} off the line"
+    return f"On {legs} the ship is {off}{at_most}{where}{turned}."
 
 
 def _heading(metrics: Metrics) -> str:

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.report.legs import has_legs
 from vessel_hsmc_ros.report.record import hull_length, limits, measured
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import sample_count, simulate
@@ -112,12 +113,14 @@ def simulate_one(
         progress: Called now and then with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     try:
-        if not keep:
+        # The legs are judged by the positions, which a run that is only to be evaluated does not keep.
+        if not keep and not has_legs(scenario):
             return Outcome(index, metrics=_metrics(scenario, progress))
         run = simulate(scenario, (lambda done, total: progress(done / total)) if progress else None)
     except (ControlError, SimulationError, InstabilityError) as error:
         return Outcome(index, str(error))
-    return Outcome(index, metrics=measured(run, scenario), run=run if every == 1 else thinned(run, every))
+    kept = (run if every == 1 else thinned(run, every)) if keep else None
+    return Outcome(index, metrics=measured(run, scenario), run=kept)
 
 
 def thinned(run: Run, every: int) -> Run:

@@ -14,6 +14,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.report.legs import planned
 from vessel_hsmc_ros.report.making import Wanted, read, write
 from vessel_hsmc_ros.report.record import limits
 from vessel_hsmc_ros.report.tables import metrics_table
@@ -44,6 +45,7 @@ class LawMetrics(NamedTuple):
         surge_force_rms, yaw_moment_rms: N, N·m.
         reversals: Sign changes of the rate of force or moment, whichever has more, 1/s; a measure of chattering.
         travel: Actuator travel, the sum for force and moment, 1/min; NaN without limits.
+        legs: Cross-track error on the planned legs of the whole run, rms, m; None without legs.
     """
 
     position_rms: float
@@ -54,6 +56,7 @@ class LawMetrics(NamedTuple):
     yaw_moment_rms: float
     reversals: float
     travel: float = math.nan
+    legs: float | None = None
 
 
 @dataclass(frozen=True)
@@ -129,16 +132,18 @@ def run_task(task: Task, progress: Callable[[float], None] | None = None) -> Law
         run = simulate(scenario, (lambda done, total: progress(done / total)) if progress else None)
     except (ControlError, SimulationError) as error:
         return replace(outcome, failure=str(error))
-    return replace(outcome, metrics=measure(task.row, run, scenario), verdict=judge(task.row, run), lines=_lines(run))
+    verdict = judge(task.row, run, planned(scenario))
+    return replace(outcome, metrics=measure(task.row, run, scenario, verdict.legs), verdict=verdict, lines=_lines(run))
 
 
-def measure(row: Row, run: Run, scenario: Scenario) -> LawMetrics:
+def measure(row: Row, run: Run, scenario: Scenario, legs: float = math.inf) -> LawMetrics:
     """Evaluate the metrics of a run over the window of its row.
 
     Args:
         row: The case.
         run: The run.
         scenario: Its scenario, for the limits of the actuators and of the law.
+        legs: Cross-track error on the planned legs, rms, m; infinite where there are none.
     """
     span = run.time[-1] - run.time[0]
     window = run.time >= run.time[0] + WINDOWS[row.over] * span
@@ -157,6 +162,7 @@ def measure(row: Row, run: Run, scenario: Scenario) -> LawMetrics:
         rms(run.wrench[:, 1]),
         max(reversals_per_second(run.time, run.wrench[:, i], settled) for i in (0, 1)),
         sum(math.nan if each is None else each for each in travels),
+        legs if math.isfinite(legs) else None,
     )
 
 

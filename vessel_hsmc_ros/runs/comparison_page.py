@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, PLOT, SERIES
-from vessel_hsmc_ros.runs.comparison import LawRun
+from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.scenario.suite import Row
 
@@ -23,8 +23,10 @@ NUMBERS = (
     ("moment", "N·m"),
     ("rev/s", ""),
     ("travel/min", ""),
+    ("legs", "m"),
 )
-"""Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel."""
+"""Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel,
+error on the legs."""
 
 COLOURS = dict(zip(("guided", "hierarchical", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
@@ -51,7 +53,12 @@ def by_row(outcomes: Sequence[LawRun]) -> list[tuple[Row, list[LawRun]]]:
 
 def limits(row: Row) -> str:
     """The limits of a row as text: rms error, largest error, excursion; empty for a row without limits."""
-    given = ((row.at_most, "{:g} m"), (row.largest, "largest {:g} m"), (row.excursion, "excursion {:g}"))
+    given = (
+        (row.at_most, "{:g} m"),
+        (row.largest, "largest {:g} m"),
+        (row.excursion, "excursion {:g}"),
+        (row.legs_at_most, "legs {:g} m"),
+    )
     return ", ".join(form.format(value) for value, form in given if value is not None)
 
 
@@ -61,10 +68,12 @@ def verdict(outcome: LawRun) -> str:
 
 
 def overview_cell(outcome: LawRun) -> str:
-    """The rms position error of a run with its verdict, for the overview."""
+    """The rms position error of a run, that on its planned legs and its verdict, for the overview."""
     if outcome.metrics is None:
         return f"stopped {verdict(outcome)}".strip()
-    return f"{quantity(outcome.metrics.position_rms, 'm')} {verdict(outcome)}".strip()
+    legs = outcome.metrics.legs
+    off = "" if legs is None else f", legs {quantity(legs, 'm')}"
+    return f"{quantity(outcome.metrics.position_rms, 'm')}{off} {verdict(outcome)}".strip()
 
 
 CELLS: dict[str, Callable[[LawRun], str]] = {
@@ -78,13 +87,20 @@ CELLS: dict[str, Callable[[LawRun], str]] = {
 def table(row: Row, outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[str]]]:
     """Header and lines of the table of one row; a row without limits has no column of verdicts."""
     # One unit for a column, by its largest value: kN for a ship, N for a small boat.
-    columns = zip(*(outcome.metrics for outcome in outcomes if outcome.metrics), strict=True)
+    columns = zip(*(numbers(outcome.metrics) for outcome in outcomes if outcome.metrics), strict=True)
     largest = [max((abs(value) for value in column if math.isfinite(value)), default=0.0) for column in columns]
     scales = [scaled(size, unit) for size, (_, unit) in zip(largest or [0.0] * len(NUMBERS), NUMBERS, strict=True)]
     head = ["law", "Hz", *(f"{name} {unit}".strip() for (name, _), (_, unit) in zip(NUMBERS, scales, strict=True)), "verdict"]
     lines = [cells(outcome, [factor for factor, _ in scales]) for outcome in outcomes]
-    width = len(head) if limits(row) else len(head) - 1
-    return head[:width], [line[:width] for line in lines]
+    # No column of legs where no run has any, and none of verdicts without limits.
+    without = [len(head) - 2] * (not largest or not largest[-1]) + [len(head) - 1] * (not limits(row))
+    shown = [[cell for i, cell in enumerate(line) if i not in without] for line in (head, *lines)]
+    return shown[0], shown[1:]
+
+
+def numbers(metrics: LawMetrics) -> list[float]:
+    """The metrics as numbers, NaN for those that a run does not have."""
+    return [math.nan if value is None else value for value in metrics]
 
 
 def cells(outcome: LawRun, factors: Sequence[float]) -> list[str]:
@@ -92,7 +108,11 @@ def cells(outcome: LawRun, factors: Sequence[float]) -> list[str]:
     head = [outcome.law, f"{outcome.rate_hz:g}"]
     if outcome.metrics is None:
         return [*head, "stopped", *[""] * (len(NUMBERS) - 1), verdict(outcome)]
-    return [*head, *(quantity(factor * value) for factor, value in zip(factors, outcome.metrics, strict=True)), verdict(outcome)]
+    return [
+        *head,
+        *(quantity(factor * value) for factor, value in zip(factors, numbers(outcome.metrics), strict=True)),
+        verdict(outcome),
+    ]
 
 
 class Overview(NamedTuple):
@@ -161,11 +181,11 @@ def _record(outcome: LawRun) -> dict[str, Any]:
         "scenario": row.scenario,
         "set": {name: list(value) if isinstance(value, tuple) else value for name, value in row.changes.items()},
         "over": row.over,
-        "limits": {"at_most": row.at_most, "largest": row.largest, "excursion": row.excursion},
+        "limits": {"at_most": row.at_most, "largest": row.largest, "excursion": row.excursion, "legs_at_most": row.legs_at_most},
         "law": outcome.law,
         "rate_hz": outcome.rate_hz,
         "failure": outcome.failure,
-        **{name: value if math.isfinite(value) else None for name, value in metrics.items()},
+        **{name: value if value is not None and math.isfinite(value) else None for name, value in metrics.items()},
         "excursion": outcome.verdict.excursion if outcome.verdict else None,
         "verdict": verdict(outcome) or None,
     }

@@ -8,7 +8,8 @@ A suite is a YAML file with the parameters to `set` for all of its rows, and the
 
 A row may name its `scenario` (default: case2_tracking) and limits: `at_most` of the rms position error over a window at the end
 of the run, `largest` of the largest position error in that window, and `excursion` of the largest position error of the entire
-run as a multiple of the initial one. A row with `variants` stands for a row for each of these named changes:
+run as a multiple of the initial one. A path or a survey may limit the rms cross-track error on its planned legs by
+`legs_at_most`. A row with `variants` stands for a row for each of these named changes:
 
     variants:
       slow rudder: {vessel_sim.actuators.yaw_lag: 2.0}
@@ -39,6 +40,8 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.track_errors import summarise
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, track_errors
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
@@ -63,6 +66,7 @@ class Row:
         at_most: Limit of the rms position error in the window, m; None for no limit.
         largest: Limit of the largest position error in the window, m.
         excursion: Limit of the largest position error of the entire run, as a multiple of the initial one.
+        legs_at_most: Limit of the rms cross-track error on the planned legs, m.
     """
 
     name: str
@@ -72,6 +76,7 @@ class Row:
     at_most: float | None = None
     largest: float | None = None
     excursion: float | None = None
+    legs_at_most: float | None = None
 
 
 class Verdict(NamedTuple):
@@ -80,24 +85,33 @@ class Verdict(NamedTuple):
     Attributes:
         rms, largest: Position errors in the window of the row, m.
         excursion: Largest position error of the run as a multiple of the initial one.
+        legs: Cross-track error on the planned legs, rms, m; infinite where there are none.
         hit: Whether every limit holds.
     """
 
     rms: float
     largest: float
     excursion: float
+    legs: float
     hit: bool
 
 
-def judge(row: Row, run: Run) -> Verdict:
-    """Evaluate a run against the limits of its row; without limits every finite run is a hit."""
+def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
+    """Evaluate a run against the limits of its row; without limits every finite run is a hit.
+
+    Args:
+        row: The row.
+        run: The run.
+        track: Its planned legs; None where there are none.
+    """
     distance = position_error(run.state, run.reference)
     begin = run.time[0] + WINDOWS[row.over] * (run.time[-1] - run.time[0])
     late = distance[run.time >= begin]
     # The lower bound prevents a division by zero for a run that starts on its reference.
     excursion = float(distance.max() / max(distance[0], 1e-9))
-    values = rms(late), float(late.max()), excursion
-    limits = row.at_most, row.largest, row.excursion
+    legs = summarise(track_errors(track, run.time, run.state[:, :2])).leg_cross_track_rms if track else None
+    values = rms(late), float(late.max()), excursion, math.inf if legs is None else legs
+    limits = row.at_most, row.largest, row.excursion, row.legs_at_most
     # NaN compares as false, so a run that is not finite misses every limit.
     hit = all(limit is None or value <= limit for value, limit in zip(values, limits, strict=True))
     return Verdict(*values, hit)
@@ -248,8 +262,8 @@ def _changes(holder: Mapping[str, Any], where: str) -> dict[str, object]:
 
 
 PARTS = ("set", "variants", "ships", "rows")
-KEYS = ("name", "scenario", "set", "over", "at_most", "largest", "excursion")
-_LIMITS = ("at_most", "largest", "excursion")
+KEYS = ("name", "scenario", "set", "over", "at_most", "largest", "excursion", "legs_at_most")
+_LIMITS = ("at_most", "largest", "excursion", "legs_at_most")
 
 
 NO_SHIP = SuiteShip({}, {})

@@ -68,6 +68,7 @@ function unpackAll(content, bytes) {
   for (const track of content.tracks) {
     for (const name of ["time", "x", "y", "heading"]) track[name] = array(track[name]);
   }
+  for (const line of content.plans.flatMap((plan) => plan.outlines)) Object.assign(line, { x: array(line.x), y: array(line.y) });
 }
 
 async function main() {
@@ -80,7 +81,7 @@ async function main() {
   const clock = new Clock(content.begin, content.end);
   const colours = makeColours();
   const charts = makeCharts(content, clock, colours);
-  const map = new ShipMap(content.tracks, content.hull, clock, colours, content.marks);
+  const map = new ShipMap(content, clock, colours);
   const player = new Player(clock);
   listenToWindow(clock);
   listenToParameters();

@@ -14,8 +14,8 @@ class View {
 }
 
 class ShipMap {
-  constructor(tracks, hull, clock, colours, marks) {
-    Object.assign(this, { tracks, hull, clock, colours, marks, view: new View(), following: false, moved: false });
+  constructor({ tracks, plans, hull, marks }, clock, colours) {
+    Object.assign(this, { tracks, plans, hull, clock, colours, marks, view: new View(), following: false, moved: false });
     this.box = document.querySelector("#map .view");
     this.canvas = this.box.querySelector("canvas");
     this.hulls = tracks.map((track) => makeHull(track, hull));
@@ -94,7 +94,7 @@ class ShipMap {
 
   fit() {
     this.measure();
-    const [left, right, low, high] = bounds(this.tracks);
+    const [left, right, low, high] = bounds([...this.tracks, ...this.plans.flatMap((plan) => plan.outlines)]);
     const margin = 0.6 * this.hull.length;
     const [width, height] = [Math.max(1, this.view.width - 2 * EDGE), Math.max(1, this.view.height - 2 * EDGE)];
     const scale = Math.min(width / (right - left + 2 * margin), height / (high - low + 2 * margin));
@@ -139,6 +139,7 @@ class ShipMap {
     const pen = this.measure();
     pen.clearRect(0, 0, this.view.width, this.view.height);
     drawGrid(pen, this.view, this.colours);
+    for (const plan of this.plans) drawPlan(pen, plan, this.view, this.colours);
     for (const track of this.tracks) drawTrack(pen, track, this.view, time, this.colours);
     for (const mark of this.marks) drawMark(pen, mark, this.tracks, this.view, this.colours);
     poses.forEach((pose, i) => this.placeHull(this.hulls[i], pose));

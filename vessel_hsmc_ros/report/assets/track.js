@@ -99,6 +99,25 @@ function drawTrack(pen, track, view, time, colours) {
   pen.fill();
 }
 
+// The planned legs as a wide pale line, their waypoints as rings.
+function drawPlan(pen, plan, view, colours) {
+  pen.strokeStyle = colours("--plan");
+  pen.setLineDash([]);
+  pen.lineWidth = 5;
+  for (const { x, y, middle } of plan.outlines) {
+    pen.beginPath();
+    for (let i = 0; i < x.length; i += 1) pen.lineTo(...view.place(x[i] + middle[0], y[i] + middle[1]));
+    pen.stroke();
+  }
+  pen.strokeStyle = colours("--ink-soft");
+  pen.lineWidth = 1.2;
+  for (const point of plan.waypoints) {
+    pen.beginPath();
+    pen.arc(...view.place(...point), 4.5, 0, 2 * Math.PI);
+    pen.stroke();
+  }
+}
+
 // A diamond on the track of the ship at the time of an event.
 function drawMark(pen, mark, tracks, view, colours) {
   const ship = tracks.find((track) => track.role === "ship" && track.run === mark.run);

@@ -1,0 +1,110 @@
+"""Errors against planned legs and turns: geometry, metrics, and what judges a survey by them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.core.track_errors import NO_LEG, per_leg, summarise
+from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, track_of
+from vessel_hsmc_ros.reference.planned_track import leg_count, track_errors
+from vessel_hsmc_ros.report import page
+from vessel_hsmc_ros.report.legs import planned
+from vessel_hsmc_ros.report.record import Record, measured
+from vessel_hsmc_ros.report.verdict import with_verdict
+from vessel_hsmc_ros.runs.batch import simulate_one
+from vessel_hsmc_ros.runs.offline import simulate
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.scenario.suite import Row, judge
+
+SURVEY = ReferenceShipParameters(mode="lawnmower", initial_pose=(3.0, 4.0, 0.7))
+
+
+def survey(**changes: object) -> Scenario:
+    given = {"mode": "lawnmower", "lawnmower.legs": 2, "lawnmower.leg_length": 60.0, "initial_pose": [0.0, 0.0, 0.0]}
+    return load_scenario("waypoints", {**{f"reference_ship.{name}": value for name, value in given.items()}, **changes})
+
+
+@pytest.mark.parametrize("port", [0.4, -0.7])
+def test_a_ship_beside_and_ahead_of_its_plan_has_these_errors_on_legs_and_in_turns(port: float) -> None:
+    track = track_of(SURVEY, 0.1)
+    assert track is not None
+    ((route, profile, begin, end),) = track.stretches
+    time = np.linspace(begin + 5.0, end - 20.0, 3000)
+    s = profile.at(time)[0]
+    p = route.position(s + 0.3) + port * 1j * np.exp(1j * route.course(s + 0.3))
+    errors = track_errors(track, time, np.column_stack((p.real, p.imag)))
+    # At the joint of a leg and a turn the line of the one is not the curve of the other.
+    inner = np.ones(len(time), bool)
+    for change in np.flatnonzero(np.diff(errors.turn)):
+        inner[change - 20 : change + 20] = False
+    assert set(errors.leg) == {0, 1, 2, 3}
+    assert errors.turn.any()
+    np.testing.assert_allclose(errors.cross[inner], port, atol=1e-6)
+    np.testing.assert_allclose(errors.along[inner], 0.3, atol=1e-6)
+    assert [row.leg for row in per_leg(errors)] == [0, 1, 2, 3]
+    metrics = summarise(errors.where(inner))
+    assert metrics[:4] == pytest.approx((abs(port), abs(port), 0.3, abs(port)))
+
+
+def test_before_the_path_at_a_stop_and_after_the_end_the_plan_is_on_no_leg() -> None:
+    p = load_scenario(
+        "waypoints",
+        {
+            "reference_ship.initial_pose": [0.0, 0.0, 0.0],
+            "reference_ship.path.time": 5.0,
+            "reference_ship.path.waypoints": [60.0, 0.0, 60.0, 60.0],
+            "reference_ship.path.corners": ["stop"],
+        },
+    ).reference_ship
+    track = track_of(p, 0.1)
+    assert track is not None
+    assert leg_count(track) == 2
+    first, second = track.stretches
+    time = np.array([4.0, first.begin + 1.0, first.end + 1e-3, second.begin + 1.0, second.end])
+    errors = track_errors(track, time, np.zeros((5, 2)))
+    assert list(errors.leg) == [NO_LEG, 0, NO_LEG, 1, NO_LEG]
+    assert np.isnan(errors.cross[[0, 2, 4]]).all()
+    # The second leg is northwards, 60 m east of the ship at the origin.
+    assert errors.cross[3] == pytest.approx(60.0)
+
+
+def test_a_path_of_a_message_takes_the_place_of_the_rest_of_the_plan() -> None:
+    p = load_scenario("waypoints").reference_ship
+    before = track_of(p, 0.1)
+    after = track_of(p, 0.1, [(40.0, [(0.0, 200.0), (0.0, 300.0)])])
+    assert before is not None
+    assert after is not None
+    assert after.stretches[0].end == 40.0 < before.stretches[0].end
+    assert after.stretches[-1].begin >= 40.0
+    assert after.waypoints[-2:] == (200j, 300j)
+
+
+def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> None:
+    scenario = survey(**{"vessel_sim.duration": 60.0})
+    run, track = simulate(scenario), planned(scenario)
+    metrics = measured(run, scenario)
+    assert metrics is not None
+    assert track is not None
+    # As a batch has it, which keeps no positions of other runs.
+    assert simulate_one(scenario).metrics == metrics
+    errors = track_errors(track, run.time, run.state[:, :2])
+    line = run.state[:, 1][(errors.leg == 0) & ~errors.turn]
+    assert metrics.leg_cross_track_rms == pytest.approx(math.sqrt(np.mean(line**2)))
+    record = with_verdict(Record("survey", run, metrics, scenario=scenario, track=track))
+    assert record.verdict.startswith("On 1 of its 2 legs the ship is ")
+    limit = metrics.leg_cross_track_rms or 0.0
+    assert judge(Row("r", legs_at_most=1.01 * limit), run, track).hit
+    assert not judge(Row("r", legs_at_most=0.99 * limit), run, track).hit
+    assert not judge(Row("r", legs_at_most=1.0), run).hit
+    text = page.render([record], "survey", page.hull_of([record]))
+    assert '<section class="group" id="legs">' in text
+    assert "planned legs, waypoints" in text
+
+
+def test_a_reference_without_a_plan_has_no_legs() -> None:
+    scenario = load_scenario("figure_eight", {"vessel_sim.duration": 2.0})
+    metrics = measured(simulate(scenario), scenario)
+    assert metrics is not None
+    assert metrics.leg_cross_track_rms is None
+    assert planned(scenario) is None

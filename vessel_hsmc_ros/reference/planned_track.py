@@ -1,0 +1,136 @@
+"""The geometry of a planned path or survey, and the errors of a ship against it.
+
+| symbol | meaning | unit |
+|---|---|---|
+| p | position of the ship, as a complex number | m |
+| P(s), chi(s), kappa(s) | position, course and curvature of the plan at the arc length s | m, rad, 1/m |
+| s_p | arc length of the plan at the time | m |
+
+On a leg the line is straight, beyond its ends too: with d = (p - P(s_p))·exp(-i·chi), the cross-track error is Im d, the
+along-track error Re d. In a turn, s is the arc length of the nearest point near s_p, the cross-track error is Im d there, and the
+along-track error s - s_p. The motion of the reference has no part in it.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.track_errors import NO_LEG, TrackErrors
+from vessel_hsmc_ros.reference.route import Route
+from vessel_hsmc_ros.reference.speed_profile import SpeedProfile
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+STEPS, LEAST_SLOPE = 12, 0.25
+"""Steps of Newton's method to the nearest point of a turn, and the smallest slope 1 - kappa·Im d that it divides by."""
+
+FARTHEST = 0.5
+"""How far from s_p the nearest point is sought, in terms of the smallest radius of curvature."""
+
+
+class Stretch(NamedTuple):
+    """A route that is sailed without a stop: its geometry, the speed along it, and when it begins and ends, s."""
+
+    route: Route
+    profile: SpeedProfile
+    begin: float
+    end: float
+
+
+class PlannedTrack(NamedTuple):
+    """A plan: its stretches in their order, and its waypoints, m, which for a survey are the ends of its legs."""
+
+    stretches: tuple[Stretch, ...]
+    waypoints: tuple[complex, ...]
+
+
+def stretch(route: Route, profile: SpeedProfile, begin: float) -> Stretch:
+    """A stretch that begins at a time, s."""
+    return Stretch(route, profile, begin, begin + float(profile.times[-1]))
+
+
+def replaced(track: PlannedTrack, now: float, new: PlannedTrack) -> PlannedTrack:
+    """A plan in whose place another one comes at a time, s."""
+    kept = tuple(one._replace(end=min(one.end, now)) for one in track.stretches if one.begin < now)
+    return PlannedTrack(kept + new.stretches, track.waypoints + new.waypoints)
+
+
+def leg_ends(route: Route) -> tuple[complex, ...]:
+    """Where the legs of a route begin and end, m."""
+    ends = np.concatenate(([0.0], np.cumsum([element.length for element in route.elements])))
+    points = route.position(ends)
+    return tuple(complex(points[i + k]) for i, element in enumerate(route.elements) if not element.turn for k in (0, 1))
+
+
+def leg_count(track: PlannedTrack) -> int:
+    """The number of legs of a plan."""
+    return len({(i, e.leg) for i, one in enumerate(track.stretches) for e in one.route.elements if not e.turn})
+
+
+def track_errors(track: PlannedTrack, time: Array, position: Array) -> TrackErrors:
+    """Cross-track and along-track errors of a ship.
+
+    Args:
+        track: The plan.
+        time: Times since the reference began, (n,) s.
+        position: x, y of the ship, (n, 2) m.
+    """
+    n = len(time)
+    found = TrackErrors(np.full(n, NO_LEG, np.int64), np.zeros(n, np.bool_), np.full(n, np.nan), np.full(n, np.nan))
+    for one in track.stretches:
+        at = np.flatnonzero((time >= one.begin) & (time < one.end))
+        if len(at):
+            p = position[at, 0] + 1j * position[at, 1]
+            errors = _errors(one.route, one.profile.at(time[at] - one.begin)[0], p)
+            for column, values in zip(found, errors, strict=True):
+                column[at] = values
+    return found
+
+
+def outline(track: PlannedTrack, points: int) -> list[ComplexArray]:
+    """Positions along each stretch, as far as it was sailed, m.
+
+    Args:
+        track: The plan.
+        points: Number of positions of a stretch.
+    """
+    lengths = [float(one.profile.at(np.array([one.end - one.begin]))[0][0]) for one in track.stretches]
+    return [one.route.position(np.linspace(0.0, length, points)) for one, length in zip(track.stretches, lengths, strict=True)]
+
+
+def _errors(route: Route, planned: Array, p: ComplexArray) -> TrackErrors:
+    ends = np.cumsum([element.length for element in route.elements])
+    index = np.minimum(np.searchsorted(ends, planned, side="right"), len(ends) - 1)
+    turn = np.array([element.turn for element in route.elements])[index]
+    leg = np.array([element.leg for element in route.elements], np.int64)[index]
+    cross, along = np.empty(len(p)), np.empty(len(p))
+    d = _offset(route, planned[~turn], p[~turn])
+    cross[~turn], along[~turn] = d.imag, d.real
+    nearest = _nearest(route, planned[turn], p[turn])
+    cross[turn], along[turn] = _offset(route, nearest, p[turn]).imag, nearest - planned[turn]
+    return TrackErrors(leg, turn, cross, along)
+
+
+def _offset(route: Route, s: Array, p: ComplexArray) -> ComplexArray:
+    """From a point of the route to the ship, along and across the course there, m."""
+    result: ComplexArray = (p - route.position(s)) * np.exp(-1j * route.course(s))
+    return result
+
+
+def _nearest(route: Route, planned: Array, p: ComplexArray) -> Array:
+    sharpest = max(max(abs(piece.begin), abs(piece.end)) for element in route.elements for piece in element.pieces)
+    reach = FARTHEST / sharpest if sharpest else route.length
+    s = planned
+    for _ in range(STEPS):
+        d = _offset(route, s, p)
+        s = s + d.real / np.maximum(1.0 - route.curvature(s)[0] * d.imag, LEAST_SLOPE)
+        s = np.clip(s, np.maximum(planned - reach, 0.0), np.minimum(planned + reach, route.length))
+    return s
+
+
+def stretches_of(parts: Sequence[Stretch], delay: float) -> tuple[Stretch, ...]:
+    """Stretches that begin later by a delay, s."""
+    return tuple(one._replace(begin=one.begin + delay, end=one.end + delay) for one in parts)
