@@ -4,7 +4,7 @@ For each of the six boats of the suite `boats` a survey and a path with all thre
 allowing for a current of 0.15 of it. The table has the distance of the reference from its geometry, the largest shares of the
 limits, the residual of the sway equation and the average speed relative to that of the legs. With a folder it draws path,
 curvature, speed and, by the guided law in calm water, the track of each boat. `--drawn N` checks surveys and paths of N drawn
-boats of 0.5 to 300 m.
+boats of 0.5 to 300 m, `--goals` the arrival at a goal in a current of 0.15 of the top speed from each of four sides.
 """
 
 import argparse
@@ -31,6 +31,9 @@ SPEED, CURRENT, LEG, SPACING = 0.3, 0.15, 20.0, 4.0
 WAYPOINTS = (20.0, 0.0, 20.0, 12.0, 4.0, 20.0, 24.0, 28.0, 0.0, 28.0)
 CORNERS = ("through", "over", "through", "stop", "stop")
 """A path in lengths, and what stands at its waypoints."""
+
+BOW_OFF = (30.0, 150.0)
+"""Headings of goals in a current, from bow into it, degrees."""
 
 SAMPLES = 4000
 
@@ -134,6 +137,46 @@ def report_drawn(count: int) -> None:
     print(f"{count} boats, {len(refused)} of {2 * count} references refused; largest: {worst}", *refused[:5], sep="\n")
 
 
+def arrival(b: Boat, to: float, bow_off: float) -> tuple[float, float, float, float]:
+    """How a boat arrives at a goal, by the guided law, in a current.
+
+    Args:
+        b: The boat.
+        to: Direction of the current, rad.
+        bow_off: Angle from bow into the current to the heading of the goal, rad.
+
+    Returns:
+        Over the last quarter, rms and largest distance from the goal [L], largest speed over ground [U], and largest angle of the
+        bow off the current [deg].
+    """
+    L, U = b.scale.L, b.scale.U
+    changes: dict[str, Any] = {
+        "reference_ship.mode": "goal",
+        "reference_ship.goal.poses": [6.0 * L, 3.0 * L, to + math.pi + bow_off],
+        "reference_ship.goal.times": [0.0],
+        "vessel_sim.disturbance.current.east": CURRENT * U * math.cos(to),
+        "vessel_sim.disturbance.current.north": CURRENT * U * math.sin(to),
+        "vessel_sim.duration": float(math.ceil(250.0 * L / U)),
+    }
+    run = simulate(b.scenario.changed(changes))
+    state = run.state[run.time >= 0.75 * run.time[-1]]
+    off = np.hypot(*(state[:, :2] - np.array([6.0 * L, 3.0 * L])).T) / L
+    angle = np.abs(np.angle(np.exp(1j * (state[:, 2] - to - math.pi))))
+    speed = np.hypot(*state[:, 3:5].T)
+    return math.sqrt(np.mean(off**2)), float(off.max()), float(speed.max()) / U, math.degrees(angle.max())
+
+
+def report_goals(boats: list[Boat]) -> None:
+    """Print how each boat arrives, at worst of a current to four sides."""
+    print("| boat | heading of the goal | rms | largest | speed over ground | bow |\n|---|---|---|---|---|---|")
+    for b in boats:
+        for degrees in BOW_OFF:
+            found = [arrival(b, 0.5 * math.pi * side, math.radians(degrees)) for side in range(4)]
+            rms, largest, speed, angle = np.array(found).max(axis=0)
+            worst = f"{rms:.1e} L | {largest:.1e} L | {speed:.1e} U | {angle:.0f}°"
+            print(f"| {b.name} | {degrees:g}° off the current | {worst} |", flush=True)
+
+
 def draw(b: Boat, folder: Path) -> None:
     """Draw path, curvature, speed and track of a boat."""
     import matplotlib as mpl
@@ -174,12 +217,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", nargs="?", type=Path, help="for pictures")
     parser.add_argument("--drawn", type=int, default=0, help="number of drawn boats")
+    parser.add_argument("--goals", action="store_true", help="arrival at goals in a current instead")
     options = parser.parse_args()
     if options.drawn:
         report_drawn(options.drawn)
         return
     suite = yaml.safe_load((share_directory() / "config" / "suites" / "boats.yaml").read_text(encoding="utf-8"))
     boats = [boat(name, MainData(**data)) for name, data in suite["ships"].items()]
+    if options.goals:
+        report_goals(boats)
+        return
     report(boats)
     if options.folder:
         options.folder.mkdir(parents=True, exist_ok=True)

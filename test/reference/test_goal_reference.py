@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,9 @@ from reference_motion import LIMITS, PERIOD, assert_feasible, motion_of
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.scenario import parse_scenario
+from vessel_hsmc_ros.scenario.ship_rules import scale_of
 
 AT_ORIGIN = ReferenceShipParameters(mode="goal", initial_pose=(0.0, 0.0, 0.0))
 
@@ -78,6 +82,48 @@ def test_without_a_goal_the_reference_stays_and_reset_returns_to_the_start() -> 
 def test_goals_with_negative_times_are_never_set() -> None:
     states, _ = motion_of(reference_of([(-1.0, 9.0, 9.0, 1.0), (-1.0, 5.0, 5.0, 0.0)]), 5.0)
     assert not states.any()
+
+
+def boat(length: float, **changes: object) -> tuple[ReferenceShipParameters, float]:
+    """The reference that `init` writes for a boat of which the length is known, and the time of its turns, s."""
+    ship = parse_scenario(scenario_text("boat", MainData(length=length)), "boat", source="boat")
+    p = ship.changed({f"reference_ship.{name}": value for name, value in {"mode": "goal", **changes}.items()}).reference_ship
+    return p, scale_of(ship.vessel_sim.vessel).T
+
+
+@pytest.mark.parametrize("length", [0.5, 2.5, 12.0, 70.0, 300.0])
+@pytest.mark.parametrize("goal", [(6.0, 3.0, 2.0), (1.0, 0.5, -1.0), (-0.2, 0.0, 0.0), (-5.0, -1.0, 0.5)])
+def test_boats_of_any_size_come_to_rest_at_a_goal_without_oscillation(length: float, goal: tuple[float, ...]) -> None:
+    x, y, psi = goal[0] * length, goal[1] * length, goal[2]
+    p, T = boat(length, **{"goal.poses": [x, y, psi], "goal.times": [0.0]})
+    states, accelerations = motion_of(make_reference(p, 0.1 * T), 75.0 * T, 0.1 * T)
+    assert math.dist(states[-1, :2], (x, y)) < 1e-3 * length
+    assert abs(wrap(states[-1, 2] - psi)) < 1e-3
+    assert np.abs(states[-1, 3:5]).max() < 1e-6 * p.motion.speed
+    # Within the limits, and without a reversal of speed or turn.
+    assert np.abs(states[:, 3]).max() <= 1.001 * p.motion.speed
+    assert np.abs(states[:, 5]).max() <= 1.001 * p.motion.yaw_rate
+    assert np.abs(accelerations[:, 0]).max() <= 1.001 * p.motion.acceleration
+    assert np.abs(accelerations[:, 2]).max() <= 1.001 * p.motion.yaw_acceleration
+    for velocity, limit in ((states[:, 3], p.motion.speed), (states[:, 5], p.motion.yaw_rate)):
+        assert len({*np.sign(velocity[np.abs(velocity) > 0.02 * limit])}) <= 1
+
+
+@pytest.mark.parametrize("length", [0.5, 300.0])
+def test_boats_of_any_size_follow_a_stream_of_poses(length: float) -> None:
+    p, T = boat(length)
+    reference, radius, period = make_reference(p, 0.02 * T), 10.0 * length, 0.02 * T
+    rate = 0.7 * p.motion.speed / radius
+
+    def feed(k: int, reference: Any) -> None:
+        if k % 2 == 0:
+            angle = rate * k * period
+            reference.set_goal(radius * math.sin(angle), radius * (1.0 - math.cos(angle)), wrap(angle))
+
+    states, _ = motion_of(reference, 100.0 * T, period, feed)
+    angle = rate * period * np.arange(len(states))
+    off = np.hypot(states[:, 0] - radius * np.sin(angle), states[:, 1] - radius * (1.0 - np.cos(angle)))
+    assert off[len(off) // 2 :].max() < 0.05 * length
 
 
 def circle(k, reference, w=0.05, radius=25.0, every=2):

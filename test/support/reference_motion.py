@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.reference.motion_filter import T_A, MotionLimits
+from vessel_hsmc_ros.reference.motion_filter import MotionLimits, filter_of
+from vessel_sim_node.plant import VesselParameters
 
 PERIOD = 0.1
 LIMITS = MotionLimits()
+T_A = filter_of(LIMITS, VesselParameters().coefficients(), PERIOD).T_a
 
 
 def motion_of(

@@ -72,7 +72,7 @@ def _course(parameters: "ReferenceShipParameters", period: float) -> Reference:
 
 def _motion(p: "ReferenceShipParameters", period: float) -> tuple[Filtered, Filter]:
     start = Filtered(*map(float, (*p.initial_pose, *p.initial_velocity, 0.0, 0.0)))
-    return start, filter_of(p.motion, p.vessel.coefficients(), period)
+    return start, filter_of(p.motion, p.vessel.coefficients(), period, p.vessel.yaw_moment_limit)
 
 
 def _goal(parameters: "ReferenceShipParameters", period: float) -> Reference:

@@ -15,20 +15,20 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, wrap
 from vessel_hsmc_ros.reference.kernel_reference import write_row
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, advance_filter, read_filter
-from vessel_hsmc_ros.reference.steering import GOAL_LOOKAHEAD, follow_line, surge_setpoint, yaw_rate_setpoint
+from vessel_hsmc_ros.reference.steering import follow_line, surge_setpoint, yaw_rate_setpoint
 from vessel_hsmc_ros.reference.target import STREAM_GAP, STREAM_SPEED, Target, estimate_velocity, speed_of, stationary
 
 Array = NDArray[np.float64]
 
-NEAR, HELD_BEARING, REACHED = 3.0, 0.5, 0.05
-"""Distances to the goal, m: nearer than the first it is approached straight only; than the second its bearing is kept constant,
-because it is ill-defined close to the goal; than the third the position is reached."""
+NEAR, HELD_BEARING, REACHED = 0.16, 0.026, 0.0026
+"""Distances to the goal in radii of gyration of the hull: nearer than the first it is approached straight only; than the second
+its bearing is kept constant, because it is ill-defined close to the goal; than the third the position is reached."""
 
 STRAIGHT = 0.15
 """Heading error above which a near goal is not approached, rad."""
 
-STOPPED_DISTANCE, STOPPED_ANGLE, STOPPED_SPEED = 0.02, 0.02, 0.005
-"""A stage ends when distance, heading error and speed are below these, m, rad, m/s."""
+STOPPED_DISTANCE, STOPPED_ANGLE, STOPPED_SPEED = 0.001, 0.02, 0.003
+"""A stage ends when distance, heading error and speed are below these, in radii of gyration, rad, and of the largest speed."""
 
 
 class GoalConstants(NamedTuple):
@@ -82,7 +82,7 @@ def begin_stage(m: GoalMemory, latest: Target, target: Target, c: GoalConstants)
     bearing = math.atan2(target.y - y, target.x - x)
     # Abaft the beam: more than 90 degrees off the bow.
     astern = abs(wrap(bearing - psi)) > 0.5 * math.pi
-    arrived = distance < REACHED and speed_of(target) == 0.0
+    arrived = distance < REACHED * c.filter.length and speed_of(target) == 0.0
     ahead = -1.0 if astern and distance < c.astern_distance else 1.0
     return GoalMemory(m.motion, latest, arrived, leading(bearing, ahead), ahead, m.steps)
 
@@ -140,12 +140,12 @@ def set_scheduled(m: GoalMemory, c: GoalConstants) -> GoalMemory:
 
 
 @kernel
-def speed_factor(heading_error: float, distance: float) -> float:
+def speed_factor(heading_error: float, near: bool) -> float:
     """Reduction of the approach speed, in [0, 1], for a heading error: a far goal may be approached in an arc, a near one not."""
-    factor = math.cos(heading_error) if distance > NEAR else 1.0 - abs(heading_error) / STRAIGHT
+    factor = 1.0 - abs(heading_error) / STRAIGHT if near else math.cos(heading_error)
     if factor < 0.0:
         return 0.0
-    return factor * factor if distance > NEAR else factor
+    return factor if near else factor * factor
 
 
 @kernel
@@ -153,16 +153,16 @@ def approach_goal(m: GoalMemory, target: Target, c: GoalConstants) -> tuple[floa
     """Setpoints of surge speed and yaw rate for a stationary goal."""
     psi, dx, dy = m.motion.psi, target.x - m.motion.x, target.y - m.motion.y
     distance = magnitude(dx, dy)
-    stopped = abs(m.motion.u) < STOPPED_SPEED
+    stopped, length = abs(m.motion.u) < STOPPED_SPEED * c.filter.speed, c.filter.length
     direction = m.direction
     # Near the goal the bearing rotates quickly, so it is kept constant, unless the ship has stopped short of the goal.
-    if not m.arrived and (distance > HELD_BEARING or (stopped and distance > REACHED)):
+    if not m.arrived and (distance > HELD_BEARING * length or (stopped and distance > REACHED * length)):
         direction = leading(math.atan2(dy, dx), m.ahead)
     along = dx * math.cos(psi) + dy * math.sin(psi)
     error = wrap((target.psi if m.arrived else direction) - psi)
-    factor = 1.0 if m.arrived else speed_factor(error, distance)
+    factor = 1.0 if m.arrived else speed_factor(error, distance <= NEAR * length)
     u_c = factor * surge_setpoint(along, c.filter)
-    ended = not m.arrived and stopped and abs(along) < STOPPED_DISTANCE and abs(error) < STOPPED_ANGLE
+    ended = not m.arrived and stopped and abs(along) < STOPPED_DISTANCE * length and abs(error) < STOPPED_ANGLE
     m = GoalMemory(m.motion, m.target, m.arrived, direction, m.ahead, m.steps)
     # The stage has ended with a stop: either the position is reached, or the approach is repeated from here.
     if ended:
@@ -178,14 +178,14 @@ def follow_goal(motion: Filtered, target: Target, c: Filter) -> tuple[float, flo
     # Along-track and cross-track error in the frame of the goal's course.
     along, across = x * math.cos(course) + y * math.sin(course), -x * math.sin(course) + y * math.cos(course)
     u_c = speed_of(target) - surge_setpoint(along, c)
-    return follow_line(motion, course, across, u_c, target.r, GOAL_LOOKAHEAD, c)
+    return follow_line(motion, course, across, u_c, target.r, c)
 
 
 @kernel
 def move(m: GoalMemory, c: GoalConstants) -> GoalMemory:
     """The reference one period later."""
     target, m = present_target(m, c)
-    if speed_of(target) < STREAM_SPEED:
+    if speed_of(target) < STREAM_SPEED * c.filter.speed:
         u_c, r_c, m = approach_goal(m, target, c)
     else:
         u_c, r_c = follow_goal(m.motion, target, c.filter)

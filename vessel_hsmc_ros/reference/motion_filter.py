@@ -5,6 +5,7 @@
 | x, y, psi, u, v, r | pose and body velocities of the reference | m, m, rad, m/s, m/s, rad/s |
 | a, alpha | surge and yaw acceleration | m/s², rad/s² |
 | u_c, r_c | setpoints of surge speed and yaw rate | m/s, rad/s |
+| T | time of the ship's turns, sqrt(m33/tau_2max) | s |
 | T_f, T_a | time constants of velocity and acceleration | s, s |
 
 da = (sat((u_c - u)/T_f) - a)/T_a and likewise for alpha; dv = f_v(u, v, r) of (7), because sway is not actuated: the sway
@@ -22,8 +23,14 @@ from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 
-T_F, T_A = 1.5, 0.4
-"""Time constants, s; the damping ratio of velocity and acceleration is sqrt(T_F/T_A)/2 = 0.97, almost critical."""
+LAG, ACCELERATION_LAG = 0.4, 0.1
+"""T_f and T_a in units of T; the damping ratio of velocity and acceleration is sqrt(T_f/T_a)/2 = 1, critical."""
+
+GAIN = 0.75
+"""Gain from distance to speed and from angle to yaw rate, in units of 1/T: with the two lags a damping ratio of 0.8."""
+
+SHARE_OF_MOMENT = 0.25
+"""Share of the yaw moment that the largest yaw acceleration is assumed to take, where the limit of the moment is not known."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +51,25 @@ class MotionLimits:
 
 
 class Filter(NamedTuple):
-    """Limits of the motion, coefficients of the hull, for its sway, and length of a step, s."""
+    """A motion filter.
+
+    Attributes:
+        speed, acceleration, yaw_rate, yaw_acceleration: Limits of the motion.
+        T_f, T_a: Time constants of velocity and acceleration, s.
+        gain: From distance to speed, and from angle to yaw rate, 1/s.
+        length: Radius of gyration of the hull, the unit of distances, m.
+        vessel: Coefficients of the hull, for its sway.
+        period: Length of a step, s.
+    """
 
     speed: float
     acceleration: float
     yaw_rate: float
     yaw_acceleration: float
+    T_f: float
+    T_a: float
+    gain: float
+    length: float
     vessel: Vessel
     period: float
 
@@ -67,15 +87,20 @@ class Filtered(NamedTuple):
     alpha: float
 
 
-def filter_of(limits: MotionLimits, vessel: Vessel, period: float) -> Filter:
+def filter_of(limits: MotionLimits, vessel: Vessel, period: float, yaw_moment: float = math.inf) -> Filter:
     """The filter of a hull.
 
     Args:
         limits: Limits of the motion.
         vessel: Coefficients of the hull.
         period: Length of a step, s.
+        yaw_moment: Largest yaw moment, N·m; infinite where it is not known.
     """
-    return Filter(limits.speed, limits.acceleration, limits.yaw_rate, limits.yaw_acceleration, vessel, period)
+    given = limits.speed, limits.acceleration, limits.yaw_rate, limits.yaw_acceleration
+    acceleration = yaw_moment / vessel.m33 if math.isfinite(yaw_moment) else limits.yaw_acceleration / SHARE_OF_MOMENT
+    # Runge-Kutta steps longer than twice the shortest time constant would not converge.
+    T = max(1.0 / math.sqrt(acceleration), period / ACCELERATION_LAG)
+    return Filter(*given, LAG * T, ACCELERATION_LAG * T, GAIN / T, math.sqrt(vessel.m33 / vessel.m22), vessel, period)
 
 
 @kernel
@@ -123,8 +148,8 @@ def rate_of_filter(s: Filtered, u_c: float, r_c: float, c: Filter) -> Filtered:
     """The time derivative of the state; the arguments are those of `advance_filter`."""
     cosine, sine = math.cos(s.psi), math.sin(s.psi)
     # The acceleration demand is limited before the second lag, so that the acceleration itself stays within its limit.
-    jerk = (clip((u_c - s.u) / T_F, c.acceleration) - s.a) / T_A
-    yaw_jerk = (clip((r_c - s.r) / T_F, c.yaw_acceleration) - s.alpha) / T_A
+    jerk = (clip((u_c - s.u) / c.T_f, c.acceleration) - s.a) / c.T_a
+    yaw_jerk = (clip((r_c - s.r) / c.T_f, c.yaw_acceleration) - s.alpha) / c.T_a
     dv = unforced_sway(s.u, s.v, s.r, s.alpha, c.vessel)
     return Filtered(s.u * cosine - s.v * sine, s.u * sine + s.v * cosine, s.r, s.a, dv, s.alpha, jerk, yaw_jerk)
 

@@ -5,8 +5,9 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import magnitude, wrap
 
-STREAM_GAP, STREAM_SPEED = 1.5, 0.1
-"""Goals that follow each other within the first, s, and move faster than the second, m/s, are a stream."""
+STREAM_GAP, STREAM_SPEED = 1.5, 0.067
+"""Goals that follow each other within the first, s, which is a property of publishers, and move faster than the second, relative
+to the largest speed, are a stream."""
 
 
 class Target(NamedTuple):
