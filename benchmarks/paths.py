@@ -3,8 +3,9 @@
 For each of the six boats of the suite `boats` a survey and a path with all three kinds of corners, at 0.3 of the top speed,
 allowing for a current of 0.15 of it. The table has the distance of the reference from its geometry, the largest shares of the
 limits, the residual of the sway equation and the average speed relative to that of the legs. With a folder it draws path,
-curvature, speed and, by the guided law in calm water, the track of each boat. `--drawn N` checks surveys and paths of N drawn
-boats of 0.5 to 300 m, `--goals` the arrival at a goal in a current of 0.15 of the top speed from each of four sides.
+curvature, speed and, by the guided law in a wind of 5 m/s, the track of each boat. `--drawn N` checks surveys and paths of N
+drawn boats of 0.5 to 300 m, `--goals` the arrival at a goal in a current of 0.15 of the top speed from each of four sides,
+`--stops` how the boats leave a stop, in the wind and without, `--newcomer` a survey of a small boat, with run-ins.
 """
 
 import argparse
@@ -17,10 +18,14 @@ import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.core.run_data import held
+from vessel_hsmc_ros.core.track_errors import per_leg, summarise
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.reference.factory import make_reference, travel_limits
 from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
 from vessel_hsmc_ros.reference.timetable import Timetable, motion_at
+from vessel_hsmc_ros.report.legs import errors_of, planned
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
@@ -121,7 +126,7 @@ def report(boats: list[Boat]) -> None:
 
 
 def report_drawn(count: int) -> None:
-    """Print how many drawn boats can sail their survey and path, and the largest shares of the limits."""
+    """Print how many drawn boats can sail survey and path, largest shares of the limits, and smallest average speeds."""
     rng, worst, refused = np.random.default_rng(1), dict[str, float](), list[str]()
     for _ in range(count):
         length = math.exp(rng.uniform(math.log(0.5), math.log(300.0)))
@@ -129,12 +134,18 @@ def report_drawn(count: int) -> None:
         b = boat(f"{length:.3g} m", MainData(length=length, mass=mass, surge_force_limit=force * mass))
         for mode in ("lawnmower", "path"):
             try:
-                found = shares(b, mode)
+                found = shares(b, mode) | {"off its geometry, L": off_geometry(b)}
             except ParameterError as error:
                 refused.append(f"{b.name}, {mode}: {error}")
                 continue
-            worst = {name: max(value, worst.get(name, 0.0)) for name, value in found.items()}
-    print(f"{count} boats, {len(refused)} of {2 * count} references refused; largest: {worst}", *refused[:5], sep="\n")
+            speed = found.pop("average speed")
+            worst = {name: max(value, worst.get(name, 0.0)) for name, value in found.items()} | {
+                name: value for name, value in worst.items() if name not in found
+            }
+            least = f"average speed, {mode}, least"
+            worst[least] = min(speed, worst.get(least, math.inf))
+    print(f"{count} boats, {len(refused)} of {2 * count} references refused")
+    print(*(f"{name}: {value:.6g}" for name, value in worst.items()), *refused[:5], sep="\n")
 
 
 def arrival(b: Boat, to: float, bow_off: float) -> tuple[float, float, float, float]:
@@ -175,6 +186,55 @@ def report_goals(boats: list[Boat]) -> None:
             rms, largest, speed, angle = np.array(found).max(axis=0)
             worst = f"{rms:.1e} L | {largest:.1e} L | {speed:.1e} U | {angle:.0f}°"
             print(f"| {b.name} | {degrees:g}° off the current | {worst} |", flush=True)
+
+
+def off_after_stop(b: Boat) -> tuple[float, float]:
+    """Largest distance from the reference before the path's stop ends and after it, by the guided law, in lengths."""
+    scenario = b.of("path")
+    table, plan = table_of(scenario), planned(scenario)
+    run = simulate(scenario.changed({"vessel_sim.duration": float(math.ceil(table.times[-1]))}))
+    off = np.hypot(*(run.state[:, :2] - run.reference[:, :2]).T) / b.scale.L
+    left = run.time >= (plan.stretches[1].begin if plan else math.inf)
+    return float(off[~left].max()), float(off[left].max())
+
+
+def report_stops(boats: list[Boat], calm: list[Boat]) -> None:
+    """Print how far each boat is off its path before and after the stop, in wind and without."""
+    print("| boat | until the stop ends | after it | without wind | after it |\n|---|---|---|---|---|")
+    for b, still in zip(boats, calm, strict=True):
+        values = " | ".join(f"{value:.2g} L" for value in (*off_after_stop(b), *off_after_stop(still)))
+        print(f"| {b.name} | {values} |", flush=True)
+
+
+def report_newcomer() -> None:
+    """Print how a catamaran keeps the legs of its survey after run-ins of 0, 10 and 15 lengths, and the error of its observer."""
+    changes: dict[str, Any] = {
+        "reference_ship.mode": "lawnmower",
+        "reference_ship.lawnmower.leg_length": 60.0,
+        "reference_ship.lawnmower.spacing": 8.0,
+        "reference_ship.lawnmower.speed": 1.2,
+        "reference_ship.motion.current": 0.3,
+        "vessel_sim.duration": 480.0,
+        "vessel_sim.disturbance.current.north": 0.3,
+        "vessel_sim.sensors.position_noise": 0.3,
+        "vessel_sim.sensors.position_rate_hz": 5.0,
+        "vessel_sim.sensors.heading_noise": 0.0087,
+        "vessel_sim.sensors.heading_rate_hz": 10.0,
+        "vessel_sim.sensors.measures_velocity": False,
+        "controller.observer.enabled": True,
+        "controller.observer.position_noise": 0.3,
+        "controller.observer.heading_noise": 0.0087,
+    }
+    cat = boat("catamaran", MainData(length=2.5, mass=180.0, wind=6.0))
+    print("| run-in | legs, rms | each leg | observer, rms |\n|---|---|---|---|")
+    for run_in in (0.0, 25.0, 37.5):
+        scenario = cat.scenario.changed({**changes, "reference_ship.lawnmower.run_in": run_in})
+        run = simulate(scenario)
+        errors = errors_of(run, planned(scenario), run.time)
+        truth = held(run.time, run.state, run.control["time"])
+        observed = rms(position_error(run.control["estimate"], truth))
+        each = ", ".join(f"{leg.cross_rms:.2f}" for leg in (per_leg(errors) if errors else ()))
+        print(f"| {run_in:g} m | {summarise(errors).leg_cross_track_rms:.2f} m | {each} m | {observed:.2f} m |", flush=True)
 
 
 def draw(b: Boat, folder: Path) -> None:
@@ -218,12 +278,21 @@ def main() -> None:
     parser.add_argument("folder", nargs="?", type=Path, help="for pictures")
     parser.add_argument("--drawn", type=int, default=0, help="number of drawn boats")
     parser.add_argument("--goals", action="store_true", help="arrival at goals in a current instead")
+    parser.add_argument("--stops", action="store_true", help="how the boats leave a stop instead")
+    parser.add_argument("--newcomer", action="store_true", help="a survey by a small boat with and without a run-in instead")
     options = parser.parse_args()
+    if options.newcomer:
+        report_newcomer()
+        return
     if options.drawn:
         report_drawn(options.drawn)
         return
     suite = yaml.safe_load((share_directory() / "config" / "suites" / "boats.yaml").read_text(encoding="utf-8"))
     boats = [boat(name, MainData(**data)) for name, data in suite["ships"].items()]
+    if options.stops:
+        calm = [boat(name, MainData(**{**data, "wind": 0.0})) for name, data in suite["ships"].items()]
+        report_stops(boats, calm)
+        return
     if options.goals:
         report_goals(boats)
         return

@@ -69,6 +69,11 @@ def test_at_a_stop_the_ship_rests_and_turns_to_the_next_waypoint_on_the_spot() -
     assert_feasible(states, accelerations)
     at_stop = np.hypot(states[:, 0] - 60.0, states[:, 1]) < 1e-6
     assert np.ptp(states[at_stop, 2]) == pytest.approx(0.5 * math.pi, abs=1e-3)
+    # A ship that has not turned at rest has time to: slowly for as long as the turn took, then at full speed.
+    speed, left = np.hypot(*states[:, 3:5].T), int(np.flatnonzero(at_stop)[-1])
+    turning = round(np.count_nonzero(at_stop & (np.abs(states[:, 5]) > 1e-3)))
+    assert speed[left : left + turning // 2].max() < 0.6 * 1.5
+    assert speed[left:].max() > 1.2
     # Never off the two legs.
     assert np.minimum(np.abs(states[:, 1]), np.abs(states[:, 0] - 60.0)).max() < 1e-6
 

@@ -102,6 +102,19 @@ def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> N
     assert "planned legs, waypoints" in text
 
 
+def test_a_run_in_is_no_leg() -> None:
+    p = survey(**{"reference_ship.lawnmower.run_in": 25.0}).reference_ship
+    track = track_of(p, 0.1)
+    assert track is not None
+    assert leg_count(track) == 2
+    assert track.waypoints[:2] == pytest.approx((25.0, 85.0))
+    ((_, profile, begin, _),) = track.stretches
+    time = begin + profile.time_at(np.array([24.9, 25.1]))
+    errors = track_errors(track, time, np.array([[24.9, 1.0], [25.1, 1.0]]))
+    assert list(errors.leg) == [NO_LEG, 0]
+    assert [row.leg for row in per_leg(errors)] == [0]
+
+
 def test_a_reference_without_a_plan_has_no_legs() -> None:
     scenario = load_scenario("figure_eight", {"vessel_sim.duration": 2.0})
     metrics = measured(simulate(scenario), scenario)

@@ -1,8 +1,8 @@
 """A survey of a rectangle: parallel legs joined by U-turns, begun at `initial_pose` with its angle as the first leg's course.
 
 The U-turns have the radius that is set, or the smallest with which the ship can turn at the speed of the legs; where the legs are
-closer together than that they are teardrops. The ship starts from rest at the beginning of the first leg and stops at the end of
-the last.
+closer together than that they are teardrops. The ship starts from rest at the beginning of the first leg, or of the run-in before
+it, and stops at the end of the last.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from functools import lru_cache
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
@@ -31,6 +32,13 @@ class LawnmowerParameters:
         40.0, "Distance between two legs; positive turns to port first, negative to starboard.", unit="m", low=-1e5, high=1e5
     )
     speed: float = parameter(1.5, "Speed over ground on the legs.", unit="m/s", low=1e-3, high=100.0)
+    run_in: float = parameter(
+        0.0,
+        "Way before the first leg, on its course, on which the ship gathers way and learns the current; it is no leg.",
+        unit="m",
+        low=0.0,
+        high=1e5,
+    )
     turn_radius: float = parameter(
         0.0,
         "Radius of the U-turns, which are slower where the ship needs it; 0 for the smallest at the speed of the legs.",
@@ -57,7 +65,7 @@ def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits,
         raise ParameterError(f"{MODE}.spacing = {p.spacing:g} m is not allowed: its magnitude must be at least {SMALLEST:g} m")
     check_straight(f"{MODE}.speed", p.speed, vessel, limits)
     turning = _turning(p, vessel, limits)
-    elements = []
+    elements = [Element(straight(p.run_in), NO_LEG, turn=False)] if p.run_in else []
     for leg in range(p.legs):
         elements.append(Element(straight(p.leg_length), leg, turn=False))
         if leg < p.legs - 1:

@@ -17,10 +17,10 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.reference.corners import STOP, join
 from vessel_hsmc_ros.reference.on_the_spot import halt, spot_turn
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, Stretch, stretch
-from vessel_hsmc_ros.reference.polyline import Part, Ship, Waypoint, begun, fitted_turning, polyline
-from vessel_hsmc_ros.reference.route import Route
+from vessel_hsmc_ros.reference.polyline import Part, Planned, Ship, Waypoint, begun, fitted_turning, polyline
+from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
-from vessel_hsmc_ros.reference.speed_profile import changes_of
+from vessel_hsmc_ros.reference.speed_profile import Section, changes_of
 from vessel_hsmc_ros.reference.timetable import Timetable, blended, joined
 from vessel_hsmc_ros.reference.turning import check_straight, largest_acceleration
 
@@ -34,6 +34,10 @@ AT_REST = 1e-3
 
 JOIN_SPEEDS = (1.0, 0.6, 0.35, 0.2)
 """Speeds of the turn with which a path begins under way, relative to that of the path, in the order of preference."""
+
+SET_OFF, SET_OFF_SHARE = 0.3, 0.1
+"""Speed of the beginning after a turn on the spot, in terms of the radius of gyration and the yaw acceleration, and largest share
+of the leg that it takes."""
 
 BLENDED = 0.2
 """Share of a halt in which the acceleration of the motion before it decays."""
@@ -80,7 +84,7 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
         if turned is not None:
             pieces.append(_Piece(turned))
             motion = _rest_of(turned)
-        pieces.append(_from_rest(part, motion, ship))
+        pieces.append(_from_rest(part, motion, ship, turned))
         motion = _rest_of(pieces[-1].table)
     track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints))
     still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
@@ -123,9 +127,11 @@ def _rest_of(table: Timetable) -> Motion:
     return Motion(x, y, psi, 0.0, 0.0, 0.0)
 
 
-def _from_rest(part: Part, motion: Motion, ship: Ship) -> _Piece:
+def _from_rest(part: Part, motion: Motion, ship: Ship, turned: Timetable | None) -> _Piece:
     start = complex(motion.x, motion.y)
     elements, sections = polyline(start, part, ship)
+    if turned is not None:
+        elements, sections = _set_off(elements, sections, float(turned.times[-1]), ship)
     # Not wrapped, so that the heading is continuous.
     course = motion.psi + wrap(cmath.phase(part.points[0].position - start) - motion.psi)
     route = Route(elements, (motion.x, motion.y, course))
@@ -133,6 +139,23 @@ def _from_rest(part: Part, motion: Motion, ship: Ship) -> _Piece:
     # The heading at rest differs from the course of the leg by rounding, or by what is left of a drift angle.
     row = np.array([*motion[:3], *[0.0] * 6])
     return _Piece(blended(sailing.table, row, float(sailing.table.times[-1]) / len(elements)), sailing)
+
+
+def _set_off(elements: list[Element], sections: list[Section], duration: float, ship: Ship) -> Planned:
+    """The first leg with a slow beginning, in which a ship that has not kept its heading at rest turns to the leg.
+
+    Args:
+        elements, sections: The legs and corners.
+        duration: How long the beginning takes, s.
+        ship: The ship.
+    """
+    radius = math.sqrt(ship.vessel.m33 / ship.vessel.m22)
+    length, speed = elements[0].length, SET_OFF * radius * math.sqrt(ship.limits.yaw_acceleration)
+    way = min(speed * duration, SET_OFF_SHARE * length)
+    if elements[0].turn or speed >= sections[0].speed:
+        return elements, sections
+    slow, rest = (elements[0]._replace(pieces=straight(part)) for part in (way, length - way))
+    return [slow, rest, *elements[1:]], [Section(way, speed, False), sections[0]._replace(length=length - way), *sections[1:]]
 
 
 def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> _Piece:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.track_errors import NO_LEG, TrackErrors
-from vessel_hsmc_ros.reference.route import Route
+from vessel_hsmc_ros.reference.route import Element, Route
 from vessel_hsmc_ros.reference.speed_profile import SpeedProfile
 
 Array = NDArray[np.float64]
@@ -62,12 +62,16 @@ def leg_ends(route: Route) -> tuple[complex, ...]:
     """Where the legs of a route begin and end, m."""
     ends = np.concatenate(([0.0], np.cumsum([element.length for element in route.elements])))
     points = route.position(ends)
-    return tuple(complex(points[i + k]) for i, element in enumerate(route.elements) if not element.turn for k in (0, 1))
+    return tuple(complex(points[i + k]) for i, element in enumerate(route.elements) if _is_leg(element) for k in (0, 1))
 
 
 def leg_count(track: PlannedTrack) -> int:
     """The number of legs of a plan."""
-    return len({(i, e.leg) for i, one in enumerate(track.stretches) for e in one.route.elements if not e.turn})
+    return len({(i, e.leg) for i, one in enumerate(track.stretches) for e in one.route.elements if _is_leg(e)})
+
+
+def _is_leg(element: Element) -> bool:
+    return not element.turn and element.leg != NO_LEG
 
 
 def track_errors(track: PlannedTrack, time: Array, position: Array) -> TrackErrors:

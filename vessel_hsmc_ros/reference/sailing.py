@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.route import Route
 from vessel_hsmc_ros.reference.route_motion import RouteMotion, motion_along, timetable
@@ -80,4 +81,6 @@ def _sailing(owner: str, route: Route, parts: Sequence[Phase], vessel: Vessel, s
 def place(route: Route, s: float) -> str:
     """The leg or turn of an arc length, m, in words."""
     element = route.elements[route.index_at(s)]
+    if element.leg == NO_LEG:
+        return "the run-in"
     return f"turn {element.leg + 1}" if element.turn else f"leg {element.leg + 1}"

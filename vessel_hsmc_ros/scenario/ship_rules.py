@@ -220,6 +220,7 @@ def references(circle: Circle, s: Scale, position_gain: float) -> dict[str, floa
         "side": 2.0 * circle.radius,
         "leg": 20.0 * s.L,
         "spacing": 4.0 * s.L,
+        "run_in": 15.0 * s.L,
         **{f"motion_{name}": value for name, value in motion_limits(s).items()},
         "astern_distance": 0.3 * s.L,
     }
