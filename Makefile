@@ -80,7 +80,8 @@ node-readers:  ## install npm's MCAP reader into build/node, for test/bags
 check: tools  ## format, lint, types, directions of imports, declared imports, spelling, terms
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
-	@$(BIN)/mypy
+	@if $(BIN)/python -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then $(BIN)/mypy; else \
+		echo "mypy is left out: it needs Python 3.11, because NumPy's annotations for 3.10 are older"; fi
 	@$(BIN)/lint-imports
 	@$(BIN)/deptry .
 	@$(BIN)/codespell

@@ -2,6 +2,6 @@
 
 import sys
 
-from vessel_sim_node.node import main
+from vessel_hsmc_ros.nodes.entry_points import vessel_sim_node
 
-sys.exit(main())
+sys.exit(vessel_sim_node())

@@ -7,13 +7,22 @@ from pathlib import Path
 
 import pytest
 
+from vessel_hsmc_ros.cli.verbs import LIBRARIES, VERBS
+from vessel_hsmc_ros.core.exceptions import InstallationError
+from vessel_hsmc_ros.core.install_paths import require
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+
 NODES = {
     "controller": "vessel_hsmc_ros.nodes.controller",
     "vessel_sim": "vessel_sim_node.node",
     "reference_ship": "vessel_hsmc_ros.nodes.reference_ship",
 }
-ANALYSIS = ("click", "jinja2", "lz4", "matplotlib", "mcap", "mcap_ros2", "plotly", "rich", "rosbags", "zstandard")
-"""Libraries that no ROS package provides; the nodes of the control loop must not need them."""
+ANALYSIS = (
+    *("click", "foxglove", "geographiclib", "jinja2", "llvmlite", "lz4", "matplotlib", "mcap", "mcap_ros2", "numba", "optuna"),
+    *("plotly", "rich", "rosbags", "scipy", "zstandard"),
+)
+"""Libraries that nodes and verbs need only where they declare it."""
+PROGRAMS = {**LOOP, **AUXILIARY, **WATCHERS}
 
 
 def code_without(modules: tuple[str, ...], code: str) -> list[str]:
@@ -70,3 +79,39 @@ def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_p
     done = subprocess.run(code_without(ANALYSIS, code), cwd=tmp_path, capture_output=True, text=True, timeout=120.0)
     assert "ModuleNotFoundError" not in done.stderr
     assert done.returncode == 0, done.stderr
+
+
+def import_without(absent: tuple[str, ...], modules: list[str]) -> str:
+    """What Python reports when it imports modules where libraries are absent; empty if it can."""
+    code = f"from importlib import import_module as load; [load(each) for each in {modules!r}]"
+    done = subprocess.run(code_without(absent, code), capture_output=True, text=True, timeout=120.0)
+    return done.stderr
+
+
+@pytest.mark.parametrize("declaring", [False, True], ids=["nodes_without_libraries", "nodes_with_libraries"])
+def test_nodes_import_no_library_but_those_they_declare(declaring: bool) -> None:
+    programs = [program for program in PROGRAMS.values() if bool(program.libraries) == declaring]
+    declared = {name for program in programs for name in program.libraries}
+    modules = [f"{each.module}.node" if each.module == "vessel_sim_node" else each.module for each in programs]
+    assert import_without(tuple(name for name in ANALYSIS if name not in declared), modules) == ""
+
+
+def test_verbs_that_declare_no_library_import_none() -> None:
+    absent = tuple(name for name in ANALYSIS if name not in ("click", "rich"))
+    assert import_without(absent, [f"vessel_hsmc_ros.cli.{name}" for name in VERBS if name not in LIBRARIES]) == ""
+
+
+def test_all_libraries_that_a_program_lacks_are_named_at_once_with_the_commands_of_a_workspace(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sys, "prefix", sys.base_prefix)
+    for workspace, commands in (
+        ("/opt/ros/jazzy", ("`sudo apt install python3-scipy` and `pip install no_library` in an environment above",)),
+        ("", ("are not installed: `pip install scipy no_library`",)),
+    ):
+        monkeypatch.setenv("AMENT_PREFIX_PATH", workspace)
+        monkeypatch.setitem(sys.modules, "scipy", None)
+        with pytest.raises(InstallationError) as refused:
+            require("numpy", "scipy", "no_library")
+        assert all(command in str(refused.value) for command in commands)
+        assert str(refused.value).startswith("scipy and no_library are")

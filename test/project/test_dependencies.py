@@ -7,6 +7,9 @@ from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
+from vessel_hsmc_ros.cli.verbs import LIBRARIES
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+
 ROOT = Path(__file__).resolve().parents[2]
 OWN = {"vessel_hsmc_ros", "vessel_sim_node"}
 BUILT = "vessel_hsmc_msgs"
@@ -70,6 +73,30 @@ def test_package_xml_declares_every_ros_package_that_is_imported() -> None:
 def test_package_xml_declares_every_library_that_has_a_rosdep_key() -> None:
     libraries = imported() - ros_packages() - PYPI_ONLY
     assert {f"python3-{name}" for name in libraries} - declared_in_package_xml() == set()
+
+
+def test_nodes_alone_need_no_library_of_the_command_and_pip_is_called_only_where_it_may_install() -> None:
+    from catkin_pkg.package import parse_package
+
+    def needed(**variables: str) -> set[str]:
+        package = parse_package(str(ROOT))
+        package.evaluate_conditions(variables)
+        found = {each.name for each in package.exec_depends if each.evaluated_condition}
+        return {name.removeprefix("python3-") for name in found if "python3" in name or "mcap" in name}
+
+    nodes = {"geographiclib", "numpy", "scipy", "yaml"}
+    command = {"click", "jinja2", "matplotlib", "numba", "rich"}
+    assert needed(VESSEL_HSMC_ROS_NODES_ONLY="1") == nodes
+    assert needed() == nodes | command
+    assert needed(PIP_BREAK_SYSTEM_PACKAGES="1") == nodes | command | {"mcap-ros2-support", "rosbags-pip"}
+
+
+def test_the_table_of_libraries_names_what_each_program_declares() -> None:
+    rows = (ROOT / "docs" / "installing.md").read_text(encoding="utf-8").partition("## Who needs")[2].splitlines()
+    declared = LIBRARIES | {each.executable: each.libraries for each in (LOOP | WATCHERS | AUXILIARY).values()}
+    for name, libraries in declared.items():
+        (row,) = (row.split(" | ")[1] for row in rows if f"`{name}`" in row.partition(" | ")[0])
+        assert {DISTRIBUTIONS.get(each, each) for each in libraries} <= set(re.findall(r"[\w-]+", row)), name
 
 
 def test_both_packages_have_the_same_version() -> None:

@@ -7,9 +7,9 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_error, print_status
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
-from vessel_hsmc_ros.cli.verbs import GROUPS, VERBS
+from vessel_hsmc_ros.cli.verbs import GROUPS, LIBRARIES, VERBS
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
-from vessel_hsmc_ros.core.install_paths import missing_module
+from vessel_hsmc_ros.core.install_paths import missing_module, require
 from vessel_hsmc_ros.core.version import __version__
 
 FAILED, WRONG_USE = 1, 2
@@ -27,9 +27,14 @@ class Verbs(click.Group):
         return sorted(VERBS)
 
     def get_command(self, _ctx: click.Context, name: str) -> click.Command | None:
-        """The verb with this name; None if there is none."""
+        """The verb with this name; None if there is none.
+
+        Raises:
+            InstallationError: libraries that it needs are missing.
+        """
         if name not in VERBS:
             return None
+        require(*LIBRARIES.get(name, ()))
         module = importlib.import_module(f"vessel_hsmc_ros.cli.{name}")
         verb: click.Command = getattr(module, "set_parameters" if name == "set" else name)
         return verb

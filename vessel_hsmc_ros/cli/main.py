@@ -4,7 +4,8 @@ import sys
 
 from vessel_hsmc_ros.cli.interrupts import handle_interrupts, ignore_interrupts
 from vessel_hsmc_ros.cli.streams import prepare_streams
-from vessel_hsmc_ros.core.install_paths import missing_module
+from vessel_hsmc_ros.core.exceptions import InstallationError
+from vessel_hsmc_ros.core.install_paths import require
 
 
 def main() -> int:
@@ -12,11 +13,12 @@ def main() -> int:
     handle_interrupts()
     prepare_streams()
     try:
+        require("click", "numpy", "rich", "yaml")
         from vessel_hsmc_ros.cli.command import execute  # takes a second, during which the user may press Ctrl-C
 
         return execute()
-    except ModuleNotFoundError as error:  # click, or what prints errors
-        sys.stderr.write(f"error: {missing_module(error)}\n")
+    except InstallationError as error:
+        sys.stderr.write(f"error: {error}\n")
         return 1
     finally:
         ignore_interrupts()

@@ -39,3 +39,16 @@ GROUPS = {
 }
 
 VERBS = {name: line for verbs in GROUPS.values() for name, line in verbs.items()}
+
+BAGS = ("lz4", "mcap", "rosbags", "zstandard")
+PAGES = (*BAGS, "jinja2", "matplotlib", "plotly")
+LIBRARIES = {
+    **dict.fromkeys(("demo", "run", "simulate", "compare", "sweep", "reproduce", "report"), PAGES),
+    **dict.fromkeys(("campaign", "identify", "manoeuvres"), (*PAGES, "scipy")),
+    "tune": (*PAGES, "optuna", "scipy"),
+    "recover": ("lz4", "mcap", "zstandard"),
+    "replay": BAGS,
+    "scenarios": ("scipy",),
+    "vessels": ("scipy",),
+}
+"""The modules that verbs import beside ROS, click, NumPy, PyYAML and rich."""

@@ -3,8 +3,9 @@
 import os
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
@@ -21,6 +22,9 @@ MESSAGES = "vessel_hsmc_msgs"
 
 DISTRIBUTIONS = {"foxglove": "foxglove-sdk", "mcap_ros2": "mcap-ros2-support", "yaml": "pyyaml"}
 """Packages of PyPI that are not named like their module."""
+
+FROM_APT = frozenset({"click", "geographiclib", "jinja2", "matplotlib", "numba", "numpy", "rich", "scipy", "yaml"})
+"""Libraries with a rosdep key, which a workspace takes from apt as `python3-NAME`; the others come from PyPI."""
 
 ROS = re.compile(r"rclpy|rcl_|rosidl_|rpyutils|ament_|\w+_(msgs|srvs|interfaces)$")
 """Modules that are parts of ROS 2."""
@@ -84,15 +88,40 @@ def discovery() -> Iterator[None]:
             os.environ[PROFILES] = before
 
 
+def require(*modules: str) -> None:
+    """Check that libraries are installed, before what needs them is imported or computed.
+
+    Raises:
+        InstallationError: some are not; the message names them all, and the command that installs them.
+    """
+    if missing := [name for name in modules if find_spec(name) is None]:
+        raise InstallationError(_not_installed(missing))
+
+
 def missing_module(error: ModuleNotFoundError) -> str:
     """One line with the name of a module that is missing, and how to install it."""
     # An import of a submodule reports its dotted name; the first part is what has to be installed.
-    name = (error.name or str(error)).partition(".")[0]
-    if name == MESSAGES:
+    return _not_installed([(error.name or str(error)).partition(".")[0]])
+
+
+def _not_installed(names: Sequence[str]) -> str:
+    """One line on libraries that are missing: those of a workspace without an environment above it come from apt and PyPI."""
+    if names[0] == MESSAGES:
         remedy = messages_remedy()
+    elif ROS.match(names[0]):
+        remedy = ROS_REMEDY
+    elif os.environ.get("AMENT_PREFIX_PATH") and sys.prefix == sys.base_prefix:
+        from_apt = [f"python3-{name}" for name in names if name in FROM_APT]
+        from_pypi = [DISTRIBUTIONS.get(name, name) for name in names if name not in FROM_APT]
+        parts = [f"`sudo apt install {' '.join(from_apt)}`"] if from_apt else []
+        if from_pypi:
+            above = "in an environment above the workspace, `python3 -m venv --system-site-packages .venv`"
+            parts.append(f"`pip install {' '.join(from_pypi)}` {above}")
+        remedy = " and ".join(parts)
     else:
-        remedy = ROS_REMEDY if ROS.match(name) else f"`pip install {DISTRIBUTIONS.get(name, name)}`"
-    return f"{name} is not installed: {remedy}"
+        remedy = f"`pip install {' '.join(DISTRIBUTIONS.get(name, name) for name in names)}`"
+    verb = "is" if len(names) == 1 else "are"
+    return f"{' and '.join(filter(None, [', '.join(names[:-1]), names[-1]]))} {verb} not installed: {remedy}"
 
 
 def messages_remedy() -> str:

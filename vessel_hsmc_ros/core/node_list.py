@@ -5,17 +5,19 @@ from typing import NamedTuple
 
 
 class NodeProgram(NamedTuple):
-    """Where a node is found.
+    """Where a node is found, and what it needs.
 
     Attributes:
         source: The module with its class and its function `main`.
         kind: The name of its class.
         executable: What `ros2 run` runs.
+        libraries: The modules that it imports beside ROS, NumPy and PyYAML.
     """
 
     source: str
     kind: str
     executable: str
+    libraries: tuple[str, ...] = ()
 
     @property
     def module(self) -> str:
@@ -40,15 +42,15 @@ LOOP = {
     REFERENCE: NodeProgram("vessel_hsmc_ros.nodes.reference_ship", "ReferenceShipNode", "reference_ship_node"),
     CONTROLLER: NodeProgram("vessel_hsmc_ros.nodes.controller", "ControllerNode", "controller_node"),
     ALLOCATION: NodeProgram("vessel_hsmc_ros.nodes.thruster_allocation", "ThrusterAllocationNode", "thruster_allocation_node"),
-    RECORDER: NodeProgram("vessel_hsmc_ros.nodes.recorder", "RecorderNode", "recorder_node"),
+    RECORDER: NodeProgram("vessel_hsmc_ros.nodes.recorder", "RecorderNode", "recorder_node", ("lz4", "mcap", "zstandard")),
 }
 """The nodes of a closed loop, whose parameters make a scenario."""
 
 WATCHERS = {
-    "live": NodeProgram("vessel_hsmc_ros.nodes.live", "LiveNode", "live_node"),
+    "live": NodeProgram("vessel_hsmc_ros.nodes.live", "LiveNode", "live_node", ("foxglove",)),
     "markers": NodeProgram("vessel_hsmc_ros.nodes.markers", "MarkerNode", "marker_node"),
     "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "WatchdogNode", "watchdog_node"),
-    "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "NavsatOdometryNode", "navsat_odom_node"),
+    "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "NavsatOdometryNode", "navsat_odom_node", ("geographiclib",)),
     "drive": NodeProgram("vessel_hsmc_ros.nodes.drive", "DriveNode", "drive_node"),
 }
 """Nodes outside the closed loop: a run takes place without them."""

@@ -11,24 +11,25 @@ from collections.abc import Callable
 from importlib import import_module
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
-from vessel_hsmc_ros.core.install_paths import missing_module
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+from vessel_hsmc_ros.core.install_paths import missing_module, require
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS, NodeProgram
 from vessel_hsmc_ros.nodes.ros_environment import check_ros
 
 
-def entry_point(module: str) -> Callable[[], int]:
+def entry_point(program: NodeProgram) -> Callable[[], int]:
     """Make the entry point of a node; its exit code is 2 if a module that the node needs is not installed.
 
     Args:
-        module: The node's module, which has a function `main`.
+        program: The node, whose module has a function `main`.
     """
 
     def main() -> int:
         # The node's own handlers follow when it is imported; until then there is nothing to complete.
         signal.signal(signal.SIGINT, lambda *_: os._exit(0))
         try:
+            require("rclpy", "numpy", "yaml", *program.libraries)
             check_ros()
-            node = import_module(module)
+            node = import_module(program.source)
         except ModuleNotFoundError as error:
             sys.stderr.write(f"[FATAL]: {missing_module(error)}\n")
             return 2
@@ -41,7 +42,7 @@ def entry_point(module: str) -> Callable[[], int]:
     return main
 
 
-_MAINS = {program.executable: entry_point(program.source) for program in (LOOP | AUXILIARY | WATCHERS).values()}
+_MAINS = {program.executable: entry_point(program) for program in (LOOP | AUXILIARY | WATCHERS).values()}
 
 
 def __getattr__(name: str) -> Callable[[], int]:

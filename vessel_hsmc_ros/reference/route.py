@@ -132,8 +132,7 @@ class Route:
         """The way from the beginning of a piece, m."""
         fractions = 0.5 * (1.0 + NODES)
         courses = self._course(index[..., None], q[..., None] * fractions)
-        moved: ComplexArray = 0.5 * q * (np.exp(1j * courses) @ WEIGHTS)
-        return moved
+        return np.asarray(0.5 * q * (np.exp(1j * courses) @ WEIGHTS), dtype=np.complex128)
 
 
 def displacement(pieces: Pieces) -> complex:

@@ -13,6 +13,7 @@ import types
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.kernel import KERNELS, bound
 from vessel_hsmc_ros.simulation import cache
 
@@ -40,7 +41,8 @@ def available() -> bool:
 def _installed() -> bool:
     found = importlib.util.find_spec("numba") is not None
     if not found:
-        logging.getLogger(__name__).warning("warning: Numba is not installed: simulations run interpreted, some 100 times slower")
+        slow = "simulations run interpreted, some 100 times slower"
+        logging.getLogger(__name__).warning("warning: %s; %s", missing_module(ModuleNotFoundError(name="numba")), slow)
     return found
 
 
