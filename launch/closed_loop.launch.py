@@ -2,7 +2,8 @@
 
 ros2 launch vessel_hsmc_ros closed_loop.launch.py scenario:=case2_tracking record:=true
 
-The launch ends with the plant. Its exit code is 0 if every node exited with 0, else 1.
+Its nodes end with the plant, and the launch with them unless it includes something else. The exit code is 0 if every node exited
+with 0, else 1.
 """
 
 from collections.abc import Callable
@@ -10,8 +11,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
-from launch.events.process import ProcessExited
+from launch.actions import DeclareLaunchArgument, EmitEvent, OpaqueFunction, SetEnvironmentVariable
+from launch.events import matches_action
+from launch.events.process import ProcessExited, ShutdownProcess
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -49,7 +51,8 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     HELD.enter_context(exclusive(namespace, scenario.controller.lockstep))
     folder = make_run_folder(Path(arguments["output"]), scenario.name)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    nodes = [
+    nodes: list[Node] = []
+    nodes += [
         Node(
             package="vessel_hsmc_ros",
             executable=LOOP[name].executable,
@@ -58,7 +61,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
             parameters=[str(folder.parameters)],
             arguments=law_file_options() if name == "controller" else [],
             output="screen",
-            on_exit=end_with(name),
+            on_exit=end_with(name, nodes),
         )
         for name in taking_part(scenario.vessel_sim.by_thrusters)
         if flags["record"] or name != "recorder"
@@ -66,20 +69,26 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     return [SetEnvironmentVariable(PROFILES, discovery_profiles(flags["real_time"])), *nodes]
 
 
-def end_with(name: str) -> Callable[[ProcessExited, LaunchContext], Any]:
-    """The exit handler of a node: shut down all nodes, with an error unless the plant has completed the run.
+def end_with(name: str, nodes: list[Node]) -> Callable[[ProcessExited, LaunchContext], Any]:
+    """The exit handler of a node: after the plant the other nodes of its loop end, after an error the whole launch does.
 
     Only an exception gives `ros2 launch` a nonzero exit code: its message is logged, all nodes are shut down, the code is 1.
+
+    Args:
+        name: The node.
+        nodes: Those of its loop; a second loop in the same launch has others. Emptied when the plant has ended.
     """
 
     def on_exit(event: ProcessExited, context: LaunchContext) -> Any:
         if event.returncode:
             raise RunError(f"{name} failed with exit code {event.returncode}")
-        if context.is_shutdown:
+        if context.is_shutdown or not nodes:
             return None
         if name != "vessel_sim":
             raise RunError(f"{name} left before the run was over")
-        return Shutdown(reason="the run is over")
+        others = [node for node in nodes if node is not event.action]
+        nodes.clear()
+        return [EmitEvent(event=ShutdownProcess(process_matcher=matches_action(node))) for node in others]
 
     return on_exit
 

@@ -1,3 +1,4 @@
+import itertools
 import math
 from typing import Any
 
@@ -219,6 +220,20 @@ def test_odometry_without_a_reference_of_its_stamp_is_reported_with_both_stamps(
     plant.send_reference(STEP)
     bench.until(lambda: plant.stamps() == [STEP])
     bench.until(lambda: statuses[-1].status[0].message == "running")
+
+
+def test_odometry_that_goes_on_without_a_reference_of_its_stamps_is_reported_while_it_lasts(bench: Any, plant: Any) -> None:
+    node = plant.connect(bench.start(ControllerNode))
+    steps = itertools.count(1)
+
+    def reported() -> bool:
+        step = next(steps) * STEP
+        plant.send_reference(step + 1)
+        plant.send_odometry(step)
+        return "in lockstep it takes inputs of one stamp" in node.status()[1]
+
+    bench.until(reported)
+    assert plant.commands == []
 
 
 def test_references_without_matching_odometry_are_limited_in_number(

@@ -6,7 +6,7 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from mcap.reader import make_reader
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from recording import read, record, recorded_topics, wrench
+from recording import read, record, recorded_topics, warnings, wrench
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
@@ -67,14 +67,18 @@ def test_every_message_missed_from_a_publisher_that_waits_for_the_recorder_count
 
 
 @pytest.mark.parametrize("lockstep", [True, False])
-def test_what_was_published_before_a_recorder_joined_does_not_count_as_dropped(bench: Any, tmp_path: Path, lockstep: Any) -> None:
+def test_what_was_published_before_a_recorder_joined_is_named_and_does_not_count_as_dropped(
+    bench: Any, tmp_path: Path, lockstep: Any
+) -> None:
     publisher = bench.publisher(WrenchStamped, "cmd_wrench", lockstep)
     publisher.publish(wrench(0))
+    warned = warnings(bench)
     node = record(bench, tmp_path, lockstep=lockstep)
     bench.until(lambda: publisher.get_subscription_count())
     publisher.publish(wrench(1))
     bench.until(lambda: node.status()[2]["messages"] == 1)
     assert node.status()[2]["dropped"] == 0
+    bench.until(lambda: warned() == ["joined late: messages published before are not in the bag: 1 of /cmd_wrench"])
     node.close()
 
 

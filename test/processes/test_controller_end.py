@@ -67,6 +67,8 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench
     for _ in range(20):
         spin()
     assert plant.wrenches()[-1] == (0.0, 0.0)
+    stamps = [(command.header.stamp.sec, command.header.stamp.nanosec) for command in plant.commands]
+    assert stamps == sorted(set(stamps)), "a plant refuses a command with a stamp that it has had"
 
 
 def test_a_crash_of_native_code_leaves_its_stack_in_the_output(start: Any) -> None:

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from harness import children, command_line
 
+from vessel_hsmc_ros.bags.reader import open_bag
+
 WHERE_TO_RUN = "comes with a ROS install only: source it, colcon build, and run this again"
 pytest.importorskip("launch", reason=f"launch {WHERE_TO_RUN}")
 pytest.importorskip("launch_ros", reason=f"launch_ros {WHERE_TO_RUN}")
@@ -22,8 +24,11 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 
 source = PythonLaunchDescriptionSource(str(share_directory() / "launch" / "closed_loop.launch.py"))
 service = LaunchService()
-arguments = [argument.split(":=") for argument in sys.argv[1:]]
-service.include_launch_description(LaunchDescription([IncludeLaunchDescription(source, launch_arguments=arguments)]))
+loops = " ".join(sys.argv[1:]).split(" and ")[-2:]
+arguments = [[argument.split(":=") for argument in loop.split()] for loop in loops]
+service.include_launch_description(
+    LaunchDescription([IncludeLaunchDescription(source, launch_arguments=each) for each in arguments])
+)
 sys.exit(service.run())
 """
 
@@ -72,3 +77,18 @@ def test_a_second_launch_is_refused_in_one_line_and_the_first_goes_on(launched: 
     assert first.popen.poll() is None
     os.killpg(first.popen.pid, signal.SIGINT)
     assert first.wait(30.0) == 0
+
+
+def test_of_two_loops_in_one_launch_the_second_goes_on_after_the_end_of_the_first(launched: Any, tmp_path: Path) -> None:
+    arguments = []
+    for name, duration, record in (("alpha", 1.0, "false"), ("beta", 6.0, "true")):
+        scenario = tmp_path / f"{name}.yaml"
+        scenario.write_text(f"/**/vessel_sim: {{ros__parameters: {{duration: {duration}}}}}\n")
+        output = tmp_path / f"runs_{name}"
+        own = [f"scenario:={scenario}", f"namespace:={name}", f"record:={record}", f"output:={output}"]
+        arguments += ["and", *own, "real_time:=true", "law:=guided"]
+    command = launched(*arguments)
+    assert command.wait(60.0) == 0, command.text
+    assert "[ERROR]" not in command.text
+    (bag,) = (tmp_path / "runs_beta").glob("*/bag")
+    assert open_bag(bag).run().time[-1] > 5.5

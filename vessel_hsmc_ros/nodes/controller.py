@@ -216,8 +216,9 @@ class ControllerNode(TimedNode):
         commands = self.loop.supervision.operation is not Operation.STANDBY
         if not self.parameters.lockstep and self.connected and commands:
             self.loop.supervision.stop(Reason.SHUTTING_DOWN)
-            conversions.write_wrench(self._command, conversions.time_message(self.now()), NO_WRENCH)
-            for _ in range(LAST_COMMANDS):
+            now = self.now()
+            for number in range(LAST_COMMANDS):  # a second command of one stamp would be refused with an error
+                conversions.write_wrench(self._command, conversions.time_message(now + number), NO_WRENCH)
                 self.send(self._command_out, self._command)
             self._command_out.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_LIMITS["real time"]))
         super().close()

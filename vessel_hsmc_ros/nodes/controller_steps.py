@@ -105,6 +105,7 @@ class Lockstep(Timing):
     def __init__(self, node: TimedNode) -> None:
         super().__init__(node)
         self._odometry: Measured | None = None
+        self._unanswered = 0
         self._references: dict[int, Desired] = {}
         self._steps = StepClock(node, self.start)
 
@@ -115,12 +116,14 @@ class Lockstep(Timing):
 
     @property
     def pending(self) -> int | None:
-        """Stamp of odometry that waits for the reference of its stamp, ns."""
-        return self._odometry.sample.stamp if self._odometry else None
+        """Stamp of the first odometry since the last command that waits for the reference of its stamp, ns."""
+        return self._unanswered if self._odometry else None
 
     def take_odometry(self, measured: Measured) -> None:
         """Answer odometry as soon as the inputs of the law are complete."""
         self._check(measured)
+        if self._odometry is None:
+            self._unanswered = measured.sample.stamp
         self._odometry = measured
         self._node.inputs.monitor.receive("odometry", measured.sample.stamp)
         self.start()

@@ -87,7 +87,7 @@ class Timing(ABC):
 
     @property
     def pending(self) -> int | None:
-        """Stamp of odometry that waits for the reference of its stamp, ns."""
+        """Stamp of the first odometry since the last command that waits for the reference of its stamp, ns."""
         return None
 
     def ready(self) -> Reason:

@@ -131,7 +131,7 @@ class InputMonitor:
         Call it periodically, with a period in which every input is received in normal operation.
 
         Args:
-            pending: Stamp of an odometry message that still waits for the reference of its own stamp, ns.
+            pending: Stamp of the first odometry since the last command that waits for the reference of its own stamp, ns.
         """
         missing = [f"{name} on {topic}" for name, topic in self._topics.items() if name not in self._stamps]
         reason = f"waiting for {' and '.join(missing)}" if missing else ""

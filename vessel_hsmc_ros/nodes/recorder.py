@@ -116,6 +116,7 @@ class RecorderNode(VesselNode):
         self._foreign = self._topics_named(FOREIGN_TOPICS)
         self._awaited = self._topics_named(BEGINNING) & set(self._choice.names) if p.recorded and not p.lockstep else set()
         self._dropped = self._waited = 0
+        self._before: dict[str, int] = {}
         self._collector = ParameterCollector(self)
         self._discovery = self.create_timer(0.02, self._discover, clock=self.wall)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=self.wall)
@@ -176,7 +177,7 @@ class RecorderNode(VesselNode):
         """The callback of a topic; if the topic has one publisher, a gap in its sequence numbers counts as dropped messages.
 
         With the parameter `recorded` the publishers wait for the recorder, so that their first message counts too. Otherwise
-        messages published before the recorder subscribed are not counted as dropped.
+        messages published before the recorder subscribed are not counted as dropped, but named on the log.
         """
         p, of_a_vessel = self.parameters, topic.kind not in TYPES_OF_EVERY_NODE and topic.name not in self._foreign
         stamped = of_a_vessel and raw.begins_with_stamp(kind)
@@ -191,6 +192,8 @@ class RecorderNode(VesselNode):
                 number = info["publication_sequence_number"]
                 if number > expected > 0:
                     self._dropped += number - expected
+                if not expected and number > 1:
+                    self._before[topic.name] = number - 1
                 numbered = number >= expected  # a lower one is of another publisher: from there on gaps have no meaning
                 expected = number + 1
             if lockstep:
@@ -211,6 +214,10 @@ class RecorderNode(VesselNode):
         run_in_batches()
 
     def _flush(self) -> None:
+        if self._before:
+            missed = ", ".join(f"{count} of {name}" for name, count in self._before.items())
+            self.get_logger().warning(f"joined late: messages published before are not in the bag: {missed}")
+            self._before.clear()
         self._collector.request()
         if (document := self._collector.new_document()) is not None:
             self._writer.attach(PARAMETERS, document)
