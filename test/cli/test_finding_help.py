@@ -74,6 +74,15 @@ def test_all_parameters_are_given_to_programs_as_valid_json() -> None:
     assert len(json.loads(invoke("parameters", "--json").output, parse_constant=refuse)) > 100
 
 
+def test_vessels_and_gains_are_given_to_programs_in_numbers() -> None:
+    listed = json.loads(invoke("vessels", "--json").output)
+    assert {"otter", "cybership2"} <= {each["key"] for each in listed}
+    assert json.loads(invoke("vessels", "otter", "--json").output)["values"]["vessel.length"] == 2.0
+    found = json.loads(invoke("gains", "case2_tracking", "--json").output)
+    assert found["gains"]["position_gain"] > 0.0
+    assert all(loop["stable"] for loop in found["margins"].values())
+
+
 def test_the_shell_is_offered_verbs_and_scenarios() -> None:
     words = {"_VESSEL_HSMC_COMPLETE": "bash_complete", "COMP_WORDS": "vessel-hsmc simulate case3", "COMP_CWORD": "2"}
     assert "plain,case3_stabilisation" in invoke(**words).output
@@ -91,3 +100,5 @@ def test_completion_is_installed_where_the_shell_finds_it(shell: str, tmp_path: 
 def test_the_former_name_of_an_option_is_accepted_and_not_shown() -> None:
     assert "--jobs" not in invoke("sweep", "--help").output
     assert "no such option" not in invoke("sweep", "--jobs", "1").output.lower()
+    assert "--rate " not in invoke("compare", "--help").output
+    assert "no such option" not in invoke("compare", "--rate", "1").output.lower()

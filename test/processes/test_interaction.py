@@ -1,5 +1,6 @@
 """A running real-time simulation that is controlled by the command alone; each action is an event in its bag."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,8 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(
 
     # A node states how it is once a second, or later on a busy machine: a single look may come before.
     run.until(all_are_shown, LIMIT)
+    state = json.loads(carried_out(("watch", "--once", "--json")))
+    assert set(state["ship"]) == {"x", "y", "psi", "u", "v", "r"}
     run.popen.send_signal(2)
     assert run.wait(LIMIT) == 130, run.text
     folder = run_folder(runs)

@@ -14,6 +14,7 @@ from vessel_hsmc_ros.cli.options import (
     load_checked,
     output_option,
     parse_changes,
+    rate_option,
     set_option,
     workers_option,
 )
@@ -34,7 +35,7 @@ FEW = 3
 @click.argument("scenarios", nargs=-1, metavar="SCENARIO|RUN...")
 @click.option("--suite", help="A suite of cases with limits, such as guided, or the path of a YAML file.")
 @click.option("--laws", help="Laws, separated by commas [default: all that track a position].")
-@click.option("--rate-hz", "--rate", "rate_hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")
+@rate_option
 @workers_option
 @set_option
 @interpreted_option

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, print_warning
-from vessel_hsmc_ros.cli.options import load_checked, parse_changes, scenario_argument, set_option
+from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
 from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, by_hand_or_derived
@@ -48,7 +49,8 @@ REASONS = {
 @click.command()
 @scenario_argument
 @set_option
-def gains(scenario: str, changes: Sequence[str]) -> None:
+@json_option
+def gains(scenario: str, changes: Sequence[str], as_json: bool) -> None:
     """Print the gains of the guided law for the ship of SCENARIO, with the margins of its loops.
 
     A gain that is not set by hand is a number times powers of the ship's length L and of T = sqrt(yaw_inertia/yaw_moment_limit).
@@ -57,6 +59,9 @@ def gains(scenario: str, changes: Sequence[str]) -> None:
     """
     loaded = load_checked(scenario, parse_changes(changes))
     found = study(loaded)
+    if as_json:
+        print_json(_content(loaded, found))
+        return
     print_table(["gain", "origin", "unit", "reason", "value", "number"], _gains(loaded), title="gains", text_columns=4)
     print_line(_units(loaded))
     print_table(["loop", "gain margin", "phase margin", "delay margin", "crossover"], _margins(found), title="margins")
@@ -65,6 +70,13 @@ def gains(scenario: str, changes: Sequence[str]) -> None:
         print_status(f"controller.law is {loaded.controller.law}: --set controller.law=guided uses these gains")
     for line in shortcomings(loaded, found):
         print_warning(line)
+
+
+def _content(scenario: Scenario, found: Study) -> dict[str, Any]:
+    """Gains by their names, margins by the loops, and the warnings, for programs; in SI units, dB and degrees."""
+    used = by_hand_or_derived(scenario.controller.guided, scenario.controller.vessel.as_controlled())
+    margins = {name: loop._asdict() for name, loop in found.loops.items()}
+    return {"gains": {name: getattr(used, name) for name in RULES}, "margins": margins, "warnings": shortcomings(scenario, found)}
 
 
 def _gains(scenario: Scenario) -> list[list[str]]:

@@ -35,7 +35,9 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON, 
 
 def print_json(content: object) -> None:
     """Print a result for programs; a number that is not finite is null."""
-    finite = json.loads(json.dumps(content), parse_constant=lambda _: None)
+    finite = json.loads(
+        json.dumps(content, default=float), parse_constant=lambda _: None
+    )  # a number of NumPy is none of Python's
     click.echo(json.dumps(finite, indent=1, ensure_ascii=False))
 
 
@@ -49,6 +51,17 @@ def workers_option(command: Callable[..., Any]) -> Callable[..., Any]:
     count = click.IntRange(min=1)
     former = click.option("--jobs", type=count, hidden=True)
     return click.option("--workers", type=count, help="Number of parallel runs [default: one per core].")(former(taking))
+
+
+def rate_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add `--rate-hz` to a verb, and its former name `--rate` without mentioning it."""
+
+    @functools.wraps(command)
+    def taking(rate_hz: float | None, rate: float | None, **options: Any) -> Any:
+        return command(rate_hz=rate_hz or rate, **options)
+
+    former = click.option("--rate", type=float, hidden=True)
+    return click.option("--rate-hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")(former(taking))
 
 
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))

@@ -1,10 +1,13 @@
 """`vessel-hsmc vessels`: the library of published vessels, and everything about one of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
 
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table
+from vessel_hsmc_ros.cli.options import json_option, print_json
 from vessel_hsmc_ros.scenario import vessel_figures
 from vessel_hsmc_ros.scenario.vessels import LibraryVessel, read_vessel
 
@@ -14,19 +17,30 @@ USE = "vessel-hsmc vessels NAME shows one of them; `vessel: NAME` in a scenario 
 @click.command()
 @click.argument("name", required=False)
 @click.option("--markdown", is_flag=True, help="Print the tables of all vessels in Markdown, for the docs.")
-def vessels(name: str | None, markdown: bool) -> None:
+@json_option
+def vessels(name: str | None, markdown: bool, as_json: bool) -> None:
     """List the vessels that `vessel: NAME` in a scenario takes, or show all about one: NAME, or the path of a vessel file.
 
     Figures are computed from the hull data. `verified` counts the published figures that they agree with, `open` what could not
     be checked.
     """
-    if name:
+    if as_json:
+        print_json(_content(read_vessel(name)) if name else [_content(each) for each in vessel_figures.published_vessels()])
+    elif name:
         _show(read_vessel(name))
     elif markdown:
         print_line(vessel_figures.markdown())
     else:
         print_table(vessel_figures.HEAD, vessel_figures.overview(vessel_figures.published_vessels()), text_columns=3)
         print_line(USE)
+
+
+def _content(vessel: LibraryVessel) -> dict[str, Any]:
+    """All about a vessel, for programs."""
+    shown = {field.name: getattr(vessel, field.name) for field in fields(vessel)}
+    return {name: dict(value) if isinstance(value, Mapping) else value for name, value in shown.items()} | {
+        "path": str(vessel.path)
+    }
 
 
 def _show(vessel: LibraryVessel) -> None:

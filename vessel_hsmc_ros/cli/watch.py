@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from vessel_hsmc_ros.cli.console import print_line
-from vessel_hsmc_ros.cli.options import vessel_option
+from vessel_hsmc_ros.cli.options import json_option, print_json, vessel_option
 from vessel_hsmc_ros.cli.running import running_vessel
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.quantities import quantity
@@ -28,17 +28,23 @@ COLOURS = {"ok": "green", "warning": "yellow", "error": "red"}
 
 @click.command()
 @click.option("--once", is_flag=True, help="Print the present state and exit.")
+@json_option
 @vessel_option
-def watch(once: bool, namespace: str) -> None:
+def watch(once: bool, as_json: bool, namespace: str) -> None:
     """Show the state of a running vessel: pose, error, wrench, messages of the nodes, events. Ctrl-C ends it.
 
     Where the output is no terminal, a line is printed every second.
     """
+    if as_json and not once:
+        raise click.UsageError("--json prints one state: give --once too")
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.observation import Observation
 
         observation = Observation(remote)
         console = Console()
+        if as_json:
+            print_json(content(observation.look()))
+            return
         if once:
             console.print(table(observation.look()))
             return
@@ -53,6 +59,13 @@ def watch(once: bool, namespace: str) -> None:
                     live.update(table(observation.look()), refresh=True)
         except KeyboardInterrupt:
             return
+
+
+def content(snapshot: Snapshot) -> dict[str, Any]:
+    """The state for programs: motions by x, y, psi, u, v, r in SI units and radians."""
+    motions = {"ship": snapshot.ship, "desired": snapshot.desired}
+    shown = {name: motion and motion._asdict() for name, motion in motions.items()}
+    return {**snapshot._asdict(), **shown, "nodes": {name: status._asdict() for name, status in snapshot.nodes.items()}}
 
 
 def table(snapshot: Snapshot) -> Table:
