@@ -7,6 +7,7 @@ from multiprocessing.synchronize import Barrier
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.runs import scenario_run
 
 supervisor = pytest.importorskip("vessel_hsmc_ros.runs.supervisor", reason="ROS is not installed")
 
@@ -82,3 +83,17 @@ def test_runs_of_two_users_exclude_each_other_as_their_domain_is_the_same() -> N
 
 def test_a_long_namespace_does_not_count_as_one_in_use() -> None:
     assert not refused("/".join(["a_long_name_of_a_vessel"] * 10), lockstep=False)
+
+
+def test_the_demonstration_takes_a_free_domain_unless_the_user_names_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    with scenario_run.free_domain() as first:
+        pass
+    assert "ROS_DOMAIN_ID" not in os.environ
+    monkeypatch.setenv("ROS_DOMAIN_ID", first)
+    with supervisor.exclusive("", lockstep=True):
+        with pytest.raises(RunError, match=f"another run uses ROS domain {first} "), scenario_run.free_domain():
+            pass
+        monkeypatch.delenv("ROS_DOMAIN_ID")
+        with scenario_run.free_domain() as second:
+            assert os.environ["ROS_DOMAIN_ID"] == second != first

@@ -27,7 +27,9 @@ def demo(output: Path) -> None:
     from vessel_hsmc_ros.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags
 
     check_writable(output)
-    with scenario_run.reserve_namespace(""):
+    with scenario_run.free_domain() as domain:
+        if domain != "0":
+            print_status(f"in ROS domain {domain}")
         parent = make_run_folder(output, "demo")
         folders = [RunFolder(parent.path / law) for law in LAWS]
         for law, folder in zip(LAWS, folders, strict=True):

@@ -5,8 +5,8 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.report import Record
 
 Progress = Callable[[float], None]
+
+DOMAIN, LAST_DOMAIN = "ROS_DOMAIN_ID", 101
+"""Environment variable of the ROS domain, and the last domain whose ports Linux does not give to other programs."""
 
 
 @dataclass
@@ -54,6 +57,30 @@ def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextM
     """
     context: AbstractContextManager[None] = supervisor_module().exclusive(namespace, lockstep)
     return context
+
+
+@contextmanager
+def free_domain() -> Iterator[str]:
+    """A context in a ROS domain where no other run on this machine takes place: that of ROS_DOMAIN_ID, or the first free one.
+
+    Raises:
+        RunError: ROS is not installed, or there is no such domain.
+    """
+    module, given = supervisor_module(), os.environ.get(DOMAIN)
+    candidates = [given] if given else [str(domain) for domain in range(LAST_DOMAIN + 1)]
+    with ExitStack() as reserved:
+        if not given:
+            reserved.callback(os.environ.pop, DOMAIN, None)
+        for domain in candidates:
+            os.environ[DOMAIN] = domain
+            try:
+                reserved.enter_context(module.exclusive("", lockstep=True))
+            except RunError:
+                if domain == candidates[-1]:
+                    raise
+            else:
+                break
+        yield domain
 
 
 def run_nodes(
