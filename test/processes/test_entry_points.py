@@ -9,7 +9,7 @@ import pytest
 
 from vessel_hsmc_ros.cli.verbs import LIBRARIES, VERBS
 from vessel_hsmc_ros.core.exceptions import InstallationError
-from vessel_hsmc_ros.core.install_paths import require
+from vessel_hsmc_ros.core.install_paths import require, share_directory
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 
 NODES = {
@@ -79,6 +79,20 @@ def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_p
     done = subprocess.run(code_without(ANALYSIS, code), cwd=tmp_path, capture_output=True, text=True, timeout=120.0)
     assert "ModuleNotFoundError" not in done.stderr
     assert done.returncode == 0, done.stderr
+
+
+def test_a_path_that_needs_scipy_is_refused_in_one_line_where_it_is_missing() -> None:
+    code = "from vessel_hsmc_ros.nodes import entry_points; sys.exit(entry_points.reference_ship_node())"
+    command = [
+        *code_without(("scipy",), code),
+        "--ros-args",
+        "--params-file",
+        str(share_directory() / "config" / "waypoints.yaml"),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120.0)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "scipy is not installed: " in line
 
 
 def import_without(absent: tuple[str, ...], modules: list[str]) -> str:

@@ -10,7 +10,7 @@ from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
+from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
@@ -159,7 +159,7 @@ class ReferenceShipNode(VesselNode):
         """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
         try:
             work()
-        except GoalError as error:
+        except (GoalError, InstallationError) as error:
             self._refused = f"{error}; ignored"
             self.get_logger().error(self._refused)
         else:

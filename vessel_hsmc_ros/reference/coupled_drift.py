@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 from vessel_hsmc_ros.reference.curves import Curve
 
@@ -62,7 +63,9 @@ def periodic_drift(curve: Curve, s: Array, start: Array, speed: float, vessel: V
 
     Raises:
         ParameterError: there is none, or the iteration does not find it.
+        InstallationError: SciPy is missing.
     """
+    require("scipy")
     from scipy.optimize import NoConvergence, newton_krylov  # SciPy's import takes time, and few runs need it
 
     n, kappa, kappa_slope = len(s), curve.curvature(s), curve.curvature_slope(s)

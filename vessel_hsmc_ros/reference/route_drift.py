@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 from vessel_hsmc_ros.reference.drift import steady_drift
 from vessel_hsmc_ros.reference.route import Route
@@ -87,7 +88,9 @@ def drift_along(route: Route, profile: SpeedProfile, times: Array, vessel: Vesse
 
     Raises:
         ParameterError: there is no solution with which the hull moves ahead.
+        InstallationError: SciPy is missing.
     """
+    require("scipy")
     from scipy.integrate import solve_bvp  # SciPy's import takes time, and few runs need it
 
     equation = _Coupled(route, profile, vessel) if vessel.coupled else _Plain(route, profile, vessel)
