@@ -24,8 +24,9 @@ SHORT = 10.0
 """A shorter run is too short for a verdict, in units of sqrt(length/g), the time scale of a hull."""
 
 GRAVITY = 9.81
-GROWING, SHRINKING = 1.2, 0.8
-"""Ratio of the rms errors of the last and the third quarter from which on, or up to which, the error has a trend."""
+TREND_SHARE, TREND_OVER_SCATTER = 0.1, 2.0
+"""The error has a trend if a line through its second half rises or falls by this share of the mean error and by this multiple of
+the rms distance of the error from the line, which two or more oscillations exceed."""
 
 TURNED_DEG = 20.0
 """Heading error at the end from which on it is mentioned."""
@@ -112,12 +113,14 @@ def _resting(run: Run) -> bool:
 
 
 def _trend(time: Array, distance: Array) -> str:
-    """How the error changes from the third to the last quarter."""
-    share = (time - time[0]) / (time[-1] - time[0])
-    before, last = rms(distance[(share >= 0.5) & (share < 0.75)]), rms(distance[share >= 0.75])
-    if last > GROWING * before:
-        return "and grows"
-    return "and still decreases" if last < SHRINKING * before else "and neither grows nor decreases"
+    """How the error changes in the second half of the run."""
+    late = time >= 0.5 * (time[0] + time[-1])
+    share, error = (time[late] - time[late][0]) / np.ptp(time[late]), distance[late]
+    line = np.polyfit(share, error, 1)
+    change, scatter = float(line[0]), rms(error - np.polyval(line, share))
+    if abs(change) < max(TREND_SHARE * float(np.mean(error)), TREND_OVER_SCATTER * scatter):
+        return "and neither grows nor decreases"
+    return f"and {'grows' if change > 0.0 else 'still decreases'} by {quantity(abs(change), 'm')} in the second half of the run"
 
 
 def _actuators(run: Run, metrics: Metrics) -> Iterator[str]:
