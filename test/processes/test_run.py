@@ -101,9 +101,9 @@ def test_the_run_folder_contains_bag_parameters_logs_figures_page_and_summary(re
 def test_the_table_and_the_summary_report_the_run(recorded: Recorded) -> None:
     done, folder = recorded
     for row in (
-        "position error, rms",
+        "position error, rms with the approach",
         "position error, final",
-        "heading error, rms",
+        "heading error, rms with the approach",
         "surge force, peak",
         "yaw moment, rms",
         "control periods missed",

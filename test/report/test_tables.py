@@ -22,20 +22,29 @@ def changed_parameters(records: list[Record]) -> set[str]:
 
 
 def test_metrics_of_several_runs_are_compared_with_the_first() -> None:
-    row = row_of([record("near", 1.0), record("far", 4.0)], "position error, rms")
+    row = row_of([record("near", 1.0), record("far", 4.0)], "position error, rms with the approach")
     assert [row.text(0), row.text(1)] == ["1 m", "4 m"]
     assert row.difference(1) == "+3 m (+300 %)"
     assert (row.sense(0), row.sense(1)) == ("", "worse")
 
 
+def test_the_table_begins_with_the_last_quarter_and_keeps_its_order_whatever_the_first_run_lacks() -> None:
+    settled, lost = record("near", 0.0), record("far", 1.0)
+    assert lost.metrics is not None
+    without = replace(lost, metrics=lost.metrics._replace(settling_time=None))
+    orders = [[row.label for row in metrics_table(runs)] for runs in ([settled, without], [without, settled])]
+    assert orders[0] == orders[1]
+    assert orders[0][0] == "position error, rms of the last quarter"
+
+
 def test_a_difference_within_a_percent_is_neither_better_nor_worse() -> None:
-    row = row_of([record("near", 1.0), record("next", 1.005)], "position error, rms")
+    row = row_of([record("near", 1.0), record("next", 1.005)], "position error, rms with the approach")
     assert row.difference(1) == "+5 mm (+0.5 %)"
     assert row.sense(1) == ""
 
 
 def test_a_difference_from_nearly_zero_is_not_expressed_in_percent() -> None:
-    assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms").difference(1) == "+4 m"
+    assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms with the approach").difference(1) == "+4 m"
 
 
 def test_facts_of_every_run_are_shown_in_its_own_column() -> None:
@@ -51,7 +60,7 @@ def test_runs_of_different_duration_are_compared_over_the_interval_that_both_cov
     long, short = record("long", 1.0, samples=500), record("short", 2.0, samples=201)
     late = long.run.time > 2.005
     long.run.state[late, 0] += 100.0  # an error that only the longer run has time for
-    assert row_of([long, short], "position error, rms").text(0) == "1 m"
+    assert row_of([long, short], "position error, rms with the approach").text(0) == "1 m"
     assert row_of([long, short], "duration of the run").text(0) == "4.99 s"
     assert row_of([long, short], "metrics above: over the first, which all runs share").text(1) == "2 s"
 
@@ -90,7 +99,7 @@ def test_parameters_of_a_single_run_are_marked_where_they_differ_from_their_defa
 
 def test_a_run_without_a_reference_has_no_metrics_and_no_differences() -> None:
     unknown = Record("unknown", circle(1.0), None)
-    row = row_of([unknown, record("known", 1.0)], "position error, rms")
+    row = row_of([unknown, record("known", 1.0)], "position error, rms with the approach")
     assert (row.text(0), row.text(1), row.difference(1), row.sense(1)) == ("–", "1 m", "", "")
 
 

@@ -12,12 +12,12 @@ from vessel_hsmc_ros.runs.demonstration import compare_bags, conclusions
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 
 
-def approaching(name: str, final_distance: float) -> Record:
-    """A run that starts 20 m beside its reference and ends at another distance."""
+def approaching(name: str, final_distance: float, force: float = 1.0) -> Record:
+    """A run that starts 20 m beside its reference and ends at another distance, with a constant force."""
     time = np.linspace(0.0, 100.0, 1001)
     state = np.zeros((1001, 6))
     state[:, 0] = final_distance + (20.0 - final_distance) * (time < 50.0)
-    run = make_run(time, state, reference=np.zeros((1001, 6)), wrench=np.ones((1001, 2)))
+    run = make_run(time, state, reference=np.zeros((1001, 6)), wrench=np.full((1001, 2), force))
     return Record(name, run, measured(run))
 
 
@@ -35,6 +35,15 @@ def test_a_law_with_a_lasting_position_error_does_not_converge() -> None:
         "The paper's law (hierarchical) does not converge: the position error is 4 m rms over the last quarter of 100 s,"
         " while the heading error is 0° at the end: the sway and heading terms of its sliding surface S1 cancel"
     )
+
+
+def test_approaches_with_unequal_forces_are_not_to_be_compared() -> None:
+    *_, sentence = conclusions([approaching("hierarchical", 4.0, 31e6), approaching("guided", 0.004, 2e5)])
+    assert sentence == (
+        "The approaches were made with unequal forces: the paper's law (hierarchical) took a surge force of up to 31 MN,"
+        " the guided law of up to 200 kN. The last quarter shows how well a law tracks."
+    )
+    assert len(conclusions([approaching("hierarchical", 4.0, 2e5), approaching("guided", 0.004, 2e5)])) == 2
 
 
 def test_runs_without_metrics_allow_no_conclusion() -> None:

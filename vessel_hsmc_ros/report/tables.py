@@ -14,13 +14,13 @@ METRICS = {
     "leg_cross_track_peak": ("legs, cross-track error, largest", "m"),
     "leg_along_track_rms": ("legs, along-track error, rms", "m"),
     "turn_cross_track_rms": ("turns, cross-track error, rms", "m"),
-    "position_error_rms": ("position error, rms", "m"),
     "position_error_rms_last_quarter": ("position error, rms of the last quarter", "m"),
     "position_error_peak_last_quarter": ("position error, largest of the last quarter", "m"),
     "position_error_final": ("position error, final", "m"),
     "settling_time": ("position error, settling time", "s"),
-    "heading_error_rms_deg": ("heading error, rms", "°"),
+    "position_error_rms": ("position error, rms with the approach", "m"),
     "heading_error_final_deg": ("heading error, final", "°"),
+    "heading_error_rms_deg": ("heading error, rms with the approach", "°"),
     "surge_force_peak": ("surge force, peak", "N"),
     "surge_force_rms": ("surge force, rms", "N"),
     "surge_force_at_limit": ("surge force, time at its limit", "%"),
@@ -30,7 +30,8 @@ METRICS = {
     "yaw_moment_at_limit": ("yaw moment, time at its limit", "%"),
     "yaw_moment_travel": ("yaw moment, travel relative to its limit", "1/min"),
 }
-"""Labels and units of the metrics, in the order of the table; for all of them less is better."""
+"""Labels and units of the metrics, in the order of the table: first how well a run tracks once it has arrived. For all of them
+less is better."""
 
 FACTS = {
     "run_duration": ("duration of the run", "s"),
@@ -137,7 +138,7 @@ def metrics_table(records: Sequence[Record]) -> list[MetricRow]:
         {quantity.label: quantity for quantity in quantities(record.metrics, record.facts)}
         for record in over_shared_interval(records)
     ]
-    labels = dict.fromkeys(label for column in columns for label in column)
+    labels = [label for label, _ in (*METRICS.values(), *FACTS.values()) if any(label in column for column in columns)]
     return [MetricRow(label, tuple(column.get(label) for column in columns)) for label in labels]
 
 

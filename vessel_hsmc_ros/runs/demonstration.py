@@ -1,10 +1,11 @@
 """The demonstration: case 2 of the paper under the paper's law and under the guided law, compared in one page."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.metrics import Metrics, position_error
+from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report.making import Wanted, read, write
 from vessel_hsmc_ros.report.record import Record
 
@@ -15,6 +16,9 @@ DURATION = 150.0
 
 CONVERGED = 0.5
 """A law with a smaller rms position error over the last quarter of the run counts as converged, m."""
+
+UNEQUAL_FORCES = 10.0
+"""Ratio of the largest surge forces of two runs above which their approaches cannot be compared."""
 
 TITLES = {"hierarchical": "The paper's law (hierarchical)", "guided": "The guided law"}
 CAUSES = {
@@ -49,13 +53,34 @@ def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
 
 
 def conclusions(records: Sequence[Record]) -> tuple[str, ...]:
-    """One sentence on each run: whether its law converges, by the position errors of its metrics."""
-    return tuple(_conclusion(record, record.metrics) for record in records if record.metrics)
+    """One sentence on each run, whether its law converges, and one on the forces by which their approaches differ."""
+    judged = [(record, record.metrics) for record in records if record.metrics]
+    return (*(_conclusion(record, metrics) for record, metrics in judged), *_forces(judged))
+
+
+def _forces(judged: Sequence[tuple[Record, Metrics]]) -> Iterator[str]:
+    """A sentence where the surge forces differ so much that the errors of the approaches cannot be compared."""
+    if len(judged) < 2:
+        return
+    ordered = sorted(judged, key=lambda pair: pair[1].surge_force_peak)
+    (weak, least), (strong, most) = ordered[0], ordered[-1]
+    if most.surge_force_peak > UNEQUAL_FORCES * least.surge_force_peak:
+        yield (
+            f"The approaches were made with unequal forces: {_title(strong, first=False)} took a surge force of up to"
+            f" {quantity(most.surge_force_peak, 'N')}, {_title(weak, first=False)} of up to"
+            f" {quantity(least.surge_force_peak, 'N')}. The last quarter shows how well a law tracks."
+        )
+
+
+def _title(record: Record, first: bool = True) -> str:
+    """The name of a run's law in a sentence, at its beginning or within it."""
+    title = TITLES.get(record.name, record.name)
+    return title if first else title[0].lower() + title[1:]
 
 
 def _conclusion(record: Record, metrics: Metrics) -> str:
     run = record.run
-    law = TITLES.get(record.name, record.name)
+    law = _title(record)
     late = f"{metrics.position_error_rms_last_quarter:.2g} m rms over the last quarter of {record.duration:g} s"
     initial = float(position_error(run.state[:1], run.reference[:1])[0])
     if metrics.position_error_rms_last_quarter < CONVERGED:
