@@ -68,3 +68,13 @@ def test_a_disk_that_is_full_from_the_start_is_one_line(start: Start, small_disk
     assert line.startswith("error: ")
     assert line.endswith(NO_SPACE)
     assert str(small_disk) in line
+
+
+def test_a_simulation_whose_bag_does_not_fit_reports_no_complete_bag(start: Start, small_disk: Path) -> None:
+    command = start("vessel-hsmc", "simulate", "case2_tracking", "--output", small_disk)
+    assert command.wait(90.0) == 1
+    folder = run_folder(small_disk)
+    assert folder
+    assert f"error: bag {folder / 'bag'} cannot be written: {NO_SPACE}" in command.text
+    assert "bag is complete" not in command.text
+    assert f"vessel-hsmc recover {folder / 'bag'}" in command.text

@@ -1,9 +1,11 @@
 """Printed results of a run, common to the verbs: metrics, failure, files."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vessel_hsmc_ros.cli.console import print_error, print_line, print_table
+from vessel_hsmc_ros.core.exceptions import BagError
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.runs.scenario_run import Result
@@ -16,10 +18,22 @@ def print_result(result: "Result") -> None:
 
         print_metrics([("", rows(result.metrics, result.facts))])
     if result.failure and result.folder.bag.exists():
-        print_line(f"the bag is complete; for metrics and figures: vessel-hsmc report {result.folder.bag}")
+        print_line(_what_remains(result.folder.bag))
     if result.failure:
         print_error(result.failure)
     print_line(f"run folder: {result.folder.path}")
+
+
+def _what_remains(bag: Path) -> str:
+    """What the bag of a failed run holds, and the command that continues from it."""
+    from vessel_hsmc_ros.bags.repair import is_complete  # imports the MCAP library
+
+    try:
+        if is_complete(bag):
+            return f"the bag is complete up to the failure; for metrics and figures: vessel-hsmc report {bag}"
+    except BagError:
+        return f"the bag cannot be read: {bag}"
+    return f"the bag lacks what could not be written; to repair the rest: vessel-hsmc recover {bag}"
 
 
 def print_metrics(runs: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None:
