@@ -103,10 +103,21 @@ def test_a_goal_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any) -> N
     bench.start(ReferenceShipNode, mode="goal", frame_prefix="alpha/", **RATE)
     assert vessel_hsmc("goto", "-15", "-3.5", "1.5") == (0, "goal: x = -15, y = -3.5, heading = 1.5\n", "")
     assert vessel_hsmc("goto", "40", "20", "--heading-deg", "180")[1] == "goal: x = 40, y = 20, heading = 3.14159\n"
-    code, _, error = vessel_hsmc("goto", "40", "20")
+    _, without, _ = vessel_hsmc("goto", "-1000", "1000")  # from a reference that is near the origin
+    assert float(without.removeprefix("goal: x = -1000, y = 1000, heading = ")) == pytest.approx(0.75 * math.pi, abs=0.1)
+    code, _, error = vessel_hsmc("goto", "40", "20", "1", "--heading-deg", "90")
     assert code == 2
     assert "give the heading either as HEADING, in radians, or as --heading-deg" in error
     assert vessel_hsmc("goto", "nan", "20", "0")[2] == "error: goal nan 20 0 is not allowed: it takes finite numbers\n"
+
+
+def test_a_goal_that_is_refused_is_an_error_with_the_reason_of_the_reference(bench: Any, vessel_hsmc: Any) -> None:
+    bench.start(ReferenceShipNode, mode="goal", **RATE)
+    for _ in range(2):
+        code, output, error = vessel_hsmc("goto", "1e9", "0", "0")
+        assert (code, output) == (1, "")
+        assert error.startswith("error: /reference_ship: goal with x = 1e+09 is not allowed: it takes at most 1e+07 m")
+    assert vessel_hsmc("goto", "9", "0", "0") == (0, "goal: x = 9, y = 0, heading = 0\n", "")
 
 
 def test_a_path_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any, tmp_path: Path) -> None:

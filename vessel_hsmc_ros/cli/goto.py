@@ -18,17 +18,20 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 @click.option("--heading-deg", type=float, help="The heading in degrees, instead of HEADING.")
 @vessel_option
 def goto(x: float, y: float, heading: float | None, heading_deg: float | None, namespace: str) -> None:
-    """Send a running vessel to X, Y, m, with HEADING, rad, counter-clockwise from x.
+    """Send a running vessel to the position X, Y, in metres.
 
-    Its reference must take goals: `vessel-hsmc run goal --real-time`, or any scenario with reference_ship.mode=goal.
+    HEADING is in radians, counter-clockwise from x. Without it and without --heading-deg the vessel arrives in the direction
+    from its present reference to the goal. The reference ship must take goals: start it by `vessel-hsmc run goal --real-time`,
+    or in any scenario with reference_ship.mode=goal. The exit code is 1 if it refuses the goal.
     """
-    if (heading is None) == (heading_deg is None):
+    if heading is not None and heading_deg is not None:
         raise click.UsageError("give the heading either as HEADING, in radians, or as --heading-deg")
-    if heading is None:
-        heading = math.radians(heading_deg or 0.0)
-    if not all(map(math.isfinite, (x, y, heading))):
-        raise ParameterError(f"goal {x:g} {y:g} {heading:g} is not allowed: it takes finite numbers")
+    if heading_deg is not None:
+        heading = math.radians(heading_deg)
+    given = [x, y] if heading is None else [x, y, heading]
+    if not all(map(math.isfinite, given)):
+        raise ParameterError(f"goal {' '.join(f'{value:g}' for value in given)} is not allowed: it takes finite numbers")
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.remote import send_goal
 
-        print_line(send_goal(remote, (x, y, heading)))
+        print_line(send_goal(remote, x, y, heading))

@@ -1,12 +1,14 @@
 """A client of running nodes: finds them, calls their services, reads and changes their parameters, sends them goals and paths."""
 
 import difflib
+import math
 import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rcl_interfaces.msg import ParameterDescriptor
@@ -16,7 +18,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from vessel_hsmc_msgs.msg import Event
+from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import discovery
@@ -151,9 +153,15 @@ class Remote:
             The text of the event; empty if none was received in time.
 
         Raises:
-            RunError: the node does not subscribe to the topic.
+            RunError: the node does not subscribe to the topic, or refuses the message.
         """
         events: list[Event] = []
+        statuses: dict[str, DiagnosticStatus] = {}
+
+        def take_status(message: DiagnosticArray) -> None:
+            statuses.update({f"/{status.name}": status for status in message.status})
+
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", take_status, qos.WATCHED)
         confirming = self.node.create_subscription(Event, self.name(EVENTS), events.append, qos.LOSSLESS)
         publisher = self.node.create_publisher(type(message), self.name(topic), profile)
 
@@ -166,7 +174,21 @@ class Remote:
             raise RunError(f"{self.name(reader)} does not subscribe to {publisher.topic_name}")
         publisher.publish(message)
         confirmed = self.until(lambda: [event for event in events if event.node == reader], CONFIRMATION_LIMIT)
-        return confirmed[-1].text if confirmed else ""
+        if confirmed:
+            return confirmed[-1].text
+        # The status is from after the message: nodes publish theirs more often than the time that has passed.
+        status = statuses.get(self.name(reader))
+        if status is not None and status.level == DiagnosticStatus.WARN:
+            raise RunError(f"{self.name(reader)}: {status.message}")
+        return ""
+
+    def receive(self, kind: Any, topic: str) -> Any:
+        """The next message on a topic of the vessel; None if there is none in time."""
+        received: list[Any] = []
+        subscription = self.node.create_subscription(kind, self.name(topic), received.append, qos.LATEST)
+        self.until(lambda: received, DISCOVERY_LIMIT)
+        self.node.destroy_subscription(subscription)
+        return received[-1] if received else None
 
     def _not_found(self, missing: Sequence[str]) -> str:
         """Which nodes were not found where, and which were, in one line."""
@@ -299,13 +321,19 @@ Pose = tuple[float, float, float]
 """x, y, heading."""
 
 
-def send_goal(remote: Remote, pose: Pose) -> str:
+def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
     """Send a goal; returns a line that confirms it.
 
+    Args:
+        remote: The connection with the vessel.
+        x, y: The position.
+        heading: None for the bearing of the goal from where the reference is now.
+
     Raises:
-        RunError: there is no reference node, or it takes no goals.
+        RunError: there is no reference node, or it takes no goals, or refuses this one.
     """
-    message = _pose(pose, _frame(remote, "goal"))
+    frame = _frame(remote, "goal")
+    message = _pose((x, y, _bearing(remote, x, y) if heading is None else heading), frame)
     return _confirmed("goal", remote.publish(message, "goal_pose", REFERENCE))
 
 
@@ -313,12 +341,24 @@ def send_path(remote: Remote, poses: Sequence[Pose]) -> str:
     """Send a path of waypoints; returns a line that confirms it.
 
     Raises:
-        RunError: there is no reference node, or it takes no paths.
+        RunError: there is no reference node, or it takes no paths, or refuses this one.
     """
     message = Path()
     message.header.frame_id = _frame(remote, "path")
     message.poses = [_pose(pose, message.header.frame_id) for pose in poses]
     return _confirmed("path", remote.publish(message, "path", REFERENCE))
+
+
+def _bearing(remote: Remote, x: float, y: float) -> float:
+    """The direction from the reference to a point.
+
+    Raises:
+        RunError: the position of the reference is not known.
+    """
+    if (message := remote.receive(ReferenceState, "reference")) is None:
+        raise RunError(f"{remote.name('reference')} had no message within {DISCOVERY_LIMIT:g} s: give the heading")
+    present, *_ = conversions.read_reference(message)
+    return math.atan2(y - present.y, x - present.x)
 
 
 def _frame(remote: Remote, mode: str) -> str:
