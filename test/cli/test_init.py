@@ -54,6 +54,14 @@ def test_main_data_that_are_no_hull_data_cannot_be_given_with_a_vessel(tmp_path:
         call("init", str(tmp_path / "mine"), "--vessel", "yacht")
 
 
+def test_thrusters_without_a_layout_are_refused_and_write_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="--thrusters is not allowed without --vessel"):
+        call("init", str(tmp_path / "mine"), "--thrusters")
+    with pytest.raises(ParameterError, match="thrusters"):
+        call("init", str(tmp_path / "mine"), "--vessel", "paper_ship", "--thrusters")
+    assert not [*tmp_path.iterdir()]
+
+
 def test_a_ship_that_leaves_its_circle_is_named(tmp_path: Path) -> None:
     result = CliRunner().invoke(cli, ["init", str(tmp_path / "mine"), "--wind", "40"], standalone_mode=False)
     assert "warning: does NOT follow its circle: position error" in result.stderr

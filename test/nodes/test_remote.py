@@ -62,7 +62,11 @@ def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: 
     assert node.parameters.guided.position_gain == 1.0
     for wrong, reason in (
         ("controller.guided.positon_gain=1", "controller.guided.positon_gain is not a parameter: did you mean"),
-        ("controller.rate_hz=20", "controller.rate_hz is set at the start and cannot be changed while the node runs"),
+        (
+            "controller.rate_hz=20",
+            "controller.rate_hz is set at the start and cannot be changed while the node runs: start it with"
+            " --set controller.rate_hz=20",
+        ),
         (f"{force}=1e20", f"{force} = 1e+20 is not allowed: it takes a finite number from"),
         (f"{force}=much", f"{force} = much is not allowed: it takes a finite number from"),
         ("kontroller.rate_hz=20", "kontroller is not a node: did you mean controller?"),

@@ -1,5 +1,6 @@
 """Bags made without ROS: messages of every type that a run has, with random values."""
 
+import fcntl
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -113,9 +114,16 @@ def write_run(
         sent[topics[name].name].append(data)
         writer.write(topics[name], data, stamp, stamp)
     writer.flush()
+    _end(writer, close)
+    return sent
+
+
+def _end(writer: BagWriter, close: bool) -> None:
+    """Close a bag, or leave it as the end of its process does: without the lock."""
     if close:
         writer.close()
-    return sent
+    else:
+        fcntl.flock(writer._file._file._fd, fcntl.LOCK_UN)
 
 
 def clock(stamp: int) -> bytes:
@@ -133,6 +141,5 @@ def write_clock(directory: Path, count: int, compression: str = "zstd", close: b
     for k in range(count):
         writer.write(ticks, clock(k * PERIOD), k * PERIOD, k * PERIOD)
     writer.flush()
-    if close:
-        writer.close()
+    _end(writer, close)
     return writer

@@ -8,9 +8,11 @@ the slot that is not in use, and becomes valid when the footer is pointed to it.
 boundary, so that the operating system writes each of them entirely or not at all, even for a process that is being killed.
 """
 
+import fcntl
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -95,6 +97,8 @@ class CrashSafeFile:
 
     def __init__(self, path: Path, start: bytes) -> None:
         self._fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)  # as long as it is written; a killed process leaves none behind
         self.end = len(start)
         self._slots = self._slot_size = self._trailer = 0
         self._summary: tuple[int, int] | None = None
@@ -177,6 +181,18 @@ class CrashSafeFile:
             else:
                 held.append(part)
         _write_at(self._fd, b"".join(held), offset)
+
+
+def is_being_written(path: Path) -> bool:
+    """Whether a process has this file open as a CrashSafeFile."""
+    try:
+        with path.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # a file system without locks
+        return False
+    return False
 
 
 def _write_at(fd: int, data: bytes, offset: int) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
 
+from vessel_hsmc_ros.bags.crash_safe_file import is_being_written
 from vessel_hsmc_ros.bags.files import bag_files, bag_information, offered_qos
 from vessel_hsmc_ros.bags.mcap_contents import read_contents
 from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE
@@ -49,9 +50,12 @@ def repair(directory: Path) -> Repair:
     """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed.
 
     Raises:
-        BagError: the folder holds no bag, or a file of it has nothing readable.
+        BagError: the folder holds no bag, a file of it has nothing readable, or it is being recorded.
     """
     files = bag_files(directory, strict=False)
+    for file in files:
+        if is_being_written(file):
+            raise BagError(f"{file} is being recorded: end the recorder before the repair")
     found, repaired, cut, damaged = [], 0, 0, 0
     for file in files:
         summarised, contents = read_contents(file), scan(file)

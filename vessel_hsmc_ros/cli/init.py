@@ -40,6 +40,8 @@ def init(name: str, vessel: str | None, thrusters: bool, stack: str | None, no_c
 
     Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states.
     """
+    if thrusters and not vessel:
+        raise ParameterError("--thrusters is not allowed without --vessel: it takes the thrusters of a vessel, such as otter")
     connection = interface(stack) if stack else None
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}

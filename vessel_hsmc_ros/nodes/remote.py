@@ -175,7 +175,7 @@ class Remote:
         publisher.publish(message)
         confirmed = self.until(lambda: [event for event in events if event.node == reader], CONFIRMATION_LIMIT)
         if confirmed:
-            return confirmed[-1].text
+            return str(confirmed[-1].text)
         # The status is from after the message: nodes publish theirs more often than the time that has passed.
         status = statuses.get(self.name(reader))
         if status is not None and status.level == DiagnosticStatus.WARN:
@@ -293,7 +293,8 @@ def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parame
     """
     name = f"{node}.{descriptor.name}"
     if descriptor.read_only:
-        raise ParameterError(f"{name} is set at the start and cannot be changed while the node runs: start it with --set {name}=")
+        start = f"start it with --set {name}={value}"
+        raise ParameterError(f"{name} is set at the start and cannot be changed while the node runs: {start}")
     kind = Parameter.Type(descriptor.type)
     if kind is Parameter.Type.DOUBLE and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
