@@ -8,6 +8,8 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.reference.curve_motion import Demand
+from vessel_hsmc_ros.runs.ship_check import ShipCheck, verdict
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 DATA = ["--length", "4", "--mass", "500", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--wind", "5"]
@@ -27,6 +29,15 @@ def test_init_writes_a_scenario_that_loads_and_names_the_next_command(tmp_path: 
     assert checked[1].startswith("the circle takes 34 % of the surge force, ")
     assert checked[2].startswith("follows its circle: position error ")
     assert load_scenario(path).controller.vessel.surge_force_limit == 300.0
+
+
+def test_the_check_states_no_digits_that_mean_nothing() -> None:
+    check = ShipCheck(2.5, 1.97431, 0.5, 10.0, Demand(0.01, 1.0, 1.0), 0.3, 0.2, 4.91e-9, 2e-9, 300.0)
+    first, _, last = verdict(check)
+    assert first.startswith("full surge force: 2.5 m/s, beyond 1.97 m/s, up to which its hull data hold; with")
+    assert last == "follows its circle: position error below 0.01 % of the ship's length in the last quarter of 300 s"
+    *_, last = verdict(check._replace(error=0.1234, error_lengths=0.05))
+    assert last.endswith("position error at most 0.123 m, 5 % of the ship's length, in the last quarter of 300 s")
 
 
 def test_init_takes_a_vessel_of_the_library_and_changes_of_single_data(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT
@@ -17,6 +17,9 @@ from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
 
 TRACKED = 0.02
 """Largest position error on the circle, in lengths of the ship, with which it counts as tracked."""
+
+NEGLIGIBLE = 1e-4
+"""Position error in lengths of the ship below which its digits mean nothing."""
 
 CALM: dict[str, object] = {
     "vessel_sim.disturbance.earth_fixed.east_force": 0.0,
@@ -111,16 +114,19 @@ def steady(scenario: Scenario, scale: Scale, yaw_moment: float) -> Run:
 def verdict(check: ShipCheck) -> list[str]:
     """The check in sentences."""
     c = check
-    beyond = f", beyond the {c.fastest:g} m/s of its hull data" if c.speed > c.fastest else ""
+    beyond = f", beyond {quantity(c.fastest, 'm/s')}, up to which its hull data hold" if c.speed > c.fastest else ""
     lines = [
         f"full surge force: {quantity(c.speed, 'm/s')}{beyond}; with the full yaw moment a turning circle of"
         f" {quantity(c.turn_diameter, 'm')} at {quantity(math.degrees(c.turn_rate), '°/s')}",
         f"the circle takes {100.0 * c.surge_share:.0f} % of the surge force, {100.0 * c.yaw_share:.0f} % of the yaw moment and a"
         f" drift angle of {math.degrees(c.demand.drift):.1f}° in calm water",
     ]
-    result = (
-        f"position error {quantity(c.error, 'm')}, {c.error_lengths:.2g} lengths, at most in the last quarter of {c.duration:g} s"
+    error = (
+        f"below {100.0 * NEGLIGIBLE:g} % of the ship's length"
+        if c.error_lengths < NEGLIGIBLE
+        else f"at most {quantity(c.error, 'm')}, {number(100.0 * c.error_lengths)} % of the ship's length,"
     )
+    result = f"position error {error} in the last quarter of {c.duration:g} s"
     return [*lines, f"{'follows its circle' if c.tracked else 'does NOT follow its circle'}: {result}"]
 
 
