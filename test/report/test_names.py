@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import pytest
 from records import record
 
 from vessel_hsmc_ros.report import Record
@@ -44,8 +45,9 @@ def test_only_the_first_of_many_differing_parameters_are_named() -> None:
     assert names(case2(), case2(**names_of_three))[1] == "surge_force = 1, sway_force = 1, …"
 
 
-def test_the_location_of_the_bag_does_not_distinguish_runs() -> None:
-    assert names(case2(), case2(**{"recorder.directory": "elsewhere"})) == ["case2_tracking 1", "case2_tracking 2"]
+@pytest.mark.parametrize("folder", ["recorder.directory", "controller.black_box.directory"])
+def test_the_location_of_bags_does_not_distinguish_runs(folder: str) -> None:
+    assert names(case2(), case2(**{folder: "elsewhere"})) == ["case2_tracking 1", "case2_tracking 2"]
 
 
 def test_runs_without_a_scenario_are_numbered() -> None:

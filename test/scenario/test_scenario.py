@@ -142,3 +142,23 @@ def test_a_parameter_given_twice_is_refused(tmp_path: Path) -> None:
     twice.write_text(text.replace("    rate_hz: 100.0", "    rate_hz: 50.0\n    rate_hz: 100.0", 1))
     with pytest.raises(ScenarioError, match="rate_hz is given twice"):
         load_scenario(twice)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ("rate_hz: -5", r"boat\.yaml, line 4: controller\.rate_hz = -5\.0 is not allowed"),
+        ("rate_h: 5", r"boat\.yaml, line 4: controller\.rate_h is not a parameter"),
+        ("law: [1,", r"boat\.yaml cannot be read: [^<]*, line "),
+    ],
+)
+def test_an_error_in_a_file_names_the_file_and_the_line(tmp_path: Path, law: str, message: str) -> None:
+    (tmp_path / "boat.yaml").write_text(f"# a boat\ncontroller:\n  ros__parameters:\n    {law}\n")
+    with pytest.raises((ParameterError, ScenarioError), match=message):
+        load_scenario(tmp_path / "boat.yaml")
+
+
+def test_an_error_in_a_change_blames_no_file(tmp_path: Path) -> None:
+    (tmp_path / "boat.yaml").write_text("controller:\n  ros__parameters:\n    rate_hz: 50.0\n")
+    with pytest.raises(ParameterError, match=r"^controller\.rate_hz = -5\.0 is not allowed"):
+        load_scenario(tmp_path / "boat.yaml", {"controller.rate_hz": -5.0})

@@ -36,7 +36,7 @@ def distinguished(records: Sequence[Record]) -> list[Record]:
 
 
 def _by_parameters(records: Sequence[Record]) -> list[str]:
-    """The parameters that differ, such as `sway_weight = 0.002`; those of the recorder do not affect a run."""
+    """The parameters that differ, such as `sway_weight = 0.002`."""
     flat = [_parameters(record) for record in records]
     differing = [name for name in flat[0] if any(values[name] != flat[0][name] for values in flat)]
     labels = []
@@ -48,8 +48,10 @@ def _by_parameters(records: Sequence[Record]) -> list[str]:
 
 
 def _parameters(record: Record) -> dict[str, Any]:
+    """The parameters that affect a run: without those of the recorder and the folder of the black box."""
     nodes = [node for node in NODES if node != "recorder"]
-    return {f"{n}.{name}": value for n in nodes for name, value in schema.flatten(getattr(record.scenario, n)).items()}
+    flat = {f"{n}.{name}": value for n in nodes for name, value in schema.flatten(getattr(record.scenario, n)).items()}
+    return {name: value for name, value in flat.items() if name != "controller.black_box.directory"}
 
 
 def _numbered(labels: Sequence[str], names: Sequence[str]) -> list[str]:

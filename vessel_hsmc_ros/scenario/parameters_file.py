@@ -1,5 +1,6 @@
 """ROS parameters files: YAML text to flat parameters by node, and back."""
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
@@ -88,8 +89,8 @@ def flat(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def in_one_line(error: Exception) -> str:
-    """The message of an error without its line breaks."""
-    return " ".join(str(error).split())
+    """The message of an error without its line breaks, and without PyYAML's name for a text in memory."""
+    return re.sub(r' in "<[a-z]+ string>",', ",", " ".join(str(error).split()))
 
 
 def _is_for(section: str, namespace: str | None) -> bool:

@@ -167,12 +167,27 @@ def parse_scenario(
         ParameterError: a parameter is unknown or out of range.
     """
     values = _read_values(text, source, folder, namespace)
-    for node, changed in by_node(changes or {}).items():
-        values[node] |= changed
-    # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
-    parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
-    faults = faults_of_scenario(text, parts["vessel_sim"].seed, source)
-    return _validated(Scenario(name, **parts, given=full_names(values), faults=faults), NODES)
+    changed = {node: of_node for node, of_node in by_node(changes or {}).items() if of_node}
+    in_file = full_names(values) - full_names(changed)
+    for node, of_node in changed.items():
+        values[node] |= of_node
+    try:
+        # A node that is started alone runs in real time; a scenario is in lockstep unless it chooses otherwise.
+        parts: dict[str, Any] = {node: schema.build(cls, {"lockstep": True} | values[node], node) for node, cls in NODES.items()}
+        faults = faults_of_scenario(text, parts["vessel_sim"].seed, source)
+        return _validated(Scenario(name, **parts, given=full_names(values), faults=faults), NODES)
+    except ParameterError as error:
+        raise type(error)(f"{_place(str(error), text, source, in_file)}{error}") from None
+
+
+def _place(message: str, text: str, source: str, in_file: Collection[str]) -> str:
+    """Where a text has the parameter with which an error message begins; empty for one that the text does not give."""
+    named = re.match(r"[\w.]+", message)
+    if named is None or named.group() not in in_file:
+        return ""
+    key = re.compile(rf"[\s{{,.]{re.escape(named.group().rpartition('.')[2])}\s*:")
+    lines = [number for number, line in enumerate(text.splitlines(), start=1) if key.search(f" {line.partition('#')[0]}")]
+    return f"{source}, line {lines[0]}: " if len(lines) == 1 else f"{source}: " if lines else ""
 
 
 def by_node(changes: Mapping[str, object]) -> dict[str, dict[str, object]]:
