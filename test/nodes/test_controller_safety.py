@@ -113,7 +113,7 @@ def test_enable_is_refused_with_the_reason_while_an_input_is_missing(bench: Any,
     sea.state = None
     sea.run(0.2)
     answer = bench.call(SetBool, "/controller/enable", SetBool.Request(data=True))
-    assert (answer.success, answer.message) == (False, "not enabled: never received")
+    assert (answer.success, answer.message) == (False, "not enabled: odometry on /odom: never received")
 
 
 def test_a_stop_latches_until_it_is_rearmed_and_enabled(bench: Any, sea: RealTimePlant) -> None:

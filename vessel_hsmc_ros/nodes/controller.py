@@ -178,8 +178,15 @@ class ControllerNode(TimedNode):
             RefusalError: an input, a consumer or a command of a person is missing; with the reason.
         """
         if refused := self.loop.supervision.activate(self._steps.ready()):
-            raise RefusalError(refused.text)
+            raise RefusalError(self._refusal_text(refused))
         self._begun = True
+
+    def _refusal_text(self, reason: Reason) -> str:
+        """The text of a reason, with the topic that it is about."""
+        if reason in (Reason.NO_CONSUMER, Reason.SECOND_PUBLISHER):
+            return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}"
+        overdue = self._steps.overdue()
+        return self.inputs.monitor.named(overdue[0], reason) if overdue and overdue[1] is reason else reason.text
 
     def pause(self) -> None:
         """Go to standby; a stop stays latched."""

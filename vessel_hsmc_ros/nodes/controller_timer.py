@@ -67,10 +67,14 @@ class RealTime(Timing):
         """Take a reference."""
         self._node.inputs.take_reference(desired, self._node.now(), self.received())
 
+    def overdue(self) -> tuple[str, Reason] | None:
+        """The input that is overdue at this instant, and why."""
+        return self._node.inputs.monitor.overdue(self._node.now(), self.received())
+
     def ready(self) -> Reason:
         """What is missing before the law may command; NONE if nothing is."""
         node = self._node
-        if missing := node.inputs.monitor.overdue(node.now(), self.received()):
+        if missing := self.overdue():
             return missing[1]
         if min(node.inputs.monitor.fresh.values()) < node.parameters.safety.fresh_samples:
             return Reason.NOT_READY

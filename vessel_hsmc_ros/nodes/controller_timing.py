@@ -90,6 +90,10 @@ class Timing(ABC):
         """Stamp of the first odometry since the last command that waits for the reference of its stamp, ns."""
         return None
 
+    def overdue(self) -> tuple[str, Reason] | None:
+        """The input that is overdue, and why; in lockstep inputs are awaited."""
+        return None
+
     def ready(self) -> Reason:
         """What is missing before the law may command; NONE if nothing is."""
         return Reason.NONE

@@ -111,6 +111,10 @@ class InputMonitor:
                 return name, reason
         return None
 
+    def named(self, name: str, reason: Reason) -> str:
+        """The text of a reason, with its input and the input's topic."""
+        return f"{name} on {self._node.resolve_topic_name(self._topics[name])}: {reason.text}"
+
     def report_overdue(self, name: str, reason: Reason, now: int) -> None:
         """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error."""
         self.fresh[name] = 0
