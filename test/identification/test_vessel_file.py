@@ -7,6 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.identification.page import HeldOut, render
+from vessel_hsmc_ros.identification.steady_force import SteadyForce
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction, model
 from vessel_hsmc_ros.identification.vessel_file import known_of, vessel_text
 from vessel_hsmc_ros.scenario.vessels import read_vessel
@@ -78,7 +79,9 @@ def test_length_and_beam_must_be_known(found: Identified) -> None:
 
 
 def test_the_page_is_one_file_with_all_its_parts(found: Identified) -> None:
-    page = render("Mine", [RUN], found, [HeldOut(RUN._replace(name="unseen"), prediction(), prediction())])
+    held_out = HeldOut(RUN._replace(name="unseen"), prediction(), prediction(), SteadyForce(30.0, 40.0, 9.0, 1.0))
+    page = render("Mine", [RUN], found, [held_out])
+    assert "unseen: a steady force of 50 N towards 53° from x would explain the position error of 9 m (1 m with it)" in page
     for part in ("Held out: unseen", "held out, start vessel: unseen", "Used: sea trial &lt;1&gt;", "Residuals", "Correlations"):
         assert part in page
     assert page.count("data:image/png;base64,") == 4

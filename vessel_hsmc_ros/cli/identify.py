@@ -111,12 +111,18 @@ def _judged(
     from vessel_hsmc_ros.core import schema
     from vessel_hsmc_ros.identification.page import HeldOut
     from vessel_hsmc_ros.identification.prediction import predict
+    from vessel_hsmc_ros.identification.steady_force import steady_force
     from vessel_hsmc_ros.scenario.own_ship import ship_of
 
     before = schema.flatten(ship_of(start.values)) if start else {}
     hull = {name: float(before[name]) for name in found.values if name in before}  # type: ignore[arg-type]
     return [
-        HeldOut(run, predict(found.values, run, window, found.inputs), predict(hull, run, window) if start else None)
+        HeldOut(
+            run,
+            predict(found.values, run, window, found.inputs),
+            predict(hull, run, window) if start else None,
+            steady_force(found.values, run, window, found.inputs),
+        )
         for run in unused
     ]
 
@@ -149,11 +155,11 @@ def _write(
 
 def _print(runs: "Sequence[Measurements]", found: "Identified", judged: "Sequence[HeldOut]") -> None:
     """Print the parameters, the prediction errors, and what the runs do not determine."""
-    from vessel_hsmc_ros.identification.page import ERRORS_HEAD, PARAMETERS_HEAD, errors_table, parameters_table
+    from vessel_hsmc_ros.identification.page import ERRORS_HEAD, PARAMETERS_HEAD, errors_table, explanations, parameters_table
 
     print_table(PARAMETERS_HEAD[:5], [line[:5] for line in parameters_table(found)])
     print_table(ERRORS_HEAD, errors_table(runs, found, judged))
     for name, why in found.unidentifiable:
         print_line(f"{name} is held: {why}")
-    for line in found.warnings:
+    for line in (*found.warnings, *explanations(found, judged)):
         print_warning(line)

@@ -9,6 +9,7 @@ from jinja2 import Environment, StrictUndefined
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.identification.figures import correlation_picture, prediction_picture, residuals_picture
+from vessel_hsmc_ros.identification.steady_force import SteadyForce
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.report.page import origin
@@ -50,11 +51,23 @@ class HeldOut(NamedTuple):
         run: The run.
         prediction: With the identified parameters.
         before: With the start vessel; None without one.
+        force: The steady force that fits the run best.
     """
 
     run: Measurements
     prediction: Prediction
     before: Prediction | None
+    force: SteadyForce
+
+
+UNUSUAL = 2.0
+"""Ratio of the position error of a held-out run to the largest of the runs used above which its cause is looked for."""
+
+
+def explanations(found: Identified, held_out: Sequence[HeldOut]) -> list[str]:
+    """A sentence on each held-out run that is predicted much worse than the runs used: what would explain it."""
+    usual = max(prediction.rms()["position"] for prediction in found.predictions)
+    return [each.force.sentence(each.run.name) for each in held_out if each.force.before > UNUSUAL * usual]
 
 
 def render(name: str, runs: Sequence[Measurements], found: Identified, held_out: Sequence[HeldOut]) -> str:
@@ -90,7 +103,7 @@ def render(name: str, runs: Sequence[Measurements], found: Identified, held_out:
         title=f"Identification of {name}",
         about=_about(runs, found),
         origin=origin(),
-        warnings=found.warnings,
+        warnings=[*found.warnings, *explanations(found, held_out)],
         sections=filled,
     )
 
