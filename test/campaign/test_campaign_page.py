@@ -232,6 +232,8 @@ def test_the_page_draws_all_diagrams_without_the_network(two_laws: Path, tab: Br
     tab.open(two_laws / "report.html", width)
     assert tab.run("return [...document.querySelectorAll('[data-figure]')].every((each) => each.querySelector('.main-svg'))")
     assert tab.run("return document.documentElement.scrollWidth") <= width
+    quantiles = "const table = document.querySelector('#metrics .table'); return table.scrollWidth - table.clientWidth"
+    assert width < 1280 or tab.run(quantiles) <= 0
     assert [address for address in tab.requests() if not address.startswith(("file:", "data:", "blob:"))] == []
     assert tab.console() == []
 

@@ -104,6 +104,8 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
     runs = json.loads((folder / "compare.json").read_text())["runs"]
     assert [(r["case"], r["law"]) for r in runs][:2] == [("case2_tracking", "hierarchical"), ("case2_tracking", "los_pid")]
     assert all(r["position_rms"] > 0.0 and r["verdict"] is None for r in runs)
+    assert (folder / "compare.html").read_text().count("data:image/png;base64,") == 2
+    assert f"page: {folder / 'compare.html'}" in done.output
     page = (folder / "compare.md").read_text()
     assert page.count("![") == 2
     assert "| case | over | limit | hierarchical | los_pid |" in page

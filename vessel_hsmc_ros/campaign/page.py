@@ -1,10 +1,6 @@
 """The page of a campaign: a single HTML file without external resources."""
 
-import json
-from importlib import resources
 from pathlib import Path
-
-import jinja2
 
 from vessel_hsmc_ros.campaign import findings, ship_findings
 from vessel_hsmc_ros.campaign.diagrams import Diagrams
@@ -12,11 +8,7 @@ from vessel_hsmc_ros.campaign.page_figures import colour, figures
 from vessel_hsmc_ros.campaign.results import Results
 from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence
 from vessel_hsmc_ros.campaign.statistics import CONFIDENCE
-from vessel_hsmc_ros.report.page import asset, library, origin
-from vessel_hsmc_ros.report.style import css_variables
-
-SCRIPTS = ("data.js", "theme.js", "diagram.js")
-"""Scripts that this page shares with others."""
+from vessel_hsmc_ros.report import page_kit
 
 
 def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams, folder: Path) -> str:
@@ -31,10 +23,12 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
     campaign, laws = results.campaign, list(results.by_variant)
     shown = figures(drawn, laws)
     content = {"figures": shown, "command": findings.replay_command(folder, 0).rpartition(" ")[0]}
-    return _template().render(
-        title=f"Campaign {campaign.name}",
-        subtitle=_subtitle(results),
-        origin=origin(),
+    return page_kit.render(
+        "campaign/campaign.html",
+        f"Campaign {campaign.name}",
+        [_subtitle(results)],
+        scripts=(*page_kit.DIAGRAM_SCRIPTS, "campaign/campaign.js"),
+        content=content,
         sentences=findings.sentences(results, found),
         notes=_notes(results),
         colours={law: colour(law, laws) for law in laws},
@@ -50,22 +44,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
         fewest=FEWEST,
         independent=campaign.independent,
         confidence=f"{100.0 * CONFIDENCE:g} %",
-        style=css_variables() + asset("style.css"),
-        script="\n".join([*map(asset, SCRIPTS), _own("campaign.js")]),
-        # "<" escaped: a name that contains "</script>" would end the script element.
-        content=json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
-        library=library(),
     )
-
-
-def _own(name: str) -> str:
-    return resources.files("vessel_hsmc_ros.campaign").joinpath("assets", name).read_text(encoding="utf-8")
-
-
-def _template() -> jinja2.Template:
-    # StrictUndefined: a misspelt name in the template is an error instead of an empty text.
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    return environment.from_string(_own("campaign.html"))
 
 
 def _subtitle(results: Results) -> str:

@@ -52,9 +52,10 @@ def compare(
 ) -> None:
     """Compare control laws on the same scenarios, or recorded runs.
 
-    Simulates every law on every SCENARIO, without ROS, and prints their errors and forces side by side.
-    Writes compare.md, compare.json and a figure for each case into a run folder. With run folders or bags in the place of
-    scenarios nothing is simulated: it writes one page that overlays them, as `report` does, and prints their metrics.
+    Simulates every law on every SCENARIO, without ROS, and prints their errors and forces side by side. Writes a page
+    (compare.html), tables (compare.md, compare.json) and a figure for each case into a run folder. If run folders or bags are
+    given instead of scenarios, nothing is simulated: the command prints their metrics and writes one page that overlays them,
+    as `report` does.
     """
     if recorded := [Path(name) for name in scenarios if is_recorded(name)]:
         if len(recorded) < len(scenarios) or suite or laws or rate_hz or changes:
@@ -82,6 +83,7 @@ def compare(
     print_outcomes(outcomes)  # before the files: a full disk must not lose the results of a long comparison
     folder = make_run_folder(output, "compare").path
     comparison_page.write(folder, outcomes)
+    print_line(f"page: {folder / 'compare.html'}")
     print_line(f"tables and figures: {folder}")
 
 

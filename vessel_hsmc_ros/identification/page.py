@@ -1,43 +1,15 @@
 """The page of an identification: measured against simulated, on data used and held out; parameters, residuals, correlations."""
 
-import base64
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
-
-from jinja2 import Environment, StrictUndefined
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.identification.figures import correlation_picture, prediction_picture, residuals_picture
 from vessel_hsmc_ros.identification.steady_force import SteadyForce
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.report.page import origin
-
-PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{{ title }}</title><link rel="icon" href="data:,">
-<style>
-:root { color-scheme: light dark }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 1100px; padding: 0 1rem }
-img { max-width: 100%; background: #fff; border-radius: 6px } .table { overflow-x: auto } table { border-collapse: collapse }
-th, td { padding: .2rem .8rem; text-align: right; border-bottom: 1px solid #8884; white-space: nowrap }
-th:first-child, td:first-child { text-align: left } .texts :is(td, th):last-child { text-align: left; white-space: normal }
-.soft { color: #808890 } .warning { border-left: 4px solid #d55e00; padding-left: .8rem }
-td:first-child { font: 13px ui-monospace, monospace }
-</style>
-<h1>{{ title }}</h1>
-<p>{{ about }}</p>
-<p class="soft">{{ origin }}</p>
-{% for line in warnings %}<p class="warning">{{ line }}</p>{% endfor %}
-{% for section in sections %}<h2>{{ section.title }}</h2>
-{% if section.text %}<p>{{ section.text }}</p>{% endif %}
-{% if section.picture %}<img alt="{{ section.title }}" src="data:image/png;base64,{{ section.picture }}">{% endif %}
-{% if section.lines %}<div class="table{% if section.texts %} texts{% endif %}"><table>
-<tr>{% for name in section.head %}<th>{{ name }}</th>{% endfor %}</tr>
-{% for line in section.lines %}<tr>{% for cell in line %}<td>{{ cell }}</td>{% endfor %}</tr>
-{% endfor %}</table></div>{% endif %}
-{% endfor %}</html>
-"""
+from vessel_hsmc_ros.report.page_kit import Section, render_sections
 
 ERRORS_TITLE = "Prediction errors, rms over windows"
 ERRORS_HEAD = ["run", "position", "heading", "surge velocity", "sway velocity", "yaw rate"]
@@ -79,33 +51,21 @@ def render(name: str, runs: Sequence[Measurements], found: Identified, held_out:
         found: The identification.
         held_out: Runs that it has not used.
     """
-    sections: list[dict[str, object]] = [
-        {"title": ERRORS_TITLE, "text": WINDOWS_TEXT, "head": ERRORS_HEAD, "lines": errors_table(runs, found, held_out)},
-        {"title": "Parameters", "head": PARAMETERS_HEAD, "lines": parameters_table(found), "texts": True},
+    sections = [
+        Section(ERRORS_TITLE, WINDOWS_TEXT, head=ERRORS_HEAD, lines=errors_table(runs, found, held_out)),
+        Section("Parameters", head=PARAMETERS_HEAD, lines=parameters_table(found), prose=True),
     ]
     if found.unidentifiable:
-        lines = [list(row) for row in found.unidentifiable]
-        sections.append({"title": "Held parameters", "head": ["parameter", "why"], "lines": lines, "texts": True})
-    for each in held_out:
-        sections.append({"title": f"Held out: {each.run.name}", "picture": _encoded(prediction_picture(each.prediction))})
+        sections.append(Section("Held parameters", head=["parameter", "why"], lines=found.unidentifiable, prose=True))
+    sections += [Section(f"Held out: {each.run.name}", picture=prediction_picture(each.prediction)) for each in held_out]
     for run, prediction in zip(runs, found.predictions, strict=True):
-        sections.append({"title": f"Used: {run.name}", "picture": _encoded(prediction_picture(prediction))})
-    times = [run.time for run in runs]
+        sections.append(Section(f"Used: {run.name}", picture=prediction_picture(prediction)))
     sections += [
-        {"title": "Residuals", "text": RESIDUALS_TEXT, "picture": _encoded(residuals_picture(times, found))},
-        {"title": "Correlations", "text": CORRELATIONS_TEXT, "picture": _encoded(correlation_picture(found))},
+        Section("Residuals", RESIDUALS_TEXT, residuals_picture([run.time for run in runs], found)),
+        Section("Correlations", CORRELATIONS_TEXT, correlation_picture(found)),
     ]
-    environment = Environment(autoescape=True, undefined=StrictUndefined)
-    # Sections have different parts, so a missing one is empty.
-    keys = ("text", "picture", "lines", "head", "texts")
-    filled = [{**dict.fromkeys(keys, ""), **section} for section in sections]
-    return environment.from_string(PAGE).render(
-        title=f"Identification of {name}",
-        about=_about(runs, found),
-        origin=origin(),
-        warnings=[*found.warnings, *explanations(found, held_out)],
-        sections=filled,
-    )
+    findings = [*found.warnings, *explanations(found, held_out)]
+    return render_sections(f"Identification of {name}", [_about(runs, found)], sections, findings)
 
 
 WINDOWS_TEXT = (
@@ -162,7 +122,3 @@ def _about(runs: Sequence[Measurements], found: Identified) -> str:
     samples, minutes = sum(len(run.time) for run in runs), sum(float(run.time[-1] - run.time[0]) for run in runs) / 60.0
     count = f"{len(runs)} {'run' if len(runs) == 1 else 'runs'}, {samples} samples, {minutes:.1f} min"
     return f"Model {found.model.name}, {len(found.standard_errors)} parameters from {count}."
-
-
-def _encoded(picture: bytes) -> str:
-    return base64.b64encode(picture).decode()

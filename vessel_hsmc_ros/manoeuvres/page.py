@@ -1,11 +1,7 @@
 """The page of a ship's manoeuvres, a single HTML file without external resources; their metrics as CSV; their scenarios."""
 
 import csv
-import json
-from importlib import resources
 from pathlib import Path
-
-import jinja2
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import quantity
@@ -13,12 +9,8 @@ from vessel_hsmc_ros.manoeuvres.criteria import APPLIES, SOURCE, criteria
 from vessel_hsmc_ros.manoeuvres.diagrams import figure
 from vessel_hsmc_ros.manoeuvres.run import Results
 from vessel_hsmc_ros.manoeuvres.tables import TITLES, UNITS, hull_data, notes, rows, source
-from vessel_hsmc_ros.report.page import asset, library, origin
-from vessel_hsmc_ros.report.style import css_variables
+from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.scenario.scenario import dump_scenario
-
-SCRIPTS = ("data.js", "theme.js", "diagram.js")
-"""Scripts that this page shares with others."""
 
 
 def write(folder: Path, results: Results) -> dict[str, Path]:
@@ -69,13 +61,13 @@ def render(results: Results, scenarios: Path) -> str:
     """
     ship, lines = results.ship, rows(results)
     figures = {name: drawn for name, done in results.manoeuvres.items() if (drawn := figure(done))}
-    # StrictUndefined: a misspelt name in the template is an error instead of an empty text.
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    return environment.from_string(_own("manoeuvres.html")).render(
-        title=f"Standard manoeuvres: {ship.name}",
-        subtitle=subtitle(results),
-        origin=origin(),
-        source=source(results),
+    about = [subtitle(results), *([f"Hull data: {published}"] if (published := source(results)) else [])]
+    return page_kit.render(
+        "manoeuvres/manoeuvres.html",
+        f"Standard manoeuvres: {ship.name}",
+        about,
+        scripts=(*page_kit.DIAGRAM_SCRIPTS, "manoeuvres/manoeuvres.js"),
+        content={"figures": figures},
         titles=TITLES,
         manoeuvres=results.manoeuvres,
         notes={name: list(notes(done)) for name, done in results.manoeuvres.items()},
@@ -86,11 +78,6 @@ def render(results: Results, scenarios: Path) -> str:
         scenarios=scenarios,
         criteria=SOURCE,
         applies=APPLIES,
-        style=css_variables() + asset("style.css"),
-        script="\n".join([*map(asset, SCRIPTS), _own("manoeuvres.js")]),
-        # "<" escaped: a name that contains "</script>" would end the script element.
-        content=json.dumps({"figures": figures}, separators=(",", ":")).replace("<", "\\u003c"),
-        library=library(),
     )
 
 
@@ -100,7 +87,3 @@ def subtitle(results: Results) -> str:
     limits = f"up to {quantity(ship.largest_force, 'N')} and {quantity(ship.largest_moment, 'N·m')}"
     speeds = f"test speed {quantity(ship.speed, 'm/s')} of {quantity(ship.top_speed, 'm/s')}"
     return f"{quantity(ship.length, 'm')} long · {limits} · {speeds} · still water, first turn to starboard"
-
-
-def _own(name: str) -> str:
-    return resources.files("vessel_hsmc_ros.manoeuvres").joinpath("assets", name).read_text(encoding="utf-8")

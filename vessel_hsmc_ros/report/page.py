@@ -1,30 +1,22 @@
 """The page of one or several runs: a single HTML file without external resources."""
 
-import datetime
-import json
-import shlex
-import sys
 from collections.abc import Sequence
-from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, described
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.report import jitter
+from vessel_hsmc_ros.report import jitter, page_kit
 from vessel_hsmc_ros.report.legs import leg_rows
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Track, overlays, plans, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
-from vessel_hsmc_ros.report.payload import Payload, packed
+from vessel_hsmc_ros.report.payload import Payload
 from vessel_hsmc_ros.report.record import Record
-from vessel_hsmc_ros.report.style import SERIES, css_variables
+from vessel_hsmc_ros.report.style import SERIES
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
-from vessel_hsmc_ros.scenario.run_folder import provenance
 
 SCRIPTS = (
     "units.js",
@@ -44,8 +36,6 @@ LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
 
 NARROW_RUNS = 3
 """Largest number of runs whose metrics are shown beside the map; the table of more runs has the width of the page."""
-
-COMMAND = "vessel-hsmc"
 
 _ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
 
@@ -80,11 +70,13 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
     """Render the HTML text of a page; for the arguments see `write`."""
     overlaid = overlays(records)
     content, numbers = _content(records, overlaid, hull)
-    return _template().render(
-        title=title,
-        subtitle=_subtitle(records),
+    return page_kit.render(
+        "report/page.html",
+        title,
+        [_subtitle(records)],
+        scripts=SCRIPTS,
+        content=content,
         notes=notes,
-        origin=origin(),
         names=[record.name for record in records],
         colours=len(SERIES),
         wide=len(records) > NARROW_RUNS,
@@ -100,12 +92,7 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         parameters=parameter_tables(records),
         provenance=provenance_table(records),
         resolution=_resolution(content["panels"], records),
-        style=css_variables() + asset("style.css"),
-        script="\n".join(asset(name) for name in SCRIPTS),
-        # "<" escaped: a name that contains "</script>" would end the script element.
-        content=json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
         numbers=numbers,
-        library=library(),
     )
 
 
@@ -125,33 +112,6 @@ def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull)
         "marks": _marks(records),
     }
     return content, payload.text()
-
-
-def asset(name: str) -> str:
-    """A file of the page: its template, its style, a script."""
-    return resources.files("vessel_hsmc_ros.report").joinpath("assets", name).read_text(encoding="utf-8")
-
-
-@cache
-def library() -> str:
-    """Plotly's JavaScript, compressed; read as a file because importing its Python package takes long and is not needed."""
-    return packed(resources.files("plotly").joinpath("package_data", "plotly.min.js").read_bytes())
-
-
-def _template() -> jinja2.Template:
-    # StrictUndefined: a misspelt name in the template is an error instead of an empty text.
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    return environment.from_string(asset("page.html"))
-
-
-def origin() -> str:
-    """Version, commit and date of the page, and the command that made it."""
-    code = provenance()
-    now = datetime.datetime.now(tz=datetime.timezone.utc)
-    program, *arguments = sys.argv or [""]
-    command = shlex.join([COMMAND, *arguments]) if Path(program).name == COMMAND else "the Python API"
-    commit = f"commit {code['git_commit']}" if code["git_commit"] else "no git checkout"
-    return f"vessel_hsmc_ros {code['version']} · {commit} · {now:%Y-%m-%d %H:%M} UTC · made by {command}"
 
 
 def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:

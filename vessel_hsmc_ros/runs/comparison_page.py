@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, cycle, product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -147,14 +147,43 @@ def notes(outcomes: Sequence[LawRun]) -> list[str]:
 
 
 def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
-    """Write compare.md, compare.json and figures/*.png into an existing folder."""
+    """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder."""
     (folder / "figures").mkdir(exist_ok=True)
     names = {row.name: re.sub(r"[^A-Za-z0-9_.-]+", "_", row.name) for row, _ in by_row(outcomes)}
     for row, of_row in by_row(outcomes):
         draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
+    pictures = {row: (folder / "figures" / f"{name}.png").read_bytes() for row, name in names.items()}
+    (folder / "compare.html").write_text(render(outcomes, pictures), encoding="utf-8")
     (folder / "compare.md").write_text(_markdown(outcomes, names), encoding="utf-8")
     document = {**provenance(), "runs": [_record(outcome) for outcome in outcomes]}
     (folder / "compare.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+
+
+def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
+    """The page: tables of all cases, then each case with its picture and its table.
+
+    Args:
+        outcomes: All runs.
+        pictures: Of each case, by its name.
+    """
+    from vessel_hsmc_ros.report.page_kit import Section, render_sections  # imports the libraries of pages
+
+    rows, laws = by_row(outcomes), dict.fromkeys(outcome.law for outcome in outcomes)
+    sections = []
+    if len(rows) > 1:
+        sections = [
+            Section(f"{o.title[0].upper()}{o.title[1:]}", head=o.head, lines=o.lines, texts=3) for o in overviews(outcomes)
+        ]
+    for row, of_row in rows:
+        head, lines = table(row, of_row)
+        sections.append(Section(row.name, f"{_scope(row)}; rms effort over the whole run.", pictures[row.name], head, lines))
+    about = f"{len(outcomes)} runs, offline · {', '.join(laws)}"
+    return render_sections(f"Laws compared: {', '.join(row.name for row, _ in rows[:3])}", [about], sections, notes(outcomes))
+
+
+def _scope(row: Row) -> str:
+    """The part of the run to which the errors of a row refer, and their limits."""
+    return f"Errors over the {row.over.replace('_', ' ')}{f', at most {limits(row)}' if limits(row) else ''}"
 
 
 def _markdown(outcomes: Sequence[LawRun], names: dict[str, str]) -> str:
@@ -163,8 +192,7 @@ def _markdown(outcomes: Sequence[LawRun], names: dict[str, str]) -> str:
         parts += [f"\n{title[0].upper()}{title[1:]}\n", *_table(head, lines)]
     parts += ["", *(f"- {note}" for note in notes(outcomes))]
     for row, of_row in by_row(outcomes):
-        limit = f", at most {limits(row)}" if limits(row) else ""
-        parts += [f"\n## {row.name}\n", f"Over the {row.over.replace('_', ' ')}{limit}; effort over the whole run.\n"]
+        parts += [f"\n## {row.name}\n", f"{_scope(row)}; effort over the whole run.\n"]
         parts += [*_table(*table(row, of_row)), f"\n![{row.name}](figures/{names[row.name]}.png)"]
     return "\n".join(parts) + "\n"
 

@@ -1,6 +1,5 @@
 """The results of a sweep: table, CSV, JSON, picture, page."""
 
-import base64
 import csv
 import json
 import math
@@ -8,35 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment
-
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.report.page_kit import Section, render_sections
 from vessel_hsmc_ros.runs import sweep_figure
 from vessel_hsmc_ros.runs.sweep import Axis, Outcome
 from vessel_hsmc_ros.runs.sweep_figure import label, shown, text
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
 FAILED = "failed"
-
-PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{{ title }}</title>
-<style>
-:root { color-scheme: light dark }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 1100px; padding: 0 1rem }
-img { max-width: 100%; background: #fff; border-radius: 6px } .table { overflow-x: auto } table { border-collapse: collapse }
-th, td { padding: .2rem .8rem; text-align: right; border-bottom: 1px solid #8884; white-space: nowrap } .failed { color: #d4483b }
-</style>
-<h1>{{ title }}</h1>
-<p>{{ about }}</p>
-<img alt="{{ title }}" src="data:image/png;base64,{{ picture }}">
-<div class="table"><table><tr>{% for name in head %}<th>{{ name }}</th>{% endfor %}</tr>
-{% for line in lines %}<tr{% if line[-1] == failed %} class="failed"{% endif %}>
-{%- for cell in line %}<td>{{ cell }}</td>{% endfor %}</tr>
-{% endfor %}</table></div>
-{% for note in notes %}<p class="failed">{{ note }}</p>{% endfor %}
-</html>
-"""
 
 
 def table(axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> tuple[list[str], list[list[str]]]:
@@ -117,16 +96,6 @@ def _page(picture: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metr
     names = " and ".join(axis.parameter for axis in axes)
     changes = [outcome.point.changes for outcome in outcomes]
     common = [f"{name} = {value}" for name, value in changes[0].items() if all(other[name] == value for other in changes)]
-    return (
-        Environment(autoescape=True)
-        .from_string(PAGE)
-        .render(
-            title=f"{Path(outcomes[0].point.scenario).stem}: {names}",
-            about="; ".join([f"{len(outcomes)} runs offline, version {provenance()['version']}", *common]),
-            picture=base64.b64encode(picture.read_bytes()).decode(),
-            head=head,
-            lines=lines,
-            failed=FAILED,
-            notes=notes(axes, outcomes),
-        )
-    )
+    scenario = Path(outcomes[0].point.scenario).stem
+    section = Section("Runs", "; ".join(common), picture.read_bytes(), head, lines)
+    return render_sections(f"{scenario}: {names}", [f"{len(outcomes)} runs, offline"], [section], notes(axes, outcomes))

@@ -10,25 +10,15 @@ function listenToRuns(element, command) {
   });
 }
 
-async function main() {
-  const { figures, command } = JSON.parse(document.getElementById("content").textContent);
-  const library = document.createElement("script");
-  library.textContent = new TextDecoder().decode(await inflate("library"));
-  document.head.append(library);
-  const colours = makeColours();
-  const places = [...document.querySelectorAll("[data-figure]")].map((element) => {
-    const [section, index] = element.dataset.figure.split(" ");
-    return [figures[section][Number(index)], element];
-  });
-  const drawAll = () => places.forEach(([figure, element]) => draw(figure, element, colours));
-  drawAll();
-  places.forEach(([, element]) => listenToRuns(element, command));
-  listenToTheme(colours, drawAll);
-  document.getElementById("copy").addEventListener("click", () => navigator.clipboard?.writeText(document.getElementById("chosen").textContent));
-  document.documentElement.dataset.ready = "";
+function figureOf({ figures }, place) {
+  const [section, index] = place.split(" ");
+  return figures[section][Number(index)];
 }
 
-main().catch((error) => {
-  document.getElementById("trouble").hidden = false;
-  throw error;
-});
+drawFigures(figureOf)
+  .then(({ content, places }) => {
+    places.forEach((element) => listenToRuns(element, content.command));
+    document.getElementById("copy").addEventListener("click", () => navigator.clipboard?.writeText(document.getElementById("chosen").textContent));
+    document.documentElement.dataset.ready = "";
+  })
+  .catch(showTrouble);

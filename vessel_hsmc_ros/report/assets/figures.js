@@ -1,0 +1,18 @@
+// Draws the complete figures of a page into their places, in the present theme; returns the content of the page.
+async function drawFigures(figureOf) {
+  const content = JSON.parse(document.getElementById("content").textContent);
+  const library = document.createElement("script");
+  library.textContent = new TextDecoder().decode(await inflate("library"));
+  document.head.append(library);
+  const colours = makeColours();
+  const places = [...document.querySelectorAll("[data-figure]")];
+  const drawAll = () => places.forEach((element) => draw(figureOf(content, element.dataset.figure), element, colours));
+  drawAll();
+  listenToTheme(colours, drawAll);
+  return { content, places };
+}
+
+function showTrouble(error) {
+  document.getElementById("trouble").hidden = false;
+  throw error;
+}

@@ -1,0 +1,3 @@
+// A page without diagrams.
+listenToTheme(makeColours(), () => {});
+document.documentElement.dataset.ready = "";
