@@ -30,13 +30,14 @@ def call(action: str, namespace: str) -> None:
     """Pause, resume, reset, enable, disable, stop or rearm a running vessel.
 
     \b
-    pause, resume    the plant and the reference; time goes on in real time
-    reset            ship and reference return to their start, the law forgets
-    disable          the controller is in standby: it commands nothing until
-                     `enable`; the run goes on, Ctrl-C in its terminal ends it
-    stop             the same at once from any state, latched until `rearm`
-    rearm            the controller is in standby again
-    enable           the controller commands again, if it is ready
+    pause     pause ship and reference; in real time the clock goes on
+    resume    let ship and reference go on after a pause
+    reset     put ship and reference back to their start, and reset the law
+    disable   put the controller into standby: it commands zero until `enable`
+              (the run goes on; Ctrl-C in its terminal ends it)
+    stop      command zero at once, in any state, and stay stopped until `rearm`
+    rearm     end the stop: the controller is in standby, and `enable` starts it
+    enable    let the controller command, if its inputs are complete
     """  # noqa: D301 - \b keeps click from wrapping the list
     with running_vessel(namespace) as remote:
         from std_srvs.srv import SetBool, Trigger

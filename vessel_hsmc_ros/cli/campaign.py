@@ -35,12 +35,14 @@ def campaign() -> None:
     """Simulate a scenario thousands of times, with parameters drawn from distributions.
 
     \b
-    vessel-hsmc campaign FILE.yaml        compute the runs; again: go on after an interrupt
-    vessel-hsmc campaign report FOLDER    failures, quantiles, what matters, worst runs
+    vessel-hsmc campaign FILE.yaml      compute the runs; the same command goes on
+                                        with a campaign that was interrupted
+    vessel-hsmc campaign report FOLDER  a page with failures, quantiles, worst
+                                        runs and the parameters that matter
     vessel-hsmc run --campaign FOLDER --run 48213
-                                          repeat a row by the ROS 2 nodes
+                                        repeat one run by the ROS 2 nodes
 
-    docs/campaigns.md explains the file.
+    docs/campaigns.md explains the format of FILE.
     """  # noqa: D301 - the escape keeps click from joining the lines
 
 

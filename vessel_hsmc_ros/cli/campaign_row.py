@@ -22,9 +22,11 @@ DIFFERENT = 1
 def campaign_row_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options to a verb, which takes them as `campaign` and `row`."""
     folder = click.option(
-        "--campaign", type=click.Path(path_type=Path), help="Folder of a campaign, with --run instead of SCENARIO."
+        "--campaign",
+        type=click.Path(path_type=Path),
+        help="Folder of a campaign of which --run selects a run, instead of SCENARIO.",
     )
-    number = click.option("--run", "row", type=click.IntRange(min=0), metavar="N", help="Row of the campaign to repeat.")
+    number = click.option("--run", "row", type=click.IntRange(min=0), metavar="N", help="Number of the run in the campaign.")
     return folder(number(command))
 
 

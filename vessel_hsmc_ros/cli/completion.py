@@ -23,9 +23,9 @@ PLACES = {
 @click.argument("shell", type=click.Choice(list(PLACES)), required=False)
 @click.option("--install", is_flag=True, help="Write the script where the shell finds it, instead of printing it.")
 def completion(shell: str | None, install: bool) -> None:
-    """Print the script for completion in SHELL, by default that of this login, or install it.
+    """Print or install the script with which a shell completes verbs, options and scenarios.
 
-    It completes verbs, options and scenarios after the next login: press Tab.
+    SHELL is the shell of this login by default. After --install and the next login, press Tab to complete.
     """
     from vessel_hsmc_ros.cli.command import cli
 

@@ -19,9 +19,9 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 def demo(output: Path) -> None:
     """Show two control laws on one example, side by side.
 
-    A ship is to follow a circle under a disturbance: case 2 of the paper, once with the paper's law and once with the guided law.
-    Prints a table of both runs and writes a page that overlays them; each run keeps a folder of its own, with its recording.
-    Takes a minute or two.
+    A ship follows a circle under a disturbance (case 2 of the paper), once with the paper's law and once with the guided law.
+    The command prints a table of both runs and writes a page that overlays them. Each run keeps a folder of its own with its
+    recording. This takes a minute or two.
     """
     from vessel_hsmc_ros.report.tables import metrics_table  # imports the report's libraries
     from vessel_hsmc_ros.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags

@@ -36,12 +36,12 @@ if TYPE_CHECKING:
     help="The scenario to write [default: NAME_excite.yaml].",
 )
 def excite(ship: str, output: Path | None) -> None:
-    """Write the manoeuvres worth sailing for an identification of a ship, as a scenario.
+    """Write a scenario of manoeuvres from which `identify` can determine a ship's hull data.
 
-    VESSEL is one of the library or a vessel file, SCENARIO a scenario or its file, such as `vessel-hsmc init` has written; the
-    data need not be exact, they scale forces and times. The scenario commands surge force and yaw moment without feedback.
-    Simulate it, or run it with the boat's own nodes and record a bag, for `vessel-hsmc identify`. Prints the manoeuvres, and the
-    space that they take.
+    VESSEL is a vessel of the library or a vessel file. SCENARIO is a scenario or its file, such as one that `vessel-hsmc init`
+    has written. The hull data need not be exact: they only scale forces and times. The scenario commands surge force and yaw
+    moment without feedback. Simulate it, or sail it with your own boat and record a bag, and pass the bag to
+    `vessel-hsmc identify`. The command prints the manoeuvres and the space that they need.
     """
     from vessel_hsmc_ros.identification.excitation import excitation, scenario_text
     from vessel_hsmc_ros.runs.offline import simulate

@@ -31,15 +31,15 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
         "--vessels",
         type=click.IntRange(1, LARGEST),
         metavar="N",
-        help="Run N vessels at a time, in the namespaces vessel_1 to vessel_N (of --namespace NAME: NAME_1 to NAME_N), with the"
-        " seeds seed to seed + N - 1, into one bag.",
+        help="Run N vessels at once, in the namespaces vessel_1 to vessel_N (with --namespace NAME: NAME_1 to NAME_N), recorded"
+        " in one bag. Their random seeds are that of the scenario and the N - 1 numbers after it.",
     )
     spacing = click.option(
         "--spacing",
         type=click.FloatRange(-1e5, 1e5),
         default=SPACING,
         show_default=True,
-        help="Distance in y between the starts of two neighbours of --vessels, and between their references, m.",
+        help="With --vessels: distance in y between neighbouring vessels, and between their references, m.",
     )
 
     @functools.wraps(command)

@@ -53,9 +53,10 @@ REASONS = {
 def gains(scenario: str, changes: Sequence[str], as_json: bool) -> None:
     """Print the gains of the guided law for the ship of SCENARIO, with the margins of its loops.
 
-    A gain that is not set by hand is a number times powers of the ship's length L and of T = sqrt(yaw_inertia/yaw_moment_limit).
-    The margins are those of the linearised loops about a straight path at the speed of the reference. Warnings name a loop with
-    less than 6 dB or 40°, and what the reference needs beyond what the ship can do.
+    A gain that is not set by hand is computed from the ship's length L and from T = sqrt(yaw_inertia/yaw_moment_limit): the
+    table names the factor and the powers of L and T. The margins are those of the linearised loops about a straight path at the
+    speed of the reference. A warning names each loop with a gain margin below 6 dB or a phase margin below 40°, and a reference
+    that demands more than the ship can do.
     """
     loaded = load_checked(scenario, parse_changes(changes))
     found = study(loaded)

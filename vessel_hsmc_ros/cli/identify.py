@@ -24,10 +24,14 @@ if TYPE_CHECKING:
     default="coupled",
     show_default=True,
     metavar="MODEL|NAMES",
-    help="paper: each velocity damped by itself; coupled: sway and yaw coupled too; linear; or names of hull parameters, with"
-    " commas.",
+    help="What is estimated: paper (inertia and damping of each axis), coupled (sway and yaw coupled as well), linear (linear"
+    " damping only), or names of hull parameters, separated by commas.",
 )
-@click.option("--vessel", metavar="NAME|FILE", help="A vessel with what is known: dimensions, limits, what is not estimated.")
+@click.option(
+    "--vessel",
+    metavar="NAME|FILE",
+    help="A vessel of the library or a vessel file; it gives the dimensions, the limits and all that is not estimated.",
+)
 @click.option("--length", type=float, metavar="m", help="Length of the ship, without --vessel.")
 @click.option("--beam", type=float, metavar="m", help="Beam of the ship, without --vessel.")
 @click.option(
@@ -35,7 +39,7 @@ if TYPE_CHECKING:
     multiple=True,
     type=click.Path(path_type=Path),
     metavar="BAG|CSV",
-    help="A run that is not used, to judge the prediction; may be given several times.",
+    help="A run that is kept back to judge the prediction; may be given several times.",
 )
 @click.option("--namespace", help="ROS namespace of the vessel, if a bag holds several.")
 @click.option(

@@ -32,7 +32,7 @@ def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
     help="A vessel of the library, such as otter, or a vessel file; the options below then change single values of it.",
 )
 @main_data_options
-@click.option("--thrusters", is_flag=True, help="Drive the ship by the thrusters of the vessel.")
+@click.option("--thrusters", is_flag=True, help="Drive the ship by the thrusters of --vessel.")
 @click.option("--interface", "stack", metavar="STACK", help="Also write NAME_STACK.yaml, the connection to the stack of a boat.")
 @click.option("--no-check", is_flag=True, help="Do not simulate the new scenario.")
 def init(name: str, vessel: str | None, thrusters: bool, stack: str | None, no_check: bool, **data: Any) -> None:

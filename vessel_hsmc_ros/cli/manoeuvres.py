@@ -33,9 +33,9 @@ from vessel_hsmc_ros.scenario.vessels import vessel_names
 def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, changes: Sequence[str], output: Path) -> None:
     """Simulate the standard manoeuvres of a ship: turning circle, zig-zags, spiral, crash stop, speed runs, bollard pull.
 
-    The ship is a VESSEL of the library, a vessel file, or that of a SCENARIO, of which nothing else is taken; without any, each
-    of the library. It sails in still water. Writes a page with tracks and metrics, the metrics as CSV, and a scenario for each
-    manoeuvre, which `vessel-hsmc run` takes, into a run folder.
+    The ship is a VESSEL of the library, a vessel file, or the ship of a SCENARIO, whose other parameters are not used. Without an
+    argument all vessels of the library are simulated. The water is calm. The run folder receives a page with tracks and metrics,
+    the metrics as CSV, and a scenario for each manoeuvre, which `vessel-hsmc run` takes.
     """
     named = list(ships or vessel_names())
     scaled = [ship_named(name, parse_changes(changes)) for name in named]

@@ -71,8 +71,8 @@ set_option = click.option(
     "changes",
     multiple=True,
     metavar="NODE.PARAM=VALUE",
-    help="Set a parameter, such as controller.law=guided; vessel.PARAM sets one of the ship for all nodes; @FILE sets all of a"
-    " ROS parameters file. May be given several times.",
+    help="Set a parameter, such as controller.law=guided; vessel.PARAM sets one of the ship for all nodes; @FILE sets all"
+    " parameters in a ROS parameters file. May be given several times.",
 )
 
 
@@ -102,7 +102,7 @@ def _interpret(_context: click.Context, _option: click.Parameter, wanted: bool) 
 interpreted_option = click.option(
     "--interpreted",
     is_flag=True,
-    help="Run the laws interpreted instead of compiled: the numbers are the same, it takes some hundred times longer.",
+    help="Run the laws interpreted instead of compiled: the results are the same, but take a hundred times as long.",
     callback=_interpret,
     expose_value=False,
 )

@@ -17,9 +17,9 @@ from vessel_hsmc_ros.scenario.parameter_page import interface_page, matching, pa
 @click.option(
     "--into",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Renew the generated parts of a page, such as docs/safety.md, in place of listing.",
+    help="Instead of listing parameters, update the generated parts of a page such as docs/safety.md.",
 )
-@click.option("--boats", is_flag=True, help="Print the page docs/boats.md in place of listing.")
+@click.option("--boats", is_flag=True, help="Instead of listing parameters, print the page docs/boats.md.")
 def parameters(word: str | None, as_json: bool, into: Path | None, boats: bool) -> None:
     """List all parameters, with their ranges and meaning, or those in whose name or meaning WORD occurs."""
     if boats:

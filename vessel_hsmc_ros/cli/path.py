@@ -14,10 +14,11 @@ from vessel_hsmc_ros.scenario.waypoints import read_waypoints
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @vessel_option
 def path(file: Path, namespace: str) -> None:
-    """Send a running vessel along the waypoints of FILE, CSV or YAML: x and y of each, m.
+    """Send a running vessel along the waypoints in FILE, a CSV or YAML file with x and y of each in metres.
 
-    Its reference must take paths: `vessel-hsmc run waypoints --real-time`, or any scenario with reference_ship.mode=path.
-    A third column, the heading, is accepted; the ship follows the legs between the waypoints.
+    The reference ship must take paths: start it by `vessel-hsmc run waypoints --real-time`, or in any scenario with
+    reference_ship.mode=path. A third column, the heading, is accepted but not used: the ship follows the legs between the
+    waypoints. The exit code is 1 if the reference ship refuses the path.
     """
     points = read_waypoints(file)  # before the search for nodes: a wrong file is reported at once
     with running_vessel(namespace) as remote:

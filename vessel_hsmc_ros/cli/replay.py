@@ -38,8 +38,16 @@ AXES = (("surge force", "N"), ("yaw moment", "N·m"))
 @click.option("--paused", is_flag=True, help="Start paused, until the service /replay/pause is called with false.")
 @click.option("--topic", "topics", multiple=True, help="Publish only this topic; may be given several times [default: all].")
 @click.option("--verify", "verified", is_flag=True, help="Recompute every recorded command and compare it bit by bit.")
-@click.option("--set", "edits", multiple=True, metavar="NODE.PARAM=VALUE", help="With --verify: change a parameter.")
-@click.option("--with", "changes", multiple=True, metavar="NODE.PARAM=VALUE", help="Rerun the bag's scenario with a change.")
+@click.option(
+    "--set", "edits", multiple=True, metavar="NODE.PARAM=VALUE", help="With --verify: recompute with a changed parameter."
+)
+@click.option(
+    "--with",
+    "changes",
+    multiple=True,
+    metavar="NODE.PARAM=VALUE",
+    help="Simulate the scenario of the bag again with a changed parameter.",
+)
 @interpreted_option
 @law_file_option
 @namespace_option

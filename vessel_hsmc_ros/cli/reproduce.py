@@ -27,7 +27,7 @@ def reproduce(ros: bool, output: Path | None) -> None:
 
     Compares the paper's claims with the results, and writes figures, claims.md and results.json.
 
-    Takes less than a minute on two cores; with --ros, some ten. A claim that does not hold is a result, not an error.
+    Takes less than a minute on two cores; with --ros, about ten. A claim that does not hold is a result, not an error.
     """
     folder = output or make_run_folder(Path("runs"), "reproduce").path
     check_writable(folder)

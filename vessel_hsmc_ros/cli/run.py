@@ -39,7 +39,7 @@ from vessel_hsmc_ros.scenario.scenario import for_nodes
     "--faults",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Script of faults to carry out between the nodes, in the place of the scenario's own.",
+    help="Script of faults to inject between the nodes, instead of that of the scenario.",
 )
 @live_options
 def run(
@@ -58,8 +58,8 @@ def run(
 
     SCENARIO is one that comes with the package, such as case2_tracking, or the path of a YAML file: a ROS parameters file. The
     nodes take turns, as fast as the machine allows (lockstep), or keep to the wall clock (--real-time). The run folder receives
-    the recording, all parameters, a page with diagrams, and the metrics. With --campaign and --run in the place of SCENARIO it
-    repeats a row of a campaign, and compares the metrics; with --vessels it runs several vessels at a time.
+    the recording, all parameters, a page with diagrams, and the metrics. With --campaign and --run instead of SCENARIO the
+    command repeats one run of a campaign and compares the metrics. With --vessels it runs several vessels at once.
     """
     if fleet and (campaign or faults or live_port):
         raise click.UsageError("--vessels takes no --campaign, no --faults and no --live")

@@ -34,9 +34,9 @@ def simulate(
 ) -> None:
     """Simulate a scenario quickly, without ROS.
 
-    The results are bit-identical to those of `run`, and the run folder has a bag as that of `run` has. SCENARIO is one that comes
-    with the package, such as case2_tracking, or the path of a YAML file. With --campaign and --run in its place the verb repeats
-    a row of a campaign, and compares the metrics.
+    The results are bit-identical to those of `run`, and so are the messages of the bag in the run folder. SCENARIO is one that
+    comes with the package, such as case2_tracking, or the path of a YAML file. With --campaign and --run instead of SCENARIO the
+    command repeats one run of a campaign and compares the metrics.
     """
     chosen = of_row(scenario, campaign, row, bool(changes))
     loaded = chosen.scenario() if chosen else load_checked(scenario or "", parse_changes(changes))

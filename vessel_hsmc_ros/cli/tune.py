@@ -70,8 +70,9 @@ def tune(
 ) -> None:
     """Search the gains of a law with the smallest cost over a scenario, the rows of a suite or the draws of a campaign.
 
-    Every trial meets the same runs with the same noise. Writes the gains as a parameters file (best.yaml), a page, pictures and
-    all trials. The same command with the same --output continues after an interruption, or with more --trials.
+    All trials use the same runs with the same noise. The command writes the gains as a parameters file (best.yaml), a page,
+    pictures and a table of all trials. The same command with the same --output continues after an interruption, or with more
+    --trials.
     """
     # Imported here: Optuna takes half a second, which the other verbs need not spend.
     from vessel_hsmc_ros.tuning.cases import held_out_cases, law_of, load_cases

@@ -7,7 +7,7 @@ GROUPS = {
         "simulate": "Simulate a scenario quickly, without ROS.",
         "scenarios": "List the scenarios, or print one to start from.",
         "vessels": "List the ships of the library, or show one of them.",
-        "parameters": "List all parameters, or those that a word occurs in.",
+        "parameters": "List all parameters, or search them for a word.",
     },
     "Analyse": {
         "report": "Make a page with diagrams from recordings.",
@@ -29,8 +29,8 @@ GROUPS = {
     },
     "Your own boat": {
         "init": "Write a complete commented scenario for your ship.",
-        "manoeuvres": "Turning circle, zig-zags, crash stop, with criteria.",
-        "excite": "Write the manoeuvres that identify a ship.",
+        "manoeuvres": "Simulate turning circle, zig-zags and crash stop.",
+        "excite": "Write manoeuvres for an identification.",
         "identify": "Identify the hull data of a ship from recordings.",
     },
     "This command": {

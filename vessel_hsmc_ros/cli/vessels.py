@@ -19,10 +19,10 @@ USE = "vessel-hsmc vessels NAME shows one of them; `vessel: NAME` in a scenario 
 @click.option("--markdown", is_flag=True, help="Print the tables of all vessels in Markdown, for the docs.")
 @json_option
 def vessels(name: str | None, markdown: bool, as_json: bool) -> None:
-    """List the vessels that `vessel: NAME` in a scenario takes, or show all about one: NAME, or the path of a vessel file.
+    """List the vessels of the library, which a scenario selects by `vessel: NAME`, or show one: NAME or a vessel file.
 
-    Figures are computed from the hull data. `verified` counts the published figures that they agree with, `open` what could not
-    be checked.
+    Speeds and turns are computed from the hull data. The column `verified` counts the published values that agree with them,
+    `open` the published values that could not be checked.
     """
     if as_json:
         print_json(_content(read_vessel(name)) if name else [_content(each) for each in vessel_figures.published_vessels()])

@@ -33,7 +33,7 @@ COLOURS = {"ok": "green", "warning": "yellow", "error": "red"}
 def watch(once: bool, as_json: bool, namespace: str) -> None:
     """Show the state of a running vessel: pose, error, wrench, messages of the nodes, events. Ctrl-C ends it.
 
-    Where the output is no terminal, a line is printed every second.
+    If the output is not a terminal, the command prints one line every second.
     """
     if as_json and not once:
         raise click.UsageError("--json prints one state: give --once too")

@@ -24,7 +24,7 @@ SHORT = 10.0
 """A shorter run is too short for a verdict, in units of sqrt(length/g), the time scale of a hull."""
 
 GRAVITY = 9.81
-TREND_SHARE, TREND_OVER_SCATTER = 0.1, 2.0
+TREND_SHARE, TREND_OVER_SCATTER = 0.05, 2.0
 """The error has a trend if a line through its second half rises or falls by this share of the mean error and by this multiple of
 the rms distance of the error from the line, which two or more oscillations exceed."""
 
