@@ -180,7 +180,7 @@ def test_a_grid_of_starts_is_a_map_of_the_time_to_settle(grid: Results) -> None:
 
 def test_shares_of_a_grid_are_not_called_probabilities(grid: Results) -> None:
     assert "shares of its points, not probabilities" in words(grid)["hierarchical"]
-    assert "Too few runs for sensitivities: they take 100." in words(grid)["hierarchical"]
+    assert "Too few runs for sensitivities, which need at least 100." in words(grid)["hierarchical"]
     assert not drawn(grid).bars
     settling = next(line for line in texts(findings.quantiles(grid)) if line[0].endswith("settling time"))
     assert settling[-2] == "none: ended early or not settled"

@@ -77,7 +77,7 @@ def test_the_hull_about_a_path_is_that_of_the_papers_ship() -> None:
     ("changes", "reported"),
     [
         ({}, ""),
-        ({"reference_ship.yaw_moment": 3.5e6}, "it needs a yaw moment of 3.5 MN·m, the limit is 3 MN·m"),
+        ({"reference_ship.yaw_moment": 3.5e6}, "it needs a yaw moment of 3.5 MN·m, but the limit is 3 MN·m"),
         ({"reference_ship.yaw_moment_sine.amplitude": 1e6, f"{LAW}.yaw_moment_rate": 1e4}, "a yaw moment that changes by"),
         (
             {"reference_ship.yaw_moment_sine.amplitude": 1e6, "reference_ship.yaw_moment_sine.frequency": 3.0},

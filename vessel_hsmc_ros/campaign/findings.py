@@ -35,7 +35,7 @@ NAMED = 3
 
 GRID = "; on a grid of starts these are shares of its points, not probabilities"
 
-EVEN = "; a confidence interval takes independent draws, those of {} are spread evenly"
+EVEN = "; no confidence interval is stated, because {} draws are not independent"
 
 
 def short(parameter: str) -> str:
@@ -177,7 +177,7 @@ def _sizes(runs: Results, metric: str) -> str:
 
 def _causes(found: list[Influence], runs: int) -> str:
     if not found:
-        few = f"Too few runs for sensitivities: they take {FEWEST}."
+        few = f"Too few runs for sensitivities, which need at least {FEWEST}."
         return few if runs < FEWEST else "No drawn parameter makes a difference."
     clear = [entry for entry in found if entry.clear][:NAMED]
     if not clear:

@@ -63,7 +63,9 @@ def _notes(results: Results) -> list[str]:
     found = []
     if not results.campaign.independent and not results.campaign.grids:
         name = results.campaign.sampling.replace("_", " ")
-        found.append(f"Confidence intervals take independent draws. Those of a {name} are spread evenly, so there are none here.")
+        found.append(
+            f"No confidence intervals are stated: they are valid for independent draws only, and those of a {name} are not."
+        )
     if not (results.campaign.limits or results.campaign.limits_in_lengths):
         found.append("The campaign has no limits, so only runs that ended early are failures.")
     return found

@@ -107,7 +107,7 @@ def _units(scenario: Scenario) -> str:
         units += f" (times {d.q:.3g} for rates of the actuators' bandwidth)"
     if not d.declared:
         missing = "not all of lag, rate and dead time are" if d.partly else "no lag, rate or dead time is"
-        return f"{units}; {missing} declared (controller.vessel.yaw_lag ...): the actuators count as slow"
+        return f"{units}; {missing} declared (controller.vessel.yaw_lag ...): the actuators are assumed slow"
     return f"{units}; slowness of the actuators {d.s:.2f}, from 0 for instant ones to 1"
 
 

@@ -175,12 +175,15 @@ def _too_slow(name: str, unit: str, need: Need, limit: float, rate: float, loop:
     """
     lines = []
     if need.size > limit:
-        lines.append(f"a {name} of {quantity(need.size, unit)}, the limit is {quantity(limit, unit)}")
+        lines.append(f"a {name} of {quantity(need.size, unit)}, but the limit is {quantity(limit, unit)}")
     if need.rate > rate:
-        lines.append(f"a {name} that changes by {quantity(need.rate, unit)} in a second, it can by {quantity(rate, unit)}")
+        lines.append(
+            f"a {name} that changes by {quantity(need.rate, unit)} in a second, but it is limited to {quantity(rate, unit)}"
+        )
     if need.frequency > loop.crossover:
         lines.append(
-            f"a {name} that varies at {need.frequency:.2g} rad/s on average, the loop follows up to {loop.crossover:.2g} rad/s"
+            f"a {name} that varies at {need.frequency:.2g} rad/s on average, but the loop follows up to"
+            f" {loop.crossover:.2g} rad/s"
         )
     return [f"the ship is too slow for the reference: it needs {line}" for line in lines]
 

@@ -225,11 +225,11 @@ def verdict(result: Result) -> list[str]:
     if failed := max(result.tuned.cost.failed, result.held_out_tuned.cost.failed):
         lines.append(f"With the tuned gains {failed} runs fail.")
     if edges := [gain.name for gain in result.tuning.gains if result.at_edge(gain)]:
-        lines.append(f"At the edge of the range: {', '.join(edges)}; a wider range may give more.")
+        lines.append(f"At the edge of its range: {', '.join(edges)}. A wider range may give a smaller cost.")
     return lines
 
 
 def _comparison(runs: str, before: float, after: float) -> str:
     """The cost of the present and the tuned gains on some runs, as a sentence."""
     change = "falls" if before > NOTABLE * after else "rises" if after > NOTABLE * before else "does not change"
-    return f"On the {runs} the cost {change}, from {before:.4g} to {after:.4g} ({before / after:.3g} times smaller)."
+    return f"On the {runs} the cost {change}, from {before:.4g} to {after:.4g} (factor {after / before:.3g})."
