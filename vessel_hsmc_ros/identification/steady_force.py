@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.identification.prediction import predict
-from vessel_hsmc_ros.identification.types import Array, Measurements, Prediction
+from vessel_hsmc_ros.identification.types import Measurements, Prediction
 
 COMPONENTS = ("force_x", "force_y")
 
