@@ -16,7 +16,6 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
@@ -39,6 +38,9 @@ discovered the client yet."""
 
 CONFIRMATION_LIMIT = 2.0
 """Longest wait for the event that confirms a message, s."""
+
+PLANNING_LIMIT = 8.0
+"""Further wait for a path, s, which a busy machine plans slowly; a refusal is known before."""
 
 T = TypeVar("T")
 
@@ -140,14 +142,14 @@ class Remote:
                 return future.result()
         raise RunError(f"no response from {client.srv_name} within {ANSWER_LIMIT:g} s: does its node hang?")
 
-    def publish(self, message: Any, topic: str, reader: str, profile: QoSProfile = qos.STREAM) -> str:
+    def publish(self, message: Any, topic: str, reader: str, patience: float = 0.0) -> str:
         """Publish one message for a node.
 
         Args:
             message: The message.
             topic: Relative to the vessel's namespace.
             reader: The node that has to receive it and confirms it by an event.
-            profile: Quality of service.
+            patience: Further wait for the event if the node does not report a problem, s.
 
         Returns:
             The text of the event; empty if none was received in time.
@@ -163,7 +165,7 @@ class Remote:
 
         self.node.create_subscription(DiagnosticArray, "/diagnostics", take_status, qos.WATCHED)
         confirming = self.node.create_subscription(Event, self.name(EVENTS), events.append, qos.LOSSLESS)
-        publisher = self.node.create_publisher(type(message), self.name(topic), profile)
+        publisher = self.node.create_publisher(type(message), self.name(topic), qos.STREAM)
 
         def connected() -> bool:
             readers = self.node.get_subscriptions_info_by_topic(publisher.topic_name)
@@ -173,14 +175,17 @@ class Remote:
         if not self.until(connected, DISCOVERY_LIMIT):
             raise RunError(f"{self.name(reader)} does not subscribe to {publisher.topic_name}")
         publisher.publish(message)
-        confirmed = self.until(lambda: [event for event in events if event.node == reader], CONFIRMATION_LIMIT)
-        if confirmed:
-            return str(confirmed[-1].text)
-        # The status is from after the message: nodes publish theirs more often than the time that has passed.
-        status = statuses.get(self.name(reader))
-        if status is not None and status.level == DiagnosticStatus.WARN:
-            raise RunError(f"{self.name(reader)}: {status.message}")
-        return ""
+
+        def confirmed() -> list[str]:
+            return [str(event.text) for event in events if event.node == reader]
+
+        if not self.until(confirmed, CONFIRMATION_LIMIT):
+            # The status is from after the message: nodes publish theirs more often than the time that has passed.
+            status = statuses.get(self.name(reader))
+            if status is not None and status.level == DiagnosticStatus.WARN:
+                raise RunError(f"{self.name(reader)}: {status.message}")
+            self.until(confirmed, patience)
+        return confirmed()[-1] if confirmed() else ""
 
     def receive(self, kind: Any, topic: str) -> Any:
         """The next message on a topic of the vessel; None if there is none in time."""
@@ -347,7 +352,7 @@ def send_path(remote: Remote, poses: Sequence[Pose]) -> str:
     message = Path()
     message.header.frame_id = _frame(remote, "path")
     message.poses = [_pose(pose, message.header.frame_id) for pose in poses]
-    return _confirmed("path", remote.publish(message, "path", REFERENCE))
+    return _confirmed("path", remote.publish(message, "path", REFERENCE, PLANNING_LIMIT))
 
 
 def _bearing(remote: Remote, x: float, y: float) -> float:
