@@ -106,7 +106,7 @@ def program(command: list[str]) -> list[str]:
 def start(folder: Path, command: list[str], output: Path) -> "subprocess.Popen[bytes]":
     """Start a process whose output goes to a file."""
     output.touch()
-    environment = {"FASTRTPS_DEFAULT_PROFILES_FILE": str(ROOT / "config" / "fastdds_real_time.xml"), **os.environ}
+    environment = {"FASTRTPS_DEFAULT_PROFILES_FILE": str(ROOT / "config" / "fastdds.xml"), **os.environ}
     return subprocess.Popen(command, cwd=folder, stdout=output.open("wb"), stderr=subprocess.STDOUT, env=environment)
 
 

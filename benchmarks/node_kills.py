@@ -159,7 +159,7 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=20, help="trials of each node and signal")
     parser.add_argument("--nodes", default=",".join(NODES), help="nodes to kill and stop")
     arguments = parser.parse_args()
-    os.environ.setdefault(PROFILES, discovery_profiles(real_time=True))
+    os.environ.setdefault(PROFILES, discovery_profiles())
     table = Table("node", "signal", "trials", "oldest command applied", "zero after, at most", "recovered after, at most")
     worst = 0.0
     rclpy.init(args=[])

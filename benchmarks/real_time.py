@@ -52,7 +52,7 @@ def main() -> None:
     if arguments.echo:
         echo()
         return
-    os.environ.setdefault(PROFILES, discovery_profiles(real_time=True))
+    os.environ.setdefault(PROFILES, discovery_profiles())
     # One unit in the head, and short words: the table fits a terminal of 80 columns.
     table = Table("ms", *(Column(name, justify="right") for name in ("p50", "p99", "largest", "missed", "lost")), box=None)
     for _ in range(arguments.rounds):

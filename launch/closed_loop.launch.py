@@ -66,7 +66,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
         for name in taking_part(scenario.vessel_sim.by_thrusters)
         if flags["record"] or name != "recorder"
     ]
-    return [SetEnvironmentVariable(PROFILES, discovery_profiles(flags["real_time"])), *nodes]
+    return [SetEnvironmentVariable(PROFILES, discovery_profiles()), *nodes]
 
 
 def end_with(name: str, nodes: list[Node]) -> Callable[[ProcessExited, LaunchContext], Any]:

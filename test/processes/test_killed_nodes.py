@@ -90,8 +90,7 @@ def test_no_command_outlives_its_timeout_when_the_controller_is_killed_or_stoppe
     start: Callable[..., Command], witness: Any, number: signal.Signals
 ) -> None:
     options = ("--ros-args", "-p", f"command_timeout:={TIMEOUT}")
-    # Without shared memory, as in real time: a process that is stopped while it holds a lock there may never be heard again.
-    profiles = {PROFILES: str(share_directory() / "config" / "fastdds_real_time.xml")}
+    profiles = {PROFILES: str(share_directory() / "config" / "fastdds.xml")}
     plant = start("python", "-m", "vessel_sim_node", *options, environment=profiles)
     start("python", "-m", "vessel_hsmc_ros.nodes.watchdog", *options, "-p", "ramp_time:=0.0", environment=profiles)
     commander = start("python", "-c", COMMANDER, environment=profiles)

@@ -80,19 +80,10 @@ def test_the_profiles_for_other_machines_differ_in_the_transports_only() -> None
     assert contents(local) == contents(profiles("fastdds_network.xml"))
 
 
-def test_the_profiles_for_real_time_differ_in_shared_memory_only() -> None:
-    local = profiles("fastdds.xml")
-    described = f"{SPACE}transport_descriptor"
-    assert remove(local, lambda each: each.tag == described and each.find(f"{SPACE}type").text == "SHM") == 1
-    assert remove(local, lambda each: each.text == "shared_memory") == 1
-    assert contents(local) == contents(profiles("fastdds_real_time.xml"))
-
-
-@pytest.mark.usefixtures("_unset")
-def test_nodes_in_real_time_have_no_shared_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert Path(discovery_profiles(real_time=True)).name == "fastdds_real_time.xml"
-    monkeypatch.setenv(RANGE, "SUBNET")
-    assert Path(discovery_profiles(real_time=True)).name == "fastdds_network.xml"
+def test_no_profile_of_nodes_on_one_machine_has_shared_memory() -> None:
+    kinds = [each.text for each in profiles("fastdds.xml").iter(f"{SPACE}type")]
+    assert kinds == ["UDPv4"]
+    assert [each.text for each in profiles("fastdds.xml").iter(f"{SPACE}useBuiltinTransports")] == ["false"]
 
 
 @pytest.mark.usefixtures("_unset")
@@ -106,9 +97,8 @@ def test_a_node_of_this_process_leaves_the_environment_as_it_was(monkeypatch: py
     assert os.environ[PROFILES] == "mine.xml"
 
 
-@pytest.mark.parametrize("name", ["fastdds.xml", "fastdds_real_time.xml"])
-def test_a_node_has_no_socket_beyond_the_loopback_interface(node: Callable[[str, dict[str, str]], Command], name: str) -> None:
-    command = node("controller", {PROFILES: str(share_directory() / "config" / name)})
+def test_a_node_has_no_socket_beyond_the_loopback_interface(node: Callable[[str, dict[str, str]], Command]) -> None:
+    command = node("controller", {PROFILES: str(share_directory() / "config" / "fastdds.xml")})
     command.until(lambda: "waiting for" in command.text or "subscribes to" in command.text, DEADLINE)
     found = command.until(lambda: sockets_of(command.popen.pid), DEADLINE)
     # A socket bound to the group of discovery hears it where it was joined: with the whitelist on the loopback interface.

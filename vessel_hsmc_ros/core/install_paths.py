@@ -59,18 +59,15 @@ def share_directory() -> Path:
     raise InstallationError("the package's config folder is in none of " + ", ".join(map(str, candidates)))
 
 
-def discovery_profiles(real_time: bool = False) -> str:
+def discovery_profiles() -> str:
     """The Fast DDS profiles of the nodes that this package starts: the user's own, or those of the package.
 
     Without a word from the user the nodes use the loopback interface only. A discovery range beyond it, static peers or
     transports of his choice take effect as ROS documents them.
-
-    Args:
-        real_time: Whether the nodes run in real time, and therefore without shared memory, whose locks outlive a killed process.
     """
     given = os.environ.get
     beyond = given(RANGE, "LOCALHOST").upper() != "LOCALHOST" or given(PEERS) or given(TRANSPORTS)
-    name = "fastdds_network.xml" if beyond else "fastdds_real_time.xml" if real_time else "fastdds.xml"
+    name = "fastdds_network.xml" if beyond else "fastdds.xml"
     return given(PROFILES) or str(share_directory() / "config" / name)
 
 

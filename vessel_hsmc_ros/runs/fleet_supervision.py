@@ -32,13 +32,11 @@ class Processes:
         names: The processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels.
         groups: The arguments of each group, by its name.
         plants: Namespaces of the vessels whose plants run in a process, by its name.
-        real_time: Whether they run in real time.
     """
 
     names: tuple[str, ...]
     groups: Mapping[str, Sequence[str]]
     plants: Mapping[str, Sequence[str]]
-    real_time: bool
 
 
 def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Processes:
@@ -50,13 +48,11 @@ def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Proces
         lockstep: Whether the fleet runs in lockstep.
     """
     if len(vessels) <= OWN_PROCESSES or not lockstep:
-        return Processes(
-            taking_part(by_thrusters, vessels), {}, {f"{vessel}/{PLANT}": [vessel] for vessel in vessels}, not lockstep
-        )
+        return Processes(taking_part(by_thrusters, vessels), {}, {f"{vessel}/{PLANT}": [vessel] for vessel in vessels})
     nodes = ",".join(name for name in taking_part(by_thrusters) if name != RECORDER)
     count = max(1, len(os.sched_getaffinity(0)))
     parts = {f"group_{number + 1}": vessels[number::count] for number in range(min(count, len(vessels)))}
-    return Processes((RECORDER, *parts), {name: (nodes, *part) for name, part in parts.items()}, parts, real_time=False)
+    return Processes((RECORDER, *parts), {name: (nodes, *part) for name, part in parts.items()}, parts)
 
 
 def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progress, processes: Processes) -> ExitStatus:
@@ -73,9 +69,7 @@ def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progres
     """
     with (
         Interrupts() as interrupts,
-        NodeGroup(
-            folder.parameters, folder.logs, "", processes.names, groups=processes.groups, real_time=processes.real_time
-        ) as nodes,
+        NodeGroup(folder.parameters, folder.logs, "", processes.names, groups=processes.groups) as nodes,
         StatusListener("", vessels) as listener,
     ):
         status = _monitor(nodes, listener, interrupts, progress, processes.plants)

@@ -74,7 +74,6 @@ class NodeGroup:
             such as `vessel_2/controller`.
         extra: Further ROS arguments of nodes, by their names.
         groups: Vessels whose nodes share a process, as arguments of the module VESSEL_GROUP, by names among `names`.
-        real_time: Whether they run in real time, which decides how they communicate.
 
     Raises:
         RunError: a node cannot be started, for instance because the disk is full.
@@ -88,11 +87,10 @@ class NodeGroup:
         names: Sequence[str] = taking_part(by_thrusters=False),
         extra: Mapping[str, Sequence[str]] | None = None,
         groups: Mapping[str, Sequence[str]] | None = None,
-        real_time: bool = False,
     ) -> None:
         logs.mkdir(parents=True, exist_ok=True)
         # A profile that the user has set takes precedence over that of the package; the log format must not.
-        self._environment = {**os.environ, PROFILES: discovery_profiles(real_time), **LOG_FORMAT}
+        self._environment = {**os.environ, PROFILES: discovery_profiles(), **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         try:
             for name in names:

@@ -92,8 +92,8 @@ def supervise(
     with (
         Interrupts() as interrupts,
         live_view(folder, namespace, lockstep, live_port, interrupts),
-        relaying(injection, folder, namespace, lockstep) as relay,
-        NodeGroup(folder.parameters, folder.logs, namespace, names, extra, real_time=not lockstep) as nodes,
+        relaying(injection, folder, namespace) as relay,
+        NodeGroup(folder.parameters, folder.logs, namespace, names, extra) as nodes,
         StatusListener(namespace) as listener,
     ):
         faults = ProcessFaults(injection.script if injection else FaultScript(), nodes)
@@ -110,11 +110,11 @@ def supervise(
     return status
 
 
-def relaying(injection: Injection | None, folder: RunFolder, namespace: str, lockstep: bool) -> NodeGroup:
+def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> NodeGroup:
     """The process of the relay, if there are faults."""
     if injection is None:
         return NodeGroup(folder.parameters, folder.logs, namespace, ())
-    return NodeGroup(injection.write(folder.path), folder.logs, namespace, (RELAY,), real_time=not lockstep)
+    return NodeGroup(injection.write(folder.path), folder.logs, namespace, (RELAY,))
 
 
 @contextmanager
@@ -136,7 +136,7 @@ def live_view(folder: RunFolder, namespace: str, lockstep: bool, live_port: int 
     folder.logs.mkdir(parents=True, exist_ok=True)
     parameters = folder.logs / "watchers.yaml"
     parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
-    with NodeGroup(parameters, folder.logs, namespace, tuple(settings), real_time=not lockstep) as group:
+    with NodeGroup(parameters, folder.logs, namespace, tuple(settings)) as group:
         deadline = time.monotonic() + CONNECT_LIMIT
         while not (_is_listening(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
             time.sleep(0.05)
