@@ -24,6 +24,8 @@ IDEAL = KnownVessel(
     surge_dead_time=0.0,
     yaw_dead_time=0.0,
 )
+QUICK = replace(IDEAL, surge_lag=0.1, yaw_lag=0.1)  # lags of a few hundredths of the time of a turn
+LATE = replace(IDEAL, surge_dead_time=0.1, yaw_dead_time=0.1)
 SLOW = replace(IDEAL, surge_lag=0.7, yaw_lag=0.7, surge_dead_time=0.2, yaw_dead_time=0.3)
 
 
@@ -36,7 +38,9 @@ def closed(system: System, start: NDArray[np.float64], count: int) -> NDArray[np
     return np.array(rows)
 
 
-@pytest.mark.parametrize("vessel", [IDEAL, SLOW, KnownVessel()], ids=["ideal", "slow", "not declared"])
+@pytest.mark.parametrize(
+    "vessel", [IDEAL, QUICK, LATE, SLOW, KnownVessel()], ids=["ideal", "quick", "late", "slow", "not declared"]
+)
 def test_the_linear_yaw_loop_moves_as_the_law_does_on_a_linear_hull(vessel: KnownVessel) -> None:
     actuator = Actuator(max(vessel.yaw_lag, 0.0), max(vessel.yaw_dead_time, 0.0))
     law, start, count = GuidedController(GuidedParameters(), vessel, T), 1e-4, 400
