@@ -157,10 +157,12 @@ def _plan(payload: Payload, plan: Plan) -> dict[str, Any]:
 
 
 def _legs(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """The errors of each leg of each run that has planned legs."""
+    """The errors of each leg of each run that has planned legs, to a micrometre."""
     tables = []
     for record in records:
-        rows = [(str(leg), *(quantity(value, "m") for value in values)) for leg, *values in leg_rows(record.track_errors)]
+        rows = [
+            (str(leg), *(quantity(round(value, 6), "m") for value in values)) for leg, *values in leg_rows(record.track_errors)
+        ]
         if rows:
             tables.append({"name": record.name, "rows": rows})
     return tables
