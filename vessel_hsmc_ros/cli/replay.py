@@ -150,4 +150,4 @@ def _publish(bag: Bag, rate: float, loop: bool, paused: bool, topics: tuple[str,
         click.echo(f"published {node.published} messages, up to {node.position:g} s")
         node.destroy_node()
     finally:
-        rclpy.shutdown()
+        rclpy.shutdown(uninstall_handlers=False)

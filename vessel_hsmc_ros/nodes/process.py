@@ -46,7 +46,7 @@ def run_node(
     The signals only request the shutdown: the node completes its work while its context is valid, whereas rclpy's own handlers
     would invalidate the context at once. After that work they are ignored, because Python restores the default handlers while it
     exits: a second Ctrl-C, such as one from the terminal and one from `ros2 launch`, would turn a normal exit into a death by
-    signal.
+    signal. For the same reason rclpy must leave the handlers alone: it would restore the default ones for an instant.
 
     Args:
         node_class: The class of the node.
@@ -112,7 +112,7 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
         check_rules(sys.argv[1:] if arguments is None else arguments, node.get_name(), node.get_namespace())
     except (VesselHsmcError, RCLError) as error:
         get_logger(node_class.NAME).fatal(start_error(error))
-        rclpy.shutdown()
+        rclpy.shutdown(uninstall_handlers=False)
         return CANNOT_START
     try:
         node.on_own_process()
@@ -121,7 +121,7 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
         return _work(node, running)
     finally:
         node.destroy_node()
-        rclpy.shutdown()
+        rclpy.shutdown(uninstall_handlers=False)
 
 
 def _work(node: VesselNode, running: Callable[[], bool]) -> int:

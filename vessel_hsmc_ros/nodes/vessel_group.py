@@ -66,7 +66,7 @@ def main(arguments: list[str] | None = None) -> int:
             signal.signal(number, signal.SIG_IGN)
         for node in nodes:
             node.destroy_node()
-        rclpy.shutdown()
+        rclpy.shutdown(uninstall_handlers=False)
 
 
 def _class_of(name: str) -> Any:

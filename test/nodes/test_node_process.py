@@ -1,0 +1,43 @@
+"""The process of a node: how it is scheduled, and what signals find while it ends."""
+
+import gc
+import subprocess
+import sys
+
+import pytest
+
+from vessel_hsmc_ros.nodes.markers import MarkerNode
+from vessel_hsmc_ros.nodes.process import run_node
+
+PROGRAM = """
+import gc, os, threading
+from vessel_hsmc_ros.nodes.process import run_in_batches, spare_collections
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+run_in_batches()
+print(*{os.sched_getscheduler(int(thread)) == os.SCHED_BATCH for thread in os.listdir("/proc/self/task")})
+spare_collections()
+print(gc.get_freeze_count() > 1000)
+"""
+
+
+def test_all_threads_run_in_batches_and_what_the_start_created_is_not_collected() -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "True"]
+
+
+class Finished(MarkerNode):
+    def on_own_process(self) -> None:
+        self.finished = True
+
+
+@pytest.mark.parametrize(("arguments", "code"), [([], 0), (["--ros-args", "-p", "rate_hz:=-1.0"], 2)])
+def test_rclpy_restores_no_default_handler_while_a_node_ends(
+    monkeypatch: pytest.MonkeyPatch, arguments: list[str], code: int
+) -> None:
+    restored: list[bool] = []  # for an instant, in which a second Ctrl-C would kill the process
+    monkeypatch.setattr("rclpy.uninstall_signal_handlers", lambda: restored.append(True))
+    try:
+        assert run_node(Finished, arguments) == code
+    finally:
+        gc.unfreeze()
+    assert not restored
