@@ -19,6 +19,9 @@ ROOT = Path(__file__).resolve().parents[1]
 
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))  # on the local host only
 
+# Before NumPy is imported: threads that multiply small matrices together spin, and take the cores from the other tests.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # A shell without job control starts what runs in the background with SIGINT ignored, and what the tests start would inherit it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
