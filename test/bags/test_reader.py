@@ -3,6 +3,7 @@
 import shutil
 from operator import attrgetter
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from message_reading import read_acceleration, read_disturbance
 from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.run_from_bag import matched
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import extrapolate
@@ -269,3 +271,18 @@ def test_messages_written_out_of_order_are_replayed_in_order_of_log_time(tmp_pat
     assert [(raw.log_time, raw.topic) for raw in bag.ordered_messages()] == [
         (k, name) for k in range(5) for name in ("/odom", "/reference")
     ]
+
+
+def test_the_message_of_a_stamp_is_found_among_messages_out_of_their_order(tmp_path: Path) -> None:
+    stamps = np.array([30, 10, 40, 20, 10])
+    index, found = matched(np.array([10, 20, 25, 30, 40]), SimpleNamespace(stamp=stamps))  # type: ignore[arg-type]
+    assert found.tolist() == [True, True, False, True, True]
+    assert index[found].tolist() == [4, 3, 0, 2], "the last one of a stamp"
+
+
+def test_a_step_in_a_pause_near_its_beginning_has_the_reference_before_it(tmp_path: Path) -> None:
+    resumed = 1000 * PERIOD
+    made = write_apart(tmp_path / "bag", [0, resumed // 4, resumed], [0, resumed])
+    run = open_bag(tmp_path / "bag").run(VESSEL)
+    state, acceleration = conversions.read_reference(made["reference", 0])
+    np.testing.assert_array_equal(run.reference[1], extrapolate(state, acceleration, resumed // 4 * 1e-9))

@@ -13,6 +13,7 @@ from mcap.reader import make_reader
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.highlevel import AnyReader
 
+from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
 from vessel_hsmc_ros.core.exceptions import BagError
 
@@ -114,3 +115,36 @@ def test_after_a_gap_files_are_split_by_their_own_first_message(tmp_path: Path) 
     writer.close()
     files = sorted((tmp_path / "bag").glob("*.mcap"))
     assert [log_times(path) for path in files] == [stamps[:2], stamps[2:6], stamps[6:]]
+
+
+def test_a_chunk_index_covers_messages_of_one_topic_that_come_out_of_order(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag")
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    for stamp in (30, 10, 50, 40):
+        writer.write(ticks, clock(stamp), stamp, stamp)
+    writer.close()
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    [index] = summary.chunk_indexes
+    assert (index.message_start_time, index.message_end_time) == (10, 50)
+
+
+def test_each_file_of_a_split_bag_has_all_topics_and_the_latest_attachments(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1.0))
+    first, second = topic("/first", CLOCK), topic("/second", CLOCK)
+    for each in (first, second):
+        writer.add_topic(each)
+    for text in ("old: 1", "new: 2"):
+        writer.attach("scenario.yaml", text)
+    for stamp in (0, 2_000_000_000, 4_000_000_000):
+        writer.write(first, clock(stamp), stamp, stamp)
+        writer.write(second, clock(stamp), stamp, stamp)
+    writer.close()
+    files = sorted((tmp_path / "bag").glob("*.mcap"))
+    assert len(files) == 3
+    for path in files:
+        alone = open_bag(path)
+        assert {name: series.count for name, series in alone.topics.items()} == {"/first": 1, "/second": 1}
+        assert alone.attachments["scenario.yaml"] == b"new: 2"

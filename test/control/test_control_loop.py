@@ -123,5 +123,21 @@ def test_the_observer_takes_the_command_of_the_time_of_the_measurement() -> None
     assert len(set(commands)) > 5
 
 
+def test_after_a_reset_a_loop_with_late_measurements_goes_on_like_a_new_one() -> None:
+    used, new = (ControlLoop(make_controller("pd", 0.01), RateGrid(100.0), observed()) for _ in range(2))
+
+    def wrenches(loop: ControlLoop) -> list[object]:
+        found: list[object] = []
+        for k in range(8):
+            moved = as_motion(np.array(STATE) + 1e-2 * k)
+            loop.step(k * 10_000_000, moved, REFERENCE, NONE, (k - 3) * 10_000_000, 0.03)
+            found.append((loop.wrench, loop.estimate))
+        return found
+
+    first = wrenches(used)
+    used.reset()
+    assert wrenches(used) == first == wrenches(new)
+
+
 def observed() -> Observer:
     return Observer(ObserverParameters(), KnownVessel())

@@ -1,5 +1,7 @@
 """The law of the safe action: each use begins like the first one."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -20,7 +22,11 @@ def fallback(law: str) -> Fallback:
 
 
 @pytest.mark.parametrize("law", ["los_pid", "guided"])
-@pytest.mark.parametrize("pause", [(inputs(1.0), False), (None, True)], ids=["not wanted", "inputs missing"])
+@pytest.mark.parametrize(
+    "pause",
+    [(inputs(1.0), False), (None, True), (inputs(math.nan), True)],
+    ids=["not wanted", "inputs missing", "undefined"],
+)
 def test_the_second_use_of_the_fallback_law_begins_like_the_first(law: str, pause: tuple[Inputs | None, bool]) -> None:
     used, new = fallback(law), fallback(law)
     for _ in range(50):

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from sailing import STEP, rms, sail
 
-from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.observer import Observer, units, wave_motion
 from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD, change, initial_state, jacobian, observe, pass_waves
 from vessel_hsmc_ros.control.observer_model import ObserverParameters, model, propagate, wave_transition
 from vessel_hsmc_ros.core.kinematics import wrap
@@ -260,3 +260,9 @@ def test_a_compass_that_freezes_in_a_turn_is_not_believed() -> None:
         errors.append(abs(wrap(estimate.psi - psi)))
     assert max(errors[300:400]) < 0.02
     assert max(errors[400:]) < 0.02, "the frozen heading is 0.18 rad behind"
+
+
+def test_a_longer_hull_averages_the_waves_in_position_and_heading() -> None:
+    short, long = (wave_motion(ObserverParameters(), units(KnownVessel(length=length)), 1.0) for length in (10.0, 100.0))
+    assert (long < short).all()
+    assert (long > 0.1 * short).all()

@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.pivot import ORIGIN, START, Heading, Pivot, at_origin, carry, pivot_of
+from vessel_hsmc_ros.control.pivot import ORIGIN, START, Heading, Pivot, at_origin, carry, pivot_of, position
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, tracking_error, transform, transform_rate
 from vessel_hsmc_ros.laws import KnownVessel, Terms
 
@@ -140,3 +140,11 @@ def test_the_slow_rate_of_the_filter_is_bounded_in_a_long_turn_away_from_the_ref
     for k in range(600):
         at = carry(ship._replace(psi=0.08 * k), ship, Acceleration(0.0, 0.0, 0.0), at, point).delta
     assert abs(at.rate) <= 0.1 * 1.6 * point.per_distance * (1.0 + 1e-12)
+
+
+@pytest.mark.parametrize("u", [0.01, 0.1, 0.19, 0.3])
+def test_the_controlled_point_comes_in_astern_as_it_does_ahead(u: float) -> None:
+    ahead, astern = DESIRED._replace(u=u, v=0.02), DESIRED._replace(u=-u, v=-0.02)
+    backwards = Acceleration(-RATE.du, -RATE.dv, RATE.dr)
+    assert position(astern, backwards, POINT) == pytest.approx(position(ahead, RATE, POINT))
+    assert 0.0 < position(ahead, RATE, POINT)[0] <= POINT.x_p

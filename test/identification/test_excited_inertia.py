@@ -85,3 +85,10 @@ def test_a_delayed_force_is_the_mean_of_the_held_one_over_each_interval(delay: f
     np.testing.assert_allclose(first, np.outer(expected, [1.0, 2.0, 3.0]), atol=1e-12)
     if delay <= 0.0:
         np.testing.assert_allclose(second[-1], 0.0, atol=1e-12)
+
+
+def test_a_delayed_force_is_the_mean_over_intervals_of_unlike_lengths_too() -> None:
+    wrench = np.outer([1.0, 2.0, 3.0, 4.0], [1.0, 0.0, -1.0])
+    run = still(wrench)._replace(time=np.array([0.0, 1.0, 3.0, 4.0]))
+    (delayed,) = windows([run], 4.0).delayed(-0.5)
+    np.testing.assert_allclose(delayed, np.outer([1.5, 2.25, 3.5, 4.0], [1.0, 0.0, -1.0]), atol=1e-12)

@@ -52,6 +52,24 @@ def test_a_missing_column_is_named(tmp_path: Path, header: str, names: dict[str,
         from_csv(written(tmp_path, header, np.ones((60, 5))), names)
 
 
+def test_velocities_count_only_where_all_of_them_are_measured(tmp_path: Path) -> None:
+    time = np.arange(100) * 0.1
+    rows = np.column_stack([time, time, np.sin(time), 0.1 * time, 1.0 + 0.0 * time, 0.2 + 0.0 * time, 0.1 + 0.0 * time, time])
+    rows[10, 5] = rows[20, 4] = rows[30, 6] = np.nan
+    velocity = from_csv(written(tmp_path, "time,x,y,heading,u,v,r,surge_force", rows)).velocity
+    assert np.isnan(velocity[[10, 20, 30]]).all()
+    assert np.isfinite(np.delete(velocity, [10, 20, 30], axis=0)).all()
+
+
+def test_the_wrench_between_the_samples_of_a_slow_sensor_is_averaged(tmp_path: Path) -> None:
+    number = np.arange(120)
+    held = number // 3 * 3
+    rows = np.column_stack([0.1 * number, 0.1 * held, np.sin(0.1 * held), 0.01 * number, number, -number])
+    found = from_csv(written(tmp_path, "time,x,y,heading,surge_force,yaw_moment", rows))
+    np.testing.assert_allclose(found.time, 0.1 * number[::3])
+    np.testing.assert_allclose(found.wrench, np.outer(number[1::3], [1.0, 0.0, -1.0]))
+
+
 def test_a_file_that_is_not_a_table_is_one_line(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("time,x\n1,2\n3,fast\n")

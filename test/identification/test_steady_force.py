@@ -39,3 +39,8 @@ def test_a_force_is_not_offered_where_it_does_not_explain_the_run() -> None:
     found = steady_force(HULL, turned, WINDOW, {})
     assert not found.explains
     assert found.sentence("windy").startswith("windy: no steady force explains the position error of ")
+
+
+def test_the_force_is_found_beside_the_offset_that_was_identified() -> None:
+    found = steady_force(HULL, sailed((4e3, -4e3)), WINDOW, {"force_x": 1e3})
+    assert (found.east, found.north) == pytest.approx((3e3, -4e3), rel=0.1)

@@ -108,7 +108,7 @@ def test_without_commands_the_output_ramps_to_zero_and_then_ends(bench: Any, for
 
 
 def test_with_cmd_vel_the_output_is_zero_while_the_law_does_not_command(bench: Any) -> None:
-    stack = Stack(bench, "cmd_vel")
+    stack = Stack(bench, "cmd_vel", command_timeout=10.0)  # commands stay fresh on a busy machine too
     stack.until((1.5, -0.2), 1.0, 1.0, operation=ControlState.ACTIVE, **GUIDANCE)
     stack.until((0.0, 0.0), 1.0, 1.0, operation=ControlState.SAFE, **GUIDANCE)
 

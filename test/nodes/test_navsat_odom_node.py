@@ -119,6 +119,25 @@ def test_the_velocity_over_ground_is_resolved_along_the_hull_at_the_origin(bench
     assert sensors.answer(send)[3:] == pytest.approx((u, v, r), abs=2e-2)
 
 
+def test_a_velocity_that_ends_leaves_none_not_that_of_the_turn_at_the_antenna(bench: Any) -> None:
+    sensors = Sensors(bench, velocity="twist", timeout=0.2)
+    measured = True
+
+    def send() -> None:
+        imu = Imu()
+        imu.orientation.w, imu.angular_velocity.z = 1.0, 0.5
+        sensors.send("imu", imu)
+        if measured:
+            velocity = TwistStamped()
+            velocity.twist.linear.x = 1.0
+            sensors.send("fix_velocity", velocity)
+        sensors.send("fix", sensors.fix(0.0, 0.0, 0.0, *ANTENNA))
+
+    bench.until(lambda: sensors.answer(send).v == pytest.approx(-0.5 * ANTENNA[0], abs=2e-2))
+    measured = False
+    bench.until(lambda: sensors.answer(send)[3:5] == (0.0, 0.0))
+
+
 @pytest.mark.parametrize(
     ("fields", "text"),
     [

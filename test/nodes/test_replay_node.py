@@ -83,6 +83,21 @@ def test_a_paused_replay_publishes_nothing_until_it_is_resumed(bench: Any, bag: 
     assert node.published == bag.count
 
 
+def test_a_pause_delays_what_follows_it(bench: Any, bag: Any) -> None:
+    node = replay(bench, bag, rate=2.0, paused=True)
+    began = time.monotonic()
+    resumed: list[float] = []
+
+    def running() -> bool:
+        if node.paused and time.monotonic() - began > 2 * STEPS * 0.01 / 2.0:  # longer than the bag
+            node.paused = False
+            resumed.append(time.monotonic())
+        return True
+
+    node.play(running)
+    assert time.monotonic() - resumed[0] >= (STEPS - 1) * 0.01 / 2.0 - 0.002
+
+
 def test_a_looped_replay_begins_again_until_it_is_stopped(bench: Any, bag: Any) -> None:
     node = replay(bench, bag, rate=1000.0, loop=True, topics=["odom"])
     found = listen(bench, node, "/odom")

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from records import circle, make_run
+from records import circle, make_run, record
 
 from vessel_hsmc_ros.report import Record
+from vessel_hsmc_ros.report.overlay import tracks
 from vessel_hsmc_ros.report.record import Mark, control_intervals, measured
+from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 PAUSES = (Mark(1.0, "pause", ""), Mark(2.0, "resume", ""), Mark(5.0, "pause", ""), Mark(9.0, "resume", ""))
 
@@ -30,3 +32,24 @@ def test_intervals_of_the_control_that_a_pause_interrupts_are_left_out() -> None
     marks = (Mark(0.25, "pause", ""), Mark(1.15, "resume", ""), Mark(1.45, "pause", ""), Mark(3.35, "resume", ""))
     assert control_intervals(replace(paused, marks=marks))[1] == pytest.approx(0.1)
     assert len(control_intervals(paused)[1]) == 7
+
+
+def test_commands_after_the_evaluated_interval_do_not_count() -> None:
+    time = np.arange(0.0, 20.0, 0.01)
+    state = np.zeros((len(time), 6))
+    command = np.where(time < 10.0, 0.0, 1e9)
+    control = {"time": time, "compute_time": 0.0 * time, "commanded": np.column_stack([command, command])}
+    run = make_run(time, state, reference=state, wrench=np.zeros((len(time), 2)), control=control)
+    scenario = load_scenario("case2_tracking", {"controller.law": "guided"})
+    whole, half = measured(run, scenario), measured(run, scenario, until=9.9)
+    assert whole is not None
+    assert half is not None
+    assert (whole.surge_force_at_limit, whole.yaw_moment_at_limit) == pytest.approx((0.5, 0.5), abs=0.01)
+    assert (half.surge_force_at_limit, half.yaw_moment_at_limit) == (0.0, 0.0)
+
+
+def test_only_references_of_the_same_values_are_drawn_as_one() -> None:
+    near, far = record("near", 1.0), record("far", 2.0)
+    shifted = replace(far, run=replace(far.run, reference=far.run.reference + 5.0))
+    assert [track.role for track in tracks([near, far])] == ["ship", "ship", "reference"]
+    assert [track.label for track in tracks([near, shifted])][2:] == ["near: reference", "far: reference"]

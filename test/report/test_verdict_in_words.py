@@ -131,7 +131,7 @@ def test_a_velocity_for_which_the_hull_data_do_not_hold_is_mentioned() -> None:
     assert "hull data" not in judged(np.zeros_like, changes={**limited, "vessel_sim.disturbance.current.east": 1.0})
 
 
-@pytest.mark.parametrize("psi", [0.0, 0.5 * np.pi, -0.5 * np.pi, np.pi])
+@pytest.mark.parametrize("psi", [0.0, 0.7, 0.5 * np.pi, -0.5 * np.pi, np.pi])
 def test_the_velocity_through_the_water_is_that_along_the_hull_whatever_its_heading(psi: float) -> None:
     """A current with the ship leaves less, one against it more."""
     time = np.arange(0.0, 200.0, 0.05)

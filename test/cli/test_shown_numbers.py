@@ -1,0 +1,86 @@
+"""What the command shows: errors along the hull, turns to either side, and predictions before and after an identification."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from otter_runs import OTTER, otter
+from records import make_run
+
+from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.cli.excite import _rows
+from vessel_hsmc_ros.cli.identify import _judged
+from vessel_hsmc_ros.cli.options import rate_option, workers_option
+from vessel_hsmc_ros.cli.watch import quantities
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.identification.excitation import Step
+from vessel_hsmc_ros.nodes.observation import Snapshot
+from vessel_hsmc_ros.runs import sweep
+from vessel_hsmc_ros.scenario.vessels import read_vessel
+
+
+@pytest.mark.parametrize(
+    ("psi", "shown"),
+    [
+        (0.0, "0.3 m ahead, 0.4 m to port"),
+        (0.5 * math.pi, "0.4 m ahead, -0.3 m to port"),
+        (math.pi, "-0.3 m ahead, -0.4 m to port"),
+    ],
+)
+def test_the_position_error_is_shown_along_and_across_the_hull(psi: float, shown: str) -> None:
+    ship, desired = Motion(10.3, 5.4, psi, 1.0, 0.0, 0.0), Motion(10.0, 5.0, psi, 1.0, 0.0, 0.0)
+    snapshot = Snapshot(1.5, ship, desired, (5e4, -3e6), (2e5, math.inf), {}, {}, [])
+    assert quantities(snapshot)["error"] == f"0.5 m ({shown}), heading 0.00 deg"
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_largest_yaw_rate_of_a_manoeuvre_is_that_to_either_side(side: float) -> None:
+    time = np.arange(0.0, 20.0, 0.1)
+    turning = np.where(time < 10.0, 0.2, -0.1) * side
+    state = np.column_stack([*np.zeros((3, len(time))), np.ones(len(time)), np.zeros(len(time)), turning])
+    rows = _rows([Step("first", 1.0, side, 10.0), Step("second", 0.5, -side, 10.0)], make_run(time, state))
+    assert [row[-1] for row in rows] == ["11.5°/s", "5.7°/s"]
+
+
+def test_former_names_of_options_are_taken() -> None:
+    taken: dict[str, Any] = {}
+
+    @click.command()
+    @rate_option
+    @workers_option
+    def command(**options: Any) -> None:
+        taken.update(options)
+
+    for rate, workers in (("--rate", "--jobs"), ("--rate-hz", "--workers")):
+        CliRunner().invoke(command, [rate, "20", workers, "3"], catch_exceptions=False)
+        assert taken == {"rate_hz": 20.0, "workers": 3}
+        taken.clear()
+
+
+def test_a_held_out_run_is_predicted_by_the_start_vessel_before_and_by_the_identified_one_after() -> None:
+    run = otter(0, 10.0, rich=True, held=True, duration=30.0)
+    start = read_vessel("otter")
+    heavier = {name: 1.5 * value for name, value in OTTER.items()}
+    (judged,) = _judged([run], SimpleNamespace(values=heavier, inputs={}), start, 10.0)  # type: ignore[arg-type]
+    before, after = judged.before, judged.prediction
+    assert before is not None
+    assert before.rms()["position"] < 0.5 * after.rms()["position"]
+
+
+def test_a_sweep_changes_what_is_set_in_every_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    planned: list[Any] = []
+
+    def run_all(points: Any, *_: Any) -> Any:
+        planned.extend(points)
+        raise click.Abort
+
+    monkeypatch.setattr(sweep, "run_all", run_all)
+    gain, duration = "controller.guided.position_gain", "vessel_sim.duration"
+    arguments = ["sweep", "case2_tracking", f"{gain}=0.5,0.6", "--set", f"{duration}=0.5", "--laws", "guided"]
+    with pytest.raises(click.Abort):
+        CliRunner().invoke(cli, arguments, standalone_mode=False, catch_exceptions=False)
+    assert [(point.changes[gain], point.changes[duration]) for point in planned] == [(0.5, 0.5), (0.6, 0.5)]

@@ -1,0 +1,86 @@
+"""The inputs of the controller by themselves: frames after a reset, and a pose and a twist that come apart."""
+
+from typing import Any
+
+import pytest
+from controller_without_ros import ControllerWithoutRos
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from safety_sequences import FRESH_SAMPLES, Machine
+
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist
+from vessel_hsmc_ros.safety.freshness import Sample
+from vessel_hsmc_ros.safety.reasons import Reason
+
+START, PERIOD = 1_000_000_000_000, 10_000_000
+AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_after_a_reset_too_the_reference_must_be_in_the_frame_of_the_odometry() -> None:
+    inputs = ControllerWithoutRos(False, True, {}).inputs
+
+    def waits_for_the_reference(now: int, frame: str) -> bool:
+        inputs.take_odometry(Measured(Sample(now, "odom", "base_link", AT_REST), AT_REST), now, now)
+        desired = Desired(Sample(now, frame, "", AT_REST), AT_REST, Acceleration(0.0, 0.0, 0.0))
+        inputs.take_reference(desired, now, now)
+        return inputs.monitor.overdue(now, now) is not None
+
+    assert waits_for_the_reference(START, "map")
+    inputs.reset(Reason.CLOCK_AHEAD)
+    assert waits_for_the_reference(2 * START, "map")
+    assert not waits_for_the_reference(2 * START + PERIOD, "odom")
+
+
+class Joined:
+    """A pose and a twist, sent by their times in control periods; `taken` has those of both in each measurement."""
+
+    def __init__(self) -> None:
+        self.taken: list[tuple[int, int]] = []
+        self._joined = PoseAndTwist(ControllerWithoutRos(False, True, {"odometry.form": "pose_twist"}), self._take)
+
+    def _take(self, measured: Measured) -> None:
+        self.taken.append(((measured.sample.stamp - START) // PERIOD, round(measured.motion.u)))
+
+    def send(self, *messages: tuple[str, int]) -> list[tuple[int, int]]:
+        for kind, period in messages:
+            message: Any = PoseStamped() if kind == "pose" else TwistStamped()
+            message.header.stamp = conv.time_message(START + period * PERIOD)
+            if kind == "pose":
+                message.pose.orientation.w = 1.0
+                self._joined.take_pose(message)
+            else:
+                message.twist.linear.x = float(period)
+                self._joined.take_twist(message)
+        return self.taken
+
+
+def test_a_pose_waits_for_the_twist_of_its_time_only_while_the_publisher_stamps_them_alike() -> None:
+    joined = Joined()
+    assert joined.send(("pose", 0), ("twist", 0), ("pose", 4)) == []
+    assert joined.send(("twist", 4)) == [(4, 4)]
+    assert joined.send(("pose", 8), ("twist", 9), ("pose", 12)) == [(4, 4), (8, 9), (12, 9)]
+
+
+def test_a_pose_whose_twist_is_lost_goes_on_with_the_twist_before() -> None:
+    joined = Joined()
+    joined.send(("pose", 0), ("twist", 0), ("pose", 4), ("pose", 8), ("twist", 8), ("pose", 12), ("twist", 12))
+    assert joined.taken == [(4, 0), (8, 8), (12, 12)]
+
+
+@pytest.mark.parametrize(("pose", "twist", "taken"), [(0, 40, True), (0, 60, False), (40, 0, True), (60, 0, False)])
+def test_a_pose_and_a_twist_are_apart_by_the_time_out_at_most(pose: int, twist: int, taken: bool) -> None:
+    assert bool(Joined().send(("twist", twist), ("pose", pose))) is taken
+
+
+def test_after_a_time_out_the_law_may_command_only_after_enough_new_samples() -> None:
+    machine = Machine(0)
+    with machine.node.on_its_clock():
+        machine.begin(active=False)
+        for kind, periods in (("good", 5), ("none", 4), ("good", 1)):
+            for _ in range(periods):
+                machine.step(kind, "good", "slow")
+        assert machine.node.timer.ready() is Reason.NOT_READY
+        for _ in range(FRESH_SAMPLES - 1):
+            machine.step("good", "good", "slow")
+        assert machine.node.timer.ready() is Reason.NONE
