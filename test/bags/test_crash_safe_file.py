@@ -9,13 +9,14 @@ from typing import Any
 import pytest
 from bag_making import made_run, write_run
 from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Header, Metadata
 from mcap.stream_reader import StreamReader
 
 from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer
 from vessel_hsmc_ros.bags.crash_safe_file import HEADER, PAGE, CrashSafeFile
-from vessel_hsmc_ros.bags.mcap_layout import FOOTER, MAGIC
+from vessel_hsmc_ros.bags.mcap_layout import DATA_END, FOOTER, MAGIC
 from vessel_hsmc_ros.bags.mcap_scan import scan
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
@@ -148,3 +149,19 @@ def test_closing_and_recovery_remove_the_reserved_space(tmp_path: Path) -> None:
     repair(tmp_path / "left")
     recovered = (tmp_path / "left" / "left_0.mcap").stat().st_size
     assert abs(recovered - sizes["closed"]) < 10_000
+
+
+def test_while_a_file_is_closed_with_more_than_its_reserve_takes_every_state_is_a_complete_file(
+    tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)
+    builder = RecordBuilder()
+    Header(profile="", library="").write(builder)
+    file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
+    file.append([metadata_record(100)])
+    footer = FOOTER.pack(Opcode.FOOTER, FOOTER.size - HEADER, 0, 0, 0)
+    file.close([metadata_record(100 * PAGE), DATA_END, footer, MAGIC])
+    begun = 3
+    found = [count_by_any_reader(bytes(content)) for number, content in enumerate(states(calls)) if number >= begun]
+    assert found == sorted(found)
+    assert found[-1] == 2

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from vessel_hsmc_ros.cli.options import parse_changes
+from vessel_hsmc_ros.cli.options import checked_namespace, parse_changes
 from vessel_hsmc_ros.core.exceptions import ParameterError
 
 
@@ -39,3 +39,8 @@ def test_of_a_file_and_a_value_the_later_one_counts(tmp_path: Path) -> None:
 def test_a_malformed_change_is_refused(text: str, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         parse_changes([text])
+
+
+@pytest.mark.parametrize("text", ["fleet/alpha", "/fleet/alpha", "fleet/alpha/", "/fleet/alpha/"])
+def test_a_namespace_is_taken_with_and_without_slashes_at_its_ends(text: str) -> None:
+    assert checked_namespace(text) == "fleet/alpha"

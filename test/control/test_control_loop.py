@@ -36,6 +36,12 @@ def test_missed_periods_are_counted(loop: ControlLoop) -> None:
     assert loop.missed_periods == 3  # those that began at 30, 40 and 50 ms
 
 
+def test_a_clock_that_is_set_back_misses_no_period(loop: ControlLoop) -> None:
+    for milliseconds in (500, 510, 100, 110, 140):
+        step(loop, milliseconds)
+    assert loop.missed_periods == 2  # those that began at 120 and 130 ms
+
+
 def test_a_period_without_inputs_is_served_with_a_zero_wrench_and_is_not_missed(loop: ControlLoop) -> None:
     step(loop, 0)
     for milliseconds in range(10, 2000, 10):

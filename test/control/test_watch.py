@@ -62,3 +62,9 @@ def test_a_ship_moves_by_its_surge_speed_and_its_yaw_rate(u: float, v: float, r:
     motion = Motion(0.0, 0.0, 0.0, u, v, r)
     reasons = [watch.step(LIMITS, motion, None, 0.1, (k * PERIOD, motion)) for k in range(20)]
     assert (reasons[-1] is Reason.NOT_MOVING) is stuck
+
+
+def test_of_several_reasons_the_most_important_is_given() -> None:
+    watch = Watch(MonitorParameters(not_moving_safe=1.0, saturation_warning=0.5, saturation_safe=0.5), LIMITS, 32.0)
+    reasons = [watch.step((LIMITS[0], 0.0), STILL, None, 0.1, (k * PERIOD, STILL)) for k in range(15)]
+    assert [reason for reason in dict.fromkeys(reasons) if reason] == [Reason.SATURATED, Reason.NOT_MOVING]

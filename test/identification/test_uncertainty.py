@@ -74,3 +74,10 @@ def test_residuals_that_last_enlarge_the_standard_errors_as_much_as_the_errors(s
 def test_residuals_that_are_larger_where_a_parameter_acts_enlarge_its_standard_error() -> None:
     stated, actual = variances(200, 4, 0.5, burst=10.0)
     assert np.mean(stated) == pytest.approx(np.mean(actual), rel=0.25)
+
+
+def test_the_least_known_parameter_is_that_of_the_largest_error_for_its_value() -> None:
+    names, values = ("mass", "damping", "needed"), np.array([1e5, 0.1, 1e-9])
+    matrix = np.diag(np.square([2e5, 0.5, 1.0]))
+    assert uncertainty.least_known(names, values, matrix, {"needed"})[0] == "damping"
+    assert uncertainty.least_known(names, values, 1e-4 * matrix, {"needed"}) == ("", "")
