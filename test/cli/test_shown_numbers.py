@@ -15,10 +15,10 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.excite import _rows
 from vessel_hsmc_ros.cli.identify import _judged
 from vessel_hsmc_ros.cli.options import rate_option, workers_option
-from vessel_hsmc_ros.cli.watch import quantities
+from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.identification.excitation import Step
-from vessel_hsmc_ros.nodes.observation import Snapshot
+from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
 from vessel_hsmc_ros.runs import sweep
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
@@ -84,3 +84,9 @@ def test_a_sweep_changes_what_is_set_in_every_run(monkeypatch: pytest.MonkeyPatc
     with pytest.raises(click.Abort):
         CliRunner().invoke(cli, arguments, standalone_mode=False, catch_exceptions=False)
     assert [(point.changes[gain], point.changes[duration]) for point in planned] == [(0.5, 0.5), (0.6, 0.5)]
+
+
+def test_a_line_names_the_nodes_with_warnings_and_errors() -> None:
+    nodes = {name: NodeStatus(name, f"has {name}", {}) for name in ("ok", "warning", "error")}
+    snapshot = Snapshot(1.5, None, None, None, (2e5, 3e6), {}, nodes, [])
+    assert line(snapshot) == "time 1.5 s; error: has error; warning: has warning"

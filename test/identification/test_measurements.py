@@ -61,10 +61,11 @@ def test_velocities_count_only_where_all_of_them_are_measured(tmp_path: Path) ->
     assert np.isfinite(np.delete(velocity, [10, 20, 30], axis=0)).all()
 
 
-def test_the_wrench_between_the_samples_of_a_slow_sensor_is_averaged(tmp_path: Path) -> None:
+@pytest.mark.parametrize("width", [0.0, 1.0])
+def test_the_wrench_between_the_samples_of_a_slow_sensor_is_averaged(tmp_path: Path, width: float) -> None:
     number = np.arange(120)
     held = number // 3 * 3
-    rows = np.column_stack([0.1 * number, 0.1 * held, np.sin(0.1 * held), 0.01 * number, number, -number])
+    rows = np.column_stack([0.1 * number, 0.1 * held, width * np.sin(0.1 * held), 0.01 * number, number, -number])
     found = from_csv(written(tmp_path, "time,x,y,heading,surge_force,yaw_moment", rows))
     np.testing.assert_allclose(found.time, 0.1 * number[::3])
     np.testing.assert_allclose(found.wrench, np.outer(number[1::3], [1.0, 0.0, -1.0]))
