@@ -1,5 +1,6 @@
 """The inputs of the controller by themselves: frames after a reset, and a pose and a twist that come apart."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -84,3 +85,20 @@ def test_after_a_time_out_the_law_may_command_only_after_enough_new_samples() ->
         for _ in range(FRESH_SAMPLES - 1):
             machine.step("good", "good", "slow")
         assert machine.node.timer.ready() is Reason.NONE
+
+
+def test_a_controller_that_is_disabled_before_its_start_does_not_begin_by_itself() -> None:
+    machine = Machine(0)
+    machine.node.parameters = replace(machine.node.parameters, start_enabled=True)
+    begun: list[bool] = []
+    setattr(machine.node, "activate_quietly", lambda: begun.append(True))  # noqa: B010 - of another type
+    with machine.node.on_its_clock():
+        machine.begin(active=False)
+        machine.node._begun = False
+        machine.order("standby")
+        for _ in range(2 * FRESH_SAMPLES):
+            machine.step("good", "good", "slow")
+        assert not begun
+        machine.node._begun = False
+        machine.step("good", "good", "slow")
+        assert begun
