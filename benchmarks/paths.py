@@ -3,8 +3,8 @@
 For each of the six boats of the suite `boats` a survey and a path with all three kinds of corners, at 0.3 of the top speed,
 allowing for a current of 0.15 of it. The table has the distance of the reference from its geometry, the largest shares of the
 limits, the residual of the sway equation and the average speed relative to that of the legs. With a folder it draws path,
-curvature, speed and, by the guided law in a wind of 5 m/s, the track of each boat. `--drawn N` checks surveys and paths of N
-drawn boats of 0.5 to 300 m, `--goals` the arrival at a goal in a current of 0.15 of the top speed from each of four sides,
+curvature, speed and, by the guided law in a wind of 5 m/s, the track of each boat. `--goals` checks the
+arrival at a goal, and at the end of a path against the current, in a current of 0.15 of the top speed from each of four sides,
 `--stops` how the boats leave a stop, in the wind and without, `--newcomer` a survey of a small boat, with run-ins.
 """
 
@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import held
@@ -37,8 +36,9 @@ WAYPOINTS = (20.0, 0.0, 20.0, 12.0, 4.0, 20.0, 24.0, 28.0, 0.0, 28.0)
 CORNERS = ("through", "over", "through", "stop", "stop")
 """A path in lengths, and what stands at its waypoints."""
 
-BOW_OFF = (30.0, 150.0)
-"""Headings of goals in a current, from bow into it, degrees."""
+BOW_OFF, LAST_LEG = (30.0, 150.0, None), 12.0
+"""Headings of goals in a current, from bow into it, degrees; None: the end of a path whose last leg, so many lengths, leads into
+it."""
 
 SAMPLES = 4000
 
@@ -125,49 +125,30 @@ def report(boats: list[Boat]) -> None:
             print(f"| {b.name} | {mode} | {off} | {' | '.join(f'{found[name]:.3g}' for name in names)} |", flush=True)
 
 
-def report_drawn(count: int) -> None:
-    """Print how many drawn boats can sail survey and path, largest shares of the limits, and smallest average speeds."""
-    rng, worst, refused = np.random.default_rng(1), dict[str, float](), list[str]()
-    for _ in range(count):
-        length = math.exp(rng.uniform(math.log(0.5), math.log(300.0)))
-        mass, force = 8.0 * length**3 * rng.uniform(0.3, 2.0), rng.uniform(0.02, 0.1) * 9.81
-        b = boat(f"{length:.3g} m", MainData(length=length, mass=mass, surge_force_limit=force * mass))
-        for mode in ("lawnmower", "path"):
-            try:
-                found = shares(b, mode) | {"off its geometry, L": off_geometry(b)}
-            except ParameterError as error:
-                refused.append(f"{b.name}, {mode}: {error}")
-                continue
-            speed = found.pop("average speed")
-            worst = {name: max(value, worst.get(name, 0.0)) for name, value in found.items()} | {
-                name: value for name, value in worst.items() if name not in found
-            }
-            least = f"average speed, {mode}, least"
-            worst[least] = min(speed, worst.get(least, math.inf))
-    print(f"{count} boats, {len(refused)} of {2 * count} references refused")
-    print(*(f"{name}: {value:.6g}" for name, value in worst.items()), *refused[:5], sep="\n")
-
-
-def arrival(b: Boat, to: float, bow_off: float) -> tuple[float, float, float, float]:
-    """How a boat arrives at a goal, by the guided law, in a current.
+def arrival(b: Boat, to: float, degrees: float | None) -> tuple[float, float, float, float]:
+    """How a boat arrives at a goal or at the end of a path, by the guided law, in a current.
 
     Args:
         b: The boat.
         to: Direction of the current, rad.
-        bow_off: Angle from bow into the current to the heading of the goal, rad.
+        degrees: Angle from bow into the current to the heading of the goal, one of BOW_OFF.
 
     Returns:
         Over the last quarter, rms and largest distance from the goal [L], largest speed over ground [U], and largest angle of the
         bow off the current [deg].
     """
     L, U = b.scale.L, b.scale.U
+    leg = LAST_LEG * L
     changes: dict[str, Any] = {
-        "reference_ship.mode": "goal",
-        "reference_ship.goal.poses": [6.0 * L, 3.0 * L, to + math.pi + bow_off],
+        "reference_ship.mode": "path" if degrees is None else "goal",
+        "reference_ship.goal.poses": [6.0 * L, 3.0 * L, to + math.pi + math.radians(degrees or 0.0)],
         "reference_ship.goal.times": [0.0],
+        "reference_ship.path.waypoints": [6.0 * L + leg * math.cos(to), 3.0 * L + leg * math.sin(to), 6.0 * L, 3.0 * L],
+        "reference_ship.path.time": 0.0,
+        "reference_ship.motion.current": CURRENT * U,
         "vessel_sim.disturbance.current.east": CURRENT * U * math.cos(to),
         "vessel_sim.disturbance.current.north": CURRENT * U * math.sin(to),
-        "vessel_sim.duration": float(math.ceil(250.0 * L / U)),
+        "vessel_sim.duration": float(math.ceil(350.0 * L / U)),
     }
     run = simulate(b.scenario.changed(changes))
     state = run.state[run.time >= 0.75 * run.time[-1]]
@@ -179,13 +160,14 @@ def arrival(b: Boat, to: float, bow_off: float) -> tuple[float, float, float, fl
 
 def report_goals(boats: list[Boat]) -> None:
     """Print how each boat arrives, at worst of a current to four sides."""
-    print("| boat | heading of the goal | rms | largest | speed over ground | bow |\n|---|---|---|---|---|---|")
+    print("| boat | arrival | rms | largest | speed over ground | bow |\n|---|---|---|---|---|---|")
     for b in boats:
         for degrees in BOW_OFF:
-            found = [arrival(b, 0.5 * math.pi * side, math.radians(degrees)) for side in range(4)]
+            found = [arrival(b, 0.5 * math.pi * side, degrees) for side in range(4)]
             rms, largest, speed, angle = np.array(found).max(axis=0)
             worst = f"{rms:.1e} L | {largest:.1e} L | {speed:.1e} U | {angle:.0f}°"
-            print(f"| {b.name} | {degrees:g}° off the current | {worst} |", flush=True)
+            how = "path" if degrees is None else f"goal, {degrees:g}° off the current"
+            print(f"| {b.name} | {how} | {worst} |", flush=True)
 
 
 def off_after_stop(b: Boat) -> tuple[float, float]:
@@ -276,16 +258,12 @@ def main() -> None:
     """Print the table and draw the pictures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", nargs="?", type=Path, help="for pictures")
-    parser.add_argument("--drawn", type=int, default=0, help="number of drawn boats")
     parser.add_argument("--goals", action="store_true", help="arrival at goals in a current instead")
     parser.add_argument("--stops", action="store_true", help="how the boats leave a stop instead")
     parser.add_argument("--newcomer", action="store_true", help="a survey by a small boat with and without a run-in instead")
     options = parser.parse_args()
     if options.newcomer:
         report_newcomer()
-        return
-    if options.drawn:
-        report_drawn(options.drawn)
         return
     suite = yaml.safe_load((share_directory() / "config" / "suites" / "boats.yaml").read_text(encoding="utf-8"))
     boats = [boat(name, MainData(**data)) for name, data in suite["ships"].items()]

@@ -190,3 +190,39 @@ def test_after_the_last_leg_the_ship_rests_where_it_ended() -> None:
     np.testing.assert_array_equal(reference.acceleration(), 0.0)
     reference.reset()
     assert reference.state == pytest.approx([x, y, course, 0, 0, 0])
+
+
+@pytest.mark.parametrize("length", [0.6, 250.0])
+def test_a_rectangle_is_surveyed_between_its_long_sides_from_the_nearest_corner(length: float) -> None:
+    size = {"rectangle": [30.0 * length, -25.0 * length, 20.0 * length, 11.0 * length], "heading": 0.5, "spacing": -4.0 * length}
+    p = boat(length, **{f"reference_ship.lawnmower.{name}": value for name, value in size.items()})
+    reference: Any = make_reference(p, 0.02)
+    legs = (np.array(reference.track.waypoints) / length - complex(30.0, -25.0)) * np.exp(-0.5j)
+    # In the axes of the rectangle, from its center: the corner nearest to the start is ahead of it and to port.
+    assert np.abs(legs.real) == pytest.approx(10.0)
+    assert legs.imag == pytest.approx(np.repeat([5.5, 5.5 / 3.0, -5.5 / 3.0, -5.5], 2))
+    assert np.sign(legs.real) == pytest.approx([-1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0])
+    first, last = (motion_at(t, reference.constants.table)[0] for t in (0.0, 1e9))
+    assert first == pytest.approx((*p.initial_pose, 0.0, 0.0, 0.0))
+    assert complex(last.x, last.y) == pytest.approx(reference.track.waypoints[-1], abs=1e-6 * length)
+    times = np.linspace(0.0, reference.constants.table.times[-1], 500)
+    states = np.array([motion_at(float(t), reference.constants.table)[0] for t in times])
+    assert np.abs(states[:, 5]).max() <= 1.001 * p.motion.yaw_rate
+    assert np.hypot(*states[:, 3:5].T).max() <= 1.001 * p.lawnmower.speed
+    (sailed,) = reference.track.stretches
+    on = times > sailed.begin
+    off = states[on, 0] + 1j * states[on, 1] - sailed.route.position(sailed.profile.at(times[on] - sailed.begin)[0])
+    assert np.abs(off).max() < 1e-3 * length
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"rectangle": [1.0, 2.0, 100.0, 0.0]}, r"rectangle = \[1.0, 2.0, 100.0, 0.0\] is not allowed"),
+        ({"rectangle": [1.0, 2.0, 100.0]}, "is not allowed: it takes x, y of the center"),
+        ({"rectangle": [0.0, 0.0, 100.0, 80.0]}, "run_in = 0 m is not allowed with a rectangle"),
+    ],
+)
+def test_what_is_no_rectangle_is_refused(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        make_reference(parameters(**{f"lawnmower.{name}": value for name, value in values.items()}), 0.02)

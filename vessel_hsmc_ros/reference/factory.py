@@ -16,12 +16,13 @@ from vessel_hsmc_ros.reference.curve_reference import CurveReference
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.goal_reference import GoalReference
-from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_lawnmower
+from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
 from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, Point, waypoints_of
 from vessel_hsmc_ros.reference.path_reference import PathReference
-from vessel_hsmc_ros.reference.planned_track import PlannedTrack, leg_ends, stretch
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack
 from vessel_hsmc_ros.reference.polyline import Ship
+from vessel_hsmc_ros.reference.rectangle import plan_survey
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.reference.timetable import TimetableMemory, TimetableReference
 from vessel_hsmc_ros.reference.turning import TravelLimits
@@ -106,9 +107,8 @@ def travel_limits(parameters: "ReferenceShipParameters") -> TravelLimits:
 
 def _lawnmower(parameters: "ReferenceShipParameters", period: float) -> Reference:
     x, y, course = parameters.initial_pose
-    planned = plan_lawnmower(parameters.lawnmower, parameters.vessel.coefficients(), travel_limits(parameters), (x, y, course))
-    track = PlannedTrack((stretch(planned.route, planned.profile, 0.0),), leg_ends(planned.route))
-    return TimetableReference(planned.table, track, period)
+    survey = plan_survey(parameters.lawnmower, parameters.vessel.coefficients(), travel_limits(parameters), (x, y, course))
+    return TimetableReference(survey.table, survey.track, period)
 
 
 REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {

@@ -12,6 +12,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.plant.dynamics import Vessel
+from vessel_hsmc_ros.reference.polyline import Planned
 from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
 from vessel_hsmc_ros.reference.shapes import SMALLEST
@@ -39,6 +40,15 @@ class LawnmowerParameters:
         low=0.0,
         high=1e5,
     )
+    rectangle: tuple[float, ...] = parameter(
+        (0.0, 0.0, 0.0, 0.0),
+        "Rectangle to survey, in place of `legs` and `leg_length`: x, y of its center, length along the legs and width; all 0 for"
+        " none. The survey begins at the corner nearest to `initial_pose`, from which the ship goes there.",
+        unit="m",
+        low=-1e6,
+        high=1e6,
+    )
+    heading: float = parameter(0.0, "Direction of the length of `rectangle`.", unit="rad", low=-6.3, high=6.3)
     turn_radius: float = parameter(
         0.0,
         "Radius of the U-turns, which are slower where the ship needs it; 0 for the smallest at the speed of the legs.",
@@ -61,6 +71,21 @@ def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits,
     Raises:
         ParameterError: the spacing is zero, or the ship cannot sail a leg or a turn within its limits.
     """
+    elements, sections = survey_legs(p, vessel, limits)
+    return sail(MODE, Route(elements, start), sections, vessel, limits)
+
+
+def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits) -> Planned:
+    """The run-in, legs and turns of a survey.
+
+    Args:
+        p: The survey.
+        vessel: Coefficients of the hull.
+        limits: Limits of the motion.
+
+    Raises:
+        ParameterError: as `plan_lawnmower`.
+    """
     if abs(p.spacing) < SMALLEST:
         raise ParameterError(f"{MODE}.spacing = {p.spacing:g} m is not allowed: its magnitude must be at least {SMALLEST:g} m")
     check_straight(f"{MODE}.speed", p.speed, vessel, limits)
@@ -71,9 +96,7 @@ def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits,
         if leg < p.legs - 1:
             bend = u_turn((-1.0) ** leg * p.spacing, turning.radius, turning.transition)
             elements.append(Element(bend, leg, turn=True))
-    route = Route(elements, start)
-    sections = [Section(e.length, turning.speed if e.turn else p.speed, e.turn) for e in route.elements]
-    return sail(MODE, route, sections, vessel, limits)
+    return elements, [Section(e.length, turning.speed if e.turn else p.speed, e.turn) for e in elements]
 
 
 def _turning(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits) -> Turning:

@@ -50,7 +50,7 @@ class Plan(NamedTuple):
     track: PlannedTrack
 
 
-class _Piece(NamedTuple):
+class PathPiece(NamedTuple):
     """A part of a plan: its motion, and the sailing that it is; None for a halt or a turn on the spot."""
 
     table: Timetable
@@ -75,23 +75,23 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     fastest = max(speeds, default=speed)
     least = DISTINCT * fitted_turning(fastest, ship).radius
     parts = _parts(_distinct(complex(motion.x, motion.y), waypoints, least))
-    pieces: list[_Piece] = []
+    pieces: list[PathPiece] = []
     if math.hypot(motion.u, motion.v) > AT_REST * fastest:
         pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
-        motion = _rest_of(pieces[-1].table)
+        motion = rest_of(pieces[-1].table)
     for part in parts:
         turned = spot_turn((motion.x, motion.y, motion.psi), part.points[0].position, ship.vessel, ship.limits)
         if turned is not None:
-            pieces.append(_Piece(turned))
-            motion = _rest_of(turned)
+            pieces.append(PathPiece(turned))
+            motion = rest_of(turned)
         pieces.append(_from_rest(part, motion, ship, turned))
-        motion = _rest_of(pieces[-1].table)
+        motion = rest_of(pieces[-1].table)
     track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints))
     still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
     return Plan(joined([piece.table for piece in pieces]) if pieces else still, track)
 
 
-def _stretches(pieces: Sequence[_Piece]) -> tuple[Stretch, ...]:
+def _stretches(pieces: Sequence[PathPiece]) -> tuple[Stretch, ...]:
     ends = np.cumsum([float(piece.table.times[-1]) for piece in pieces])
     return tuple(
         stretch(piece.sailing.route, piece.sailing.profile, float(end - piece.table.times[-1]))
@@ -122,23 +122,41 @@ def _parts(points: Sequence[Waypoint]) -> list[Part]:
     return parts
 
 
-def _rest_of(table: Timetable) -> Motion:
+def rest_of(table: Timetable) -> Motion:
+    """The state at rest at the end of a table."""
     x, y, psi = map(float, table.rows[-1, :3])
     return Motion(x, y, psi, 0.0, 0.0, 0.0)
 
 
-def _from_rest(part: Part, motion: Motion, ship: Ship, turned: Timetable | None) -> _Piece:
+def _from_rest(part: Part, motion: Motion, ship: Ship, turned: Timetable | None) -> PathPiece:
     start = complex(motion.x, motion.y)
-    elements, sections = polyline(start, part, ship)
+    course = cmath.phase(part.points[0].position - start)
+    return from_rest(polyline(start, part, ship), course, motion, ship, turned)
+
+
+def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: Timetable | None) -> PathPiece:
+    """Legs and corners sailed from rest to rest.
+
+    Args:
+        legs: The legs and corners.
+        course: Of the first leg, rad.
+        motion: At rest where it begins.
+        ship: The ship.
+        turned: The turn on the spot before it, if there is one.
+
+    Raises:
+        ParameterError: as `sail`.
+    """
+    elements, sections = legs
     if turned is not None:
         elements, sections = _set_off(elements, sections, float(turned.times[-1]), ship)
     # Not wrapped, so that the heading is continuous.
-    course = motion.psi + wrap(cmath.phase(part.points[0].position - start) - motion.psi)
+    course = motion.psi + wrap(course - motion.psi)
     route = Route(elements, (motion.x, motion.y, course))
     sailing = sail(ship.owner, route, sections, ship.vessel, ship.limits)
     # The heading at rest differs from the course of the leg by rounding, or by what is left of a drift angle.
     row = np.array([*motion[:3], *[0.0] * 6])
-    return _Piece(blended(sailing.table, row, float(sailing.table.times[-1]) / len(elements)), sailing)
+    return PathPiece(blended(sailing.table, row, float(sailing.table.times[-1]) / len(elements)), sailing)
 
 
 def _set_off(elements: list[Element], sections: list[Section], duration: float, ship: Ship) -> Planned:
@@ -158,7 +176,7 @@ def _set_off(elements: list[Element], sections: list[Section], duration: float, 
     return [slow, rest, *elements[1:]], [Section(way, speed, False), sections[0]._replace(length=length - way), *sections[1:]]
 
 
-def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> _Piece:
+def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> PathPiece:
     """The first part from a motion; a halt where there is none, or where it is too short to slow down for its corners."""
     ahead = motion.u > abs(motion.v)
     for share in JOIN_SPEEDS if parts and ahead else ():
@@ -169,10 +187,10 @@ def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fa
         parts.pop(0)
         return piece
     halted = halt(motion, ship.vessel, ship.limits)
-    return _Piece(blended(halted, world_row(motion, acceleration), BLENDED * float(halted.times[-1])))
+    return PathPiece(blended(halted, world_row(motion, acceleration), BLENDED * float(halted.times[-1])))
 
 
-def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> _Piece:
+def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> PathPiece:
     """From a motion: its curvature decays, the speed becomes one to turn with, and the ship turns to the first waypoint."""
     row = world_row(motion, acceleration)
     velocity, change = complex(row[3], row[4]), complex(row[6], row[7])
@@ -192,7 +210,7 @@ def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: floa
     more, rest = polyline(complex(begin.position(begin.length)), part, ship, under_way=True)
     route = Route([*elements, *more], (motion.x, motion.y, course))
     sailing = sail(ship.owner, route, [*sections, *rest], ship.vessel, ship.limits, (W, beta))
-    return _Piece(blended(sailing.table, row, turning.transition / turning.speed), sailing)
+    return PathPiece(blended(sailing.table, row, turning.transition / turning.speed), sailing)
 
 
 def world_row(motion: Motion, acceleration: Acceleration) -> Array:
