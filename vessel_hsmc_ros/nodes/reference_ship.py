@@ -1,7 +1,7 @@
 """The reference-ship node: publishes the reference trajectory as poses, and as states with their accelerations."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -18,8 +18,10 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.concerns import motion
 from vessel_hsmc_ros.nodes.pace import Pace
+from vessel_hsmc_ros.nodes.path_planning import PathPlanning
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.reference.path_parameters import Point
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 
 UNUSED_INPUT_SEARCH = 0.5
@@ -62,6 +64,8 @@ class ReferenceShipNode(VesselNode):
         elif p.mode == "path":
             self.create_subscription(Path, "path", self._on_path, qos.STREAM)
         self._path: Path | None = None
+        self._planned: Path | None = None
+        self._planning = PathPlanning(self._ship, self._grid.period)
         self._paused = False
         self.reporter.offer("reset", self._reset)
         self.reporter.offer_switch("pause", "resume", self._pause)
@@ -84,7 +88,8 @@ class ReferenceShipNode(VesselNode):
             self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)  # one period ahead
 
     def _on_timer(self) -> None:
-        self._take_path()
+        if self._path is not None and not self._planning.busy:
+            self._plan_path()
         if self._paused:  # a pause shifts the start, so that no periods are overdue after it
             self._pace.hold(self._index)
         due, moved = self._pace.due(self._index)
@@ -98,6 +103,8 @@ class ReferenceShipNode(VesselNode):
             self._ship.advance()
             self._index += 1
             self._publish()
+            if self._planning.due:
+                self._take(self._take_plan)
 
     def _publish(self) -> None:
         self.stamp = self._pace.stamp(self._index)
@@ -137,23 +144,35 @@ class ReferenceShipNode(VesselNode):
         self._goal_stamp = stamp
 
     def _on_path(self, message: Path) -> None:
-        """Take a path; in real time the newest one at the next period, because a plan takes longer than a callback may."""
-        self._path = message
-        if self.parameters.lockstep:
-            self._take_path()
-
-    def _take_path(self) -> None:
-        message, self._path = self._path, None
-        if message is None:
+        """Take a path; in real time the newest one is planned while the reference goes on."""
+        if not self.parameters.lockstep:
+            self._path = message
             return
 
         def work() -> None:
             points = read_path(message, self._frames)
             self._ship.set_path(points)
-            self._name_frame(message.header.frame_id)
-            self.reporter.event("path", path_event(points))
+            self._follow(message, points)
 
         self._take(work)
+
+    def _plan_path(self) -> None:
+        message, self._path = self._path, None
+
+        def work() -> None:
+            self._planning.start(read_path(message, self._frames))
+            self._planned = message
+
+        self._take(work)
+
+    def _take_plan(self) -> None:
+        points = self._planning.take()
+        if points:
+            self._follow(self._planned, points)
+
+    def _follow(self, message: Any, points: Sequence[Point]) -> None:
+        self._name_frame(message.header.frame_id)
+        self.reporter.event("path", path_event(points))
 
     def _take(self, work: Callable[[], None]) -> None:
         """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
@@ -189,6 +208,7 @@ class ReferenceShipNode(VesselNode):
         self._ship.retune(parameters)
 
     def _reset(self) -> str:
+        self._planning.cancel()
         self._ship.reset()
         return "the virtual ship is back at its start; time goes on"
 

@@ -1,6 +1,6 @@
 """The reference that follows paths: a timetable from the present motion on, planned anew with each path."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -58,16 +58,41 @@ class PathReference(TimetableReference):
         Raises:
             GoalError: there are no waypoints, or the ship cannot sail along them.
         """
+        self.take(self.planner(points, self.steps)())
+
+    @property
+    def steps(self) -> int:
+        """Number of the present step."""
+        steps: int = self.memory.steps
+        return steps
+
+    def planner(self, points: Sequence[Point], steps: int) -> Callable[[], Plan]:
+        """What plans a path that begins at a present or coming step, with the motion then; it may run in another thread.
+
+        Args:
+            points: Waypoints x, y, m.
+            steps: Number of the step.
+
+        Raises:
+            GoalError: there are no waypoints; also by what it returns, if the ship cannot sail along them.
+        """
         if not points:
             raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")
         waypoints = [Waypoint(complex(x, y), THROUGH, self._speed) for x, y in points]
-        now, period = self.memory.steps * self.constants.period, self.constants.period
-        try:
-            plan = _extended(self.constants.table, now, waypoints, self._ship, self._speed)
-        except ParameterError as error:
-            raise GoalError(str(error)) from None
-        self.constants, self.memory = TimetableConstants(plan.table, period), TimetableMemory(self.memory.steps)
-        self.track = replaced(self.track, now, plan.track)
+        table, begin = self.constants.table, steps * self.constants.period
+
+        def plan() -> Plan:
+            try:
+                return _extended(table, begin, waypoints, self._ship, self._speed)
+            except ParameterError as error:
+                raise GoalError(str(error)) from None
+
+        return plan
+
+    def take(self, plan: Plan) -> None:
+        """Follow a plan that begins at the present step."""
+        self.constants, self.memory = TimetableConstants(plan.table, self.constants.period), TimetableMemory(self.steps)
+        self.track = replaced(self.track, self.steps * self.constants.period, plan.track)
 
 
 @lru_cache(maxsize=4)
