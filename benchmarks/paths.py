@@ -50,8 +50,8 @@ class Boat(NamedTuple):
     scenario: Scenario
     scale: Scale
 
-    def of(self, mode: str) -> Scenario:
-        """The scenario with a survey or the path as its reference."""
+    def of(self, mode: str, other: dict[str, Any] | None = None) -> Scenario:
+        """The scenario with a survey or the path as its reference, and other changes."""
         L, U = self.scale.L, self.scale.U
         changes: dict[str, Any] = {
             "mode": mode,
@@ -64,7 +64,7 @@ class Boat(NamedTuple):
             "path.waypoints": [L * number for number in WAYPOINTS],
             "path.corners": list(CORNERS),
         }
-        return self.scenario.changed({f"reference_ship.{name}": value for name, value in changes.items()})
+        return self.scenario.changed({f"reference_ship.{name}": value for name, value in changes.items()} | (other or {}))
 
 
 def boat(name: str, data: MainData) -> Boat:
