@@ -1,9 +1,11 @@
 """Installs into the environment of the Python that runs it: by uv, which takes a sixth of pip's time, else by pip.
 
     .venv/bin/python tools/install.py TITLE ARGUMENTS...
+    python3 tools/install.py --run TITLE COMMAND...
 
 The title is shown while it works; the arguments are those of `pip install`, which uv understands as well. uv itself is installed
 first, in the version of requirements.lock; where it cannot be, or cannot reach an index that pip is configured for, pip goes on.
+With --run it only runs a command.
 """
 
 import os
@@ -24,6 +26,9 @@ OFFLINE = re.compile(
     re.IGNORECASE,
 )
 """What pip and uv write where the package index cannot be reached."""
+
+SILENCE = 4.0
+"""Longest time without a line where the output is no terminal, s."""
 
 Command = list[str]
 
@@ -82,7 +87,7 @@ def pinned(name: str) -> str:
 
 
 def run(title: str, command: Command, environment: Mapping[str, str] | None = None) -> tuple[int, str]:
-    """Run a command; a line grows by a dot every second, so that it does not look hung.
+    """Run a command; a line grows by a dot every second, or lines follow each other, so that it does not look hung.
 
     Args:
         title: What is done.
@@ -92,27 +97,38 @@ def run(title: str, command: Command, environment: Mapping[str, str] | None = No
     Returns:
         Its exit code, and what it wrote.
     """
-    started = time.monotonic()
-    sys.stdout.write(f"{title} ")
-    sys.stdout.flush()
+    terminal, started = sys.stdout.isatty(), time.monotonic()
+    show(f"{title} " if terminal else f"{title} ...\n")
     with tempfile.TemporaryFile("w+") as log:
         process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=environment)
         while True:
             try:
-                code = process.wait(1.0)
+                code = process.wait(1.0 if terminal else SILENCE)
                 break
             except subprocess.TimeoutExpired:
-                sys.stdout.write(".")
-                sys.stdout.flush()
+                show("." if terminal else f"{title}: {time.monotonic() - started:.0f} s\n")
         log.seek(0)
         output = log.read()
-    sys.stdout.write(f" {time.monotonic() - started:.0f} s\n" if code == 0 else " failed\n")
-    sys.stdout.flush()
+    ended = f"{time.monotonic() - started:.0f} s" if code == 0 else "failed"
+    show(f" {ended}\n" if terminal else f"{title}: {ended}\n")
     return code, output
+
+
+def show(text: str) -> None:
+    """Write to standard output at once."""
+    sys.stdout.write(text)
+    sys.stdout.flush()
+
+
+def only_run(title: str, command: Command) -> int:
+    """Run a command, and print what it wrote if it fails; its exit code."""
+    code, output = run(title, command)
+    sys.stderr.write(output if code else "")
+    return code
 
 
 if __name__ == "__main__":
     try:
-        sys.exit(main(sys.argv[1], sys.argv[2:]))
+        sys.exit(only_run(sys.argv[2], sys.argv[3:]) if sys.argv[1] == "--run" else main(sys.argv[1], sys.argv[2:]))
     except KeyboardInterrupt:
         sys.exit(130)

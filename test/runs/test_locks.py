@@ -87,13 +87,14 @@ def test_a_long_namespace_does_not_count_as_one_in_use() -> None:
 
 def test_the_demonstration_takes_a_free_domain_unless_the_user_names_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
-    with scenario_run.free_domain() as first:
-        pass
-    assert "ROS_DOMAIN_ID" not in os.environ
+    with scenario_run.free_domains(2) as (first, second):
+        assert first != second
+        with scenario_run.free_domains(1) as (third,):
+            assert third not in (first, second)
     monkeypatch.setenv("ROS_DOMAIN_ID", first)
     with supervisor.exclusive("", lockstep=True):
-        with pytest.raises(RunError, match=f"another run uses ROS domain {first} "), scenario_run.free_domain():
+        with pytest.raises(RunError, match=f"another run uses ROS domain {first} "), scenario_run.free_domains(2):
             pass
         monkeypatch.delenv("ROS_DOMAIN_ID")
-        with scenario_run.free_domain() as second:
-            assert os.environ["ROS_DOMAIN_ID"] == second != first
+        with scenario_run.free_domains(1) as (other,):
+            assert other != first

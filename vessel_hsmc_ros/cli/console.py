@@ -1,5 +1,6 @@
 """Output of the command: lines, tables and progress bars, in a terminal or in a log file."""
 
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +17,7 @@ from vessel_hsmc_ros.core.spelling import spelled
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""
 
-LINE_PERIODS = 1.0, 10.0
+LINE_PERIODS = 1.0, 4.0
 """Shortest and longest time between two lines of progress where there is no progress bar, s."""
 
 
@@ -110,13 +111,14 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
 
     Yields:
         `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,
-        print the line if there is one, else how far it is and the note at each tenth of the total, and at least every ten
-        seconds.
+        print the line if there is one, else how far it is and the note at each tenth of the total, and at least every four
+        seconds, also without a call.
     """
     # On standard error, so that the standard output contains results only.
     console = Console(stderr=True)
     if not console.is_terminal or console.is_dumb_terminal:
-        yield _progress_lines(console, title, total, unit)
+        with _progress_lines(console, title, total, unit) as update:
+            yield update
         return
     amount = "{task.completed:.0f} of {task.total:.0f} " if total else "{task.completed:.0f} "
     note = TextColumn("{task.fields[note]}", markup=False)
@@ -126,11 +128,21 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
         yield lambda completed, _line="", note="": progress.update(task, completed=completed, note=note)
 
 
-def _progress_lines(console: Console, title: str, total: float | None, unit: str) -> Callable[..., None]:
-    """Print the title of a progress bar, and return its `update`, which prints lines."""
+@contextmanager
+def _progress_lines(console: Console, title: str, total: float | None, unit: str) -> Iterator[Callable[..., None]]:
+    """Print the title of a progress bar; its `update` prints lines, and a thread does where it is not called."""
     console.print(title + (f", {total:g} {unit}" if total else ""), **PLAIN)
     shortest, longest = LINE_PERIODS
-    tenths, printed = 0, time.monotonic()
+    started = printed = time.monotonic()
+    tenths, ended = 0, threading.Event()
+
+    def beat() -> None:
+        nonlocal printed
+        while not ended.wait(max(printed + longest - time.monotonic(), 0.1)):
+            now = time.monotonic()
+            if now >= printed + longest:
+                console.print(f"{title}: {now - started:.0f} s", **PLAIN)
+                printed = now
 
     def update(completed: float, line: str = "", note: str = "") -> None:
         nonlocal tenths, printed
@@ -141,4 +153,10 @@ def _progress_lines(console: Console, title: str, total: float | None, unit: str
             console.print(line or f"{title}: {', '.join(filter(None, (amount, note)))}", **PLAIN)
             tenths, printed = reached, now
 
-    return update
+    thread = threading.Thread(target=beat, daemon=True)
+    thread.start()
+    try:
+        yield update
+    finally:
+        ended.set()
+        thread.join()

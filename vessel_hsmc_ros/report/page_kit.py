@@ -94,13 +94,13 @@ def render_sections(title: str, about: Sequence[str], sections: Sequence[Section
 def asset(name: str) -> str:
     """A file of a page, named by its room: a template, a style, a script."""
     room, _, file = name.partition("/")
-    return resources.files(f"vessel_hsmc_ros.{room}").joinpath("assets", file).read_text(encoding="utf-8")
+    return (resources.files(f"vessel_hsmc_ros.{room}") / "assets" / file).read_text(encoding="utf-8")
 
 
 @cache
 def library() -> str:
     """Plotly's JavaScript, compressed; read as a file because importing its Python package takes long and is not needed."""
-    return packed(resources.files("plotly").joinpath("package_data", "plotly.min.js").read_bytes())
+    return packed((resources.files("plotly") / "package_data" / "plotly.min.js").read_bytes())
 
 
 @cache

@@ -1,13 +1,22 @@
 """The demonstration: case 2 of the paper under the paper's law and under the guided law, compared in one page."""
 
-from collections.abc import Iterator, Sequence
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from itertools import cycle
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from vessel_hsmc_ros.core.metrics import Metrics, position_error
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.report.making import Wanted, read, write
-from vessel_hsmc_ros.report.record import Record
+from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.runs.scenario_run import DOMAIN, Progress, Result, free_domains
+from vessel_hsmc_ros.runs.worker_pool import run_all
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
+from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.report.record import Record
 
 SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "guided")
@@ -27,10 +36,52 @@ CAUSES = {
 """Why a law fails to converge, where the analysis in docs/paper.md explains it."""
 
 
+class Task(NamedTuple):
+    """A run of the demonstration: its law, its folder, its ROS domain and its simulated time, s."""
+
+    law: str
+    folder: RunFolder
+    domain: str
+    duration: float
+
+
+def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], None]) -> RunFolder:
+    """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it.
+
+    Args:
+        output: Folder in which a folder for those of the runs is created.
+        progress: Called with the sum of the simulated times.
+        on_result: Called with the result of each run as soon as it has ended; what it raises ends the others.
+
+    Returns:
+        The folder that has those of the runs.
+
+    Raises:
+        RunError: ROS is not installed, or other runs use the domains.
+    """
+    cores = len(os.sched_getaffinity(0))
+    with free_domains(min(cores, len(LAWS))) as domains:
+        parent = make_run_folder(output, "demo")
+        folders = [RunFolder(parent.path / law) for law in LAWS]
+        tasks = [Task(*each, DURATION) for each in zip(LAWS, folders, cycle(domains), strict=False)]
+        run_all(_run, tasks, workers=len(domains), on_result=on_result, on_progress=progress)
+    return parent
+
+
+def _run(task: Task, progress: Progress) -> Result:
+    """Run the scenario under a law into its folder."""
+    requested_at = time.time()
+    os.environ[DOMAIN] = task.domain
+    settings = {"controller.law": task.law, "vessel_sim.duration": task.duration}
+    scenario = load_scenario(SCENARIO, {**for_nodes(recorded=True, real_time=False), **settings})
+    task.folder.path.mkdir()
+    return scenario_run.run_nodes(scenario, task.folder, "", progress, requested_at=requested_at)
+
+
 class Comparison(NamedTuple):
     """The runs of the demonstration, a sentence on each, and the written files by kind."""
 
-    records: list[Record]
+    records: list["Record"]
     conclusions: tuple[str, ...]
     files: dict[str, Path]
 
@@ -46,19 +97,21 @@ def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
         BagError: a bag cannot be read.
         ReportError: the page or a figure cannot be written.
     """
+    from vessel_hsmc_ros.report.making import Wanted, read, write  # imports the libraries of reports
+
     records = read(bags)
     notes = conclusions(records)
     made = write(records, Wanted(page=page, title=f"{SCENARIO}: {' and '.join(LAWS)}", figures="png", notes=notes))
     return Comparison(records, notes, made.files)
 
 
-def conclusions(records: Sequence[Record]) -> tuple[str, ...]:
+def conclusions(records: Sequence["Record"]) -> tuple[str, ...]:
     """One sentence on each run, whether its law converges, and one on the forces by which their approaches differ."""
     judged = [(record, record.metrics) for record in records if record.metrics]
     return (*(_conclusion(record, metrics) for record, metrics in judged), *_forces(judged))
 
 
-def _forces(judged: Sequence[tuple[Record, Metrics]]) -> Iterator[str]:
+def _forces(judged: Sequence[tuple["Record", Metrics]]) -> Iterator[str]:
     """A sentence where the surge forces differ so much that the errors of the approaches cannot be compared."""
     if len(judged) < 2:
         return
@@ -72,13 +125,13 @@ def _forces(judged: Sequence[tuple[Record, Metrics]]) -> Iterator[str]:
         )
 
 
-def _title(record: Record, first: bool = True) -> str:
+def _title(record: "Record", first: bool = True) -> str:
     """The name of a run's law in a sentence, at its beginning or within it."""
     title = TITLES.get(record.name, record.name)
     return title if first else title[0].lower() + title[1:]
 
 
-def _conclusion(record: Record, metrics: Metrics) -> str:
+def _conclusion(record: "Record", metrics: Metrics) -> str:
     run = record.run
     law = _title(record)
     late = f"{metrics.position_error_rms_last_quarter:.2g} m rms over the last quarter of {record.duration:g} s"

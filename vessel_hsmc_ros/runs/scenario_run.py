@@ -60,27 +60,30 @@ def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextM
 
 
 @contextmanager
-def free_domain() -> Iterator[str]:
-    """A context in a ROS domain where no other run on this machine takes place: that of ROS_DOMAIN_ID, or the first free one.
+def free_domains(count: int) -> Iterator[list[str]]:
+    """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or the first free ones.
+
+    Args:
+        count: How many there are at most; at least there is one.
 
     Raises:
         RunError: ROS is not installed, or there is no such domain.
     """
     module, given = supervisor_module(), os.environ.get(DOMAIN)
     candidates = [given] if given else [str(domain) for domain in range(LAST_DOMAIN + 1)]
+    found: list[str] = []
     with ExitStack() as reserved:
-        if not given:
-            reserved.callback(os.environ.pop, DOMAIN, None)
         for domain in candidates:
-            os.environ[DOMAIN] = domain
             try:
-                reserved.enter_context(module.exclusive("", lockstep=True))
+                reserved.enter_context(module.exclusive("", lockstep=True, domain=domain))
             except RunError:
-                if domain == candidates[-1]:
+                if domain == candidates[-1] and not found:
                     raise
             else:
+                found.append(domain)
+            if len(found) == count:
                 break
-        yield domain
+        yield found
 
 
 def run_nodes(

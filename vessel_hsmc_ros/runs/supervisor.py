@@ -153,16 +153,21 @@ def _is_listening(port: int) -> bool:
 
 
 @contextmanager
-def exclusive(namespace: str, lockstep: bool = False) -> Iterator[None]:
+def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None) -> Iterator[None]:
     """A context in which no other run on this machine uses the ROS domain and namespace, so that nodes do not mix.
 
     In lockstep the plant publishes /clock, which has no namespace: one such run excludes all others of its domain. Of several
     runs that start at the same instant exactly one gets the lock.
 
+    Args:
+        namespace: The namespace.
+        lockstep: Whether the run is one in lockstep.
+        domain: The ROS domain; by default that of this process.
+
     Raises:
         RunError: another run uses them.
     """
-    domain = os.environ.get("ROS_DOMAIN_ID", "0")
+    domain = domain or os.environ.get("ROS_DOMAIN_ID", "0")
     shared = {namespace.replace("/", "."): f"namespace /{namespace}"}
     if lockstep:
         shared["@clock"] = "its /clock in lockstep"  # no namespace has such a name

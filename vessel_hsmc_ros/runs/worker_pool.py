@@ -195,6 +195,7 @@ def _take(pending: set[Future[Result]], on_result: Callable[[Result], None] | No
 def _prepare_worker(progress: Any, cancelled: Any, law_files: Sequence[Path]) -> None:
     """Initialise a worker process, in which the laws of the parent's files are needed too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent cancels the tasks
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # which a process that a task starts would inherit
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     _shared[:] = progress, cancelled
     logging.disable(logging.WARNING)  # of installed laws that are left out: the parent has logged it
