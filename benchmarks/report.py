@@ -109,7 +109,7 @@ def messages(kind: str, stamps: np.ndarray, rng: np.random.Generator) -> list[by
 
 def make(bag: Path, page: Path) -> tuple[float, float]:
     """Run the command; returns wall time in s and peak memory in bytes."""
-    command = [str(Path(sys.executable).parent / "vessel-hsmc"), "report", str(bag), "--output", str(page)]
+    command = [str(Path(sys.executable).parent / "vessel-hsmc"), "report", str(bag), "--file", str(page)]
     began = time.monotonic()
     process = os.posix_spawn(command[0], command, os.environ, file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)])
     _, status, usage = os.wait4(process, 0)

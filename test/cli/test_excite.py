@@ -28,7 +28,7 @@ def test_excite_writes_manoeuvres_for_a_vessel_and_names_time_and_space() -> Non
 
 def test_excite_takes_the_scenario_of_a_ship_of_ones_own() -> None:
     call("init", "mine", "--length", "3", "--no-check")
-    call("excite", "mine.yaml", "--output", "sail.yaml")
+    call("excite", "mine.yaml", "--file", "sail.yaml")
     mine, sail = (load_scenario(name).vessel_sim.vessel for name in ("mine.yaml", "sail.yaml"))
     assert sail == mine
 

@@ -102,3 +102,10 @@ def test_the_former_name_of_an_option_is_accepted_and_not_shown() -> None:
     assert "no such option" not in invoke("sweep", "--jobs", "1").output.lower()
     assert "--rate " not in invoke("compare", "--help").output
     assert "no such option" not in invoke("compare", "--rate", "1").output.lower()
+
+
+def test_the_former_name_of_the_path_of_a_file_is_accepted_with_a_warning(tmp_path: Path) -> None:
+    assert "--output" not in invoke("report", "--help").output
+    result = invoke("report", str(tmp_path / "missing"), "--output", "page.html")
+    assert "use --file for the path of a file" in result.output
+    assert "missing" in str(result.exception)

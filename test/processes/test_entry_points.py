@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vessel_hsmc_ros.cli.verbs import LIBRARIES, VERBS
+from vessel_hsmc_ros.cli.verbs import VERBS
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.install_paths import require, share_directory
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
@@ -110,9 +110,32 @@ def test_nodes_import_no_library_but_those_they_declare(declaring: bool) -> None
     assert import_without(tuple(name for name in ANALYSIS if name not in declared), modules) == ""
 
 
-def test_verbs_that_declare_no_library_import_none() -> None:
+HELP_WITHOUT = """
+from click.testing import CliRunner
+from vessel_hsmc_ros.cli.command import cli
+for verb in {verbs!r}:
+    shown = CliRunner().invoke(cli, [verb, "--help"])
+    assert shown.exit_code == 0 and "Usage: " in shown.output, (verb, shown.output, shown.exception)
+"""
+
+
+def test_the_help_of_every_verb_is_shown_where_all_libraries_are_missing_that_verbs_declare() -> None:
     absent = tuple(name for name in ANALYSIS if name not in ("click", "rich"))
-    assert import_without(absent, [f"vessel_hsmc_ros.cli.{name}" for name in VERBS if name not in LIBRARIES]) == ""
+    command = code_without(("rclpy", "vessel_hsmc_msgs", *absent), "exec(sys.argv[1])")
+    done = subprocess.run([*command, HELP_WITHOUT.format(verbs=[*VERBS])], capture_output=True, text=True, timeout=120.0)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("module", ["vessel_hsmc_ros.nodes.controller", "vessel_hsmc_ros.nodes.recorder", "vessel_sim_node"])
+def test_a_node_run_as_a_module_without_ros_names_the_remedy_in_one_line(module: str) -> None:
+    code = (
+        f"import runpy; sys.argv[0] = '-m'; sys.orig_argv[1:] = '-m', {module!r}; runpy.run_module({module!r}, None, '__main__')"
+    )
+    command = code_without(("rclpy",), code)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120.0)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "rclpy is not installed: nodes need ROS 2" in line
 
 
 def test_all_libraries_that_a_program_lacks_are_named_at_once_with_the_commands_of_a_workspace(

@@ -127,9 +127,9 @@ def test_a_read_only_output_is_refused_in_one_line_before_anything_is_computed(
     arguments: list[str],
 ) -> None:
     bag_making.write_run(tmp_path / "bag", 20)
-    target = read_only / ("page.html" if arguments[0] == "report" else "new")
+    option, name = ("--file", "page.html") if arguments[0] == "report" else ("--output", "new")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.argv", ["vessel-hsmc", *arguments, "--output", str(target)])
+    monkeypatch.setattr("sys.argv", ["vessel-hsmc", *arguments, option, str(read_only / name)])
     assert execute() == 1
     shown = capsys.readouterr()
     (line,) = (shown.out + shown.err).splitlines()

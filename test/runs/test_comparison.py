@@ -11,13 +11,12 @@ from click import UsageError
 from click.testing import CliRunner, Result
 from rich.console import Console
 
-from vessel_hsmc_ros.cli import compare as comparing
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.compare import coloured
 from vessel_hsmc_ros.cli.console import print_table
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.runs import comparison_page
+from vessel_hsmc_ros.runs import comparison, comparison_page
 from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun, Task, compare, default_laws, prepare, run_task
 from vessel_hsmc_ros.runs.scenario_run import run_offline
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -120,7 +119,7 @@ def test_a_value_on_the_command_line_replaces_that_of_a_row_of_the_suite(tmp_pat
         found.extend(tasks)
         return compare(tasks, jobs=1)
 
-    monkeypatch.setattr(comparing, "compare_laws", watched)
+    monkeypatch.setattr(comparison, "compare", watched)
     settings = ["vessel_sim.duration=0.5", "controller.rate_hz=50"]
     vessel_hsmc("--suite", str(suite), "--laws", "los_pid", *(f"--set={text}" for text in settings), "--output", str(tmp_path))
     (task,) = found

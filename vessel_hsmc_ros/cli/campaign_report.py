@@ -5,13 +5,12 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.console import print_line
+from vessel_hsmc_ros.cli.options import file_option
 
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option(
-    "--output", type=click.Path(path_type=Path, dir_okay=False), help="Path of the page [default: report.html in FOLDER]."
-)
+@file_option("Path of the page [default: report.html in FOLDER].")
 def report(folder: Path, output: Path | None) -> None:
     """Make a page from the results of a campaign, complete or not.
 

@@ -15,6 +15,8 @@ from vessel_hsmc_ros.core.version import __version__
 FAILED, WRONG_USE = 1, 2
 """Exit codes: the command failed; its arguments were wrong."""
 
+HELP = ["-h", "--help"]
+
 
 class Verbs(click.Group):
     """The verbs, each the function of a module of its name.
@@ -27,14 +29,9 @@ class Verbs(click.Group):
         return sorted(VERBS)
 
     def get_command(self, _ctx: click.Context, name: str) -> click.Command | None:
-        """The verb with this name; None if there is none.
-
-        Raises:
-            InstallationError: libraries that it needs are missing.
-        """
+        """The verb with this name; None if there is none."""
         if name not in VERBS:
             return None
-        require(*LIBRARIES.get(name, ()))
         module = importlib.import_module(f"vessel_hsmc_ros.cli.{name}")
         verb: click.Command = getattr(module, "set_parameters" if name == "set" else name)
         return verb
@@ -46,14 +43,20 @@ class Verbs(click.Group):
                 formatter.write_dl([*verbs.items()])
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
-        """The verb that is called; of an unknown one, those like it are named."""
+        """The verb that is called; of an unknown one, those like it are named.
+
+        Raises:
+            InstallationError: libraries that it needs are missing; its help needs none of them.
+        """
         near = difflib.get_close_matches(args[0], VERBS, n=2)
         if args[0] not in VERBS and near:
             ctx.fail(f"there is no verb {args[0]!r}: did you mean {' or '.join(near)}?")
+        if not {*HELP} & {*args}:
+            require(*LIBRARIES.get(args[0], ()))
         return super().resolve_command(ctx, args)
 
 
-@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Verbs, context_settings={"help_option_names": HELP})
 @click.version_option(__version__)
 def cli() -> None:
     """Simulate a ship under automatic control, record the run and analyse it.

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,12 +21,12 @@ from vessel_hsmc_ros.cli.options import (
 )
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.runs import comparison_page
-from vessel_hsmc_ros.runs.comparison import LawRun, Task, default_laws
-from vessel_hsmc_ros.runs.comparison import compare as compare_laws
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.runs.comparison import LawRun
 
 FEW = 3
 """Largest number of rows that are printed in a table each; more are printed in one overview."""
@@ -57,6 +58,8 @@ def compare(
     given instead of scenarios, nothing is simulated: the command prints their metrics and writes one page that overlays them,
     as `report` does.
     """
+    from vessel_hsmc_ros.runs import comparison, comparison_page  # imports the libraries of reports
+
     if recorded := [Path(name) for name in scenarios if is_recorded(name)]:
         if len(recorded) < len(scenarios) or suite or laws or rate_hz or changes:
             raise click.UsageError(
@@ -71,15 +74,15 @@ def compare(
         raise click.UsageError("give a SCENARIO or --suite")
     rows = [replace(row, changes={**row.changes, **parse_changes(changes)}) for row in rows]
     check_writable(output)
-    tasks = [Task(row, law, rate_hz) for row in rows for law in chosen(laws)]
+    tasks = [comparison.Task(row, law, rate_hz) for row in rows for law in chosen(laws)]
     with progress_bar("comparing laws", len(tasks), "runs") as update:
         done = count(1)
 
-        def show(run: LawRun) -> None:
+        def show(run: "LawRun") -> None:
             number = next(done)
             update(number, f"{number} of {len(tasks)}: {run.law} on {run.row.name}")
 
-        outcomes = compare_laws(tasks, workers, show)
+        outcomes = comparison.compare(tasks, workers, show)
     print_outcomes(outcomes)  # before the files: a full disk must not lose the results of a long comparison
     folder = make_run_folder(output, "compare").path
     comparison_page.write(folder, outcomes)
@@ -111,6 +114,8 @@ def chosen(laws: str | None) -> list[str]:
         ParameterError: a name is not the name of a law.
     """
     if laws is None:
+        from vessel_hsmc_ros.runs.comparison import default_laws
+
         return default_laws()
     names = [name.strip() for name in laws.split(",") if name.strip()]
     for name in names:
@@ -119,8 +124,10 @@ def chosen(laws: str | None) -> list[str]:
     return names
 
 
-def print_outcomes(outcomes: Sequence[LawRun]) -> None:
+def print_outcomes(outcomes: Sequence["LawRun"]) -> None:
     """Print a table for each row, or one overview of many rows, and the notes."""
+    from vessel_hsmc_ros.runs import comparison_page
+
     rows = comparison_page.by_row(outcomes)
     if len(rows) <= FEW:
         for row, of_row in rows:

@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 
 from vessel_hsmc_ros.cli.console import print_line, print_table
+from vessel_hsmc_ros.cli.options import file_option
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import quantity
@@ -29,12 +30,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("ship", metavar="VESSEL|SCENARIO")
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="The scenario to write [default: NAME_excite.yaml].",
-)
+@file_option("The scenario to write [default: NAME_excite.yaml].")
 def excite(ship: str, output: Path | None) -> None:
     """Write a scenario of manoeuvres from which `identify` can determine a ship's hull data.
 
@@ -56,7 +52,7 @@ def excite(ship: str, output: Path | None) -> None:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise ScenarioError(f"{path} exists and is not overwritten: choose another name with --output, or delete it") from None
+        raise ScenarioError(f"{path} exists and is not overwritten: choose another name with --file, or delete it") from None
     except OSError as error:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
     print_table(HEAD, _rows(steps, run))

@@ -116,6 +116,29 @@ output_option = click.option(
     help="Folder in which a new folder for the results is created.",
 )
 
+
+def file_option(help_text: str, metavar: str = "PATH") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Make an option `--file` for the one file that a verb writes, which takes it as `output`, and its former name `--output`.
+
+    Args:
+        help_text: What the file is, and the default.
+        metavar: What stands for its path in the help text.
+    """
+    path = click.Path(path_type=Path, dir_okay=False)
+
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(command)
+        def taking(file: Path | None, output: Path | None, **options: Any) -> Any:
+            if output is not None:
+                print_warning("--output names a folder in all other verbs: use --file for the path of a file")
+            return command(output=file or output, **options)
+
+        former = click.option("--output", type=path, hidden=True)
+        return click.option("--file", type=path, metavar=metavar, help=help_text)(former(taking))
+
+    return add
+
+
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
 
 vessel_option = click.option("--namespace", default="", help="ROS namespace of the vessel.")

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from vessel_hsmc_ros.cli.console import print_line
-from vessel_hsmc_ros.cli.options import namespace_option
+from vessel_hsmc_ros.cli.options import file_option, namespace_option
 from vessel_hsmc_ros.cli.results import print_metrics
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import DrawnHull
@@ -14,9 +14,7 @@ from vessel_hsmc_ros.core.hull import DrawnHull
 
 @click.command()
 @click.argument("bags", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
-@click.option(
-    "--output", type=click.Path(path_type=Path, dir_okay=False), help="Path of the page [default: report.html in the run folder]."
-)
+@file_option("Path of the page [default: report.html in the run folder].")
 @click.option("--title", help="Title of the page.")
 @namespace_option
 @click.option("--figures", type=click.Choice(["png", "svg"]), help="Also save the figures, in figures/ beside the page.")

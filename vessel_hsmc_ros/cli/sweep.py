@@ -18,7 +18,6 @@ from vessel_hsmc_ros.cli.options import (
     set_option,
     workers_option,
 )
-from vessel_hsmc_ros.runs import sweep as sweeps
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 DEFAULT_METRICS = ("position_error_rms_last_quarter", "yaw_moment_rms")
@@ -61,6 +60,8 @@ def sweep(
     given = parse_changes(changes)
     load_checked(scenario, given)
     check_writable(output)
+    from vessel_hsmc_ros.runs import sweep as sweeps  # imports the libraries of reports
+
     axes = [sweeps.parse_axis(text) for text in parameters]
     sweeps.check_metrics(metrics)
     planned = sweeps.points(scenario, axes, given, chosen(laws) if laws else ())

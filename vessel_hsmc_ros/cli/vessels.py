@@ -8,7 +8,6 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table
 from vessel_hsmc_ros.cli.options import json_option, print_json
-from vessel_hsmc_ros.scenario import vessel_figures
 from vessel_hsmc_ros.scenario.vessels import LibraryVessel, read_vessel
 
 USE = "vessel-hsmc vessels NAME shows one of them; `vessel: NAME` in a scenario or --set vessel=NAME uses it (docs/vessels.md)"
@@ -24,6 +23,8 @@ def vessels(name: str | None, markdown: bool, as_json: bool) -> None:
     Speeds and turns are computed from the hull data. The column `verified` counts the published values that agree with them,
     `open` the published values that could not be checked.
     """
+    from vessel_hsmc_ros.scenario import vessel_figures  # imports SciPy
+
     if as_json:
         print_json(_content(read_vessel(name)) if name else [_content(each) for each in vessel_figures.published_vessels()])
     elif name:
@@ -44,6 +45,8 @@ def _content(vessel: LibraryVessel) -> dict[str, Any]:
 
 
 def _show(vessel: LibraryVessel) -> None:
+    from vessel_hsmc_ros.scenario import vessel_figures
+
     print_line(f"{vessel.name}: {vessel.description}".rstrip(": "))
     for key, text in vessel.source.items():
         print_line(f"{key}: {text}")

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
-from scipy.optimize import brentq
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
@@ -163,6 +162,8 @@ def _root(surplus: Callable[[float], float], direction: str) -> float:
             raise ParameterError(
                 f"the ship has no steady speed in {direction} under its limit: the damping is too small or the limit too large"
             )
+    from scipy.optimize import brentq  # SciPy's import takes time
+
     return float(brentq(surplus, 0.0, high, xtol=1e-14, rtol=1e-14))
 
 

@@ -1,1 +1,8 @@
-"""The ROS nodes and what they share."""
+"""ROS 2 nodes, and what they are made of."""
+
+import sys
+
+if sys.argv[:1] == ["-m"]:  # `python -m vessel_hsmc_ros.nodes.NAME` imports this package before the node, and that ROS
+    from vessel_hsmc_ros.nodes.entry_points import check_module
+
+    check_module(sys.orig_argv)

@@ -7,7 +7,7 @@ package that is not installed into one line instead of a traceback.
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
@@ -27,8 +27,7 @@ def entry_point(program: NodeProgram) -> Callable[[], int]:
         # The node's own handlers follow when it is imported; until then there is nothing to complete.
         signal.signal(signal.SIGINT, lambda *_: os._exit(0))
         try:
-            require("rclpy", "numpy", "yaml", *program.libraries)
-            check_ros()
+            _check(program)
             node = import_module(program.source)
         except ModuleNotFoundError as error:
             sys.stderr.write(f"[FATAL]: {missing_module(error)}\n")
@@ -42,7 +41,34 @@ def entry_point(program: NodeProgram) -> Callable[[], int]:
     return main
 
 
-_MAINS = {program.executable: entry_point(program) for program in (LOOP | AUXILIARY | WATCHERS).values()}
+def check_module(command: Sequence[str]) -> None:
+    """Exit in one line, where the command of this process runs the module of a node that lacks a library.
+
+    Args:
+        command: The command line, such as `python -m vessel_hsmc_ros.nodes.controller`.
+    """
+    module = command[command.index("-m") + 1] if "-m" in command else ""
+    for program in _PROGRAMS:
+        if program.module == module:
+            try:
+                _check(program)
+            except InstallationError as error:
+                sys.stderr.write(f"[FATAL]: {error}\n")
+                sys.exit(2)
+
+
+def _check(program: NodeProgram) -> None:
+    """Check that all is installed that a node needs.
+
+    Raises:
+        InstallationError: a library is missing, or two installations of ROS would mix.
+    """
+    require("rclpy", "numpy", "yaml", *program.libraries)
+    check_ros()
+
+
+_PROGRAMS = (LOOP | AUXILIARY | WATCHERS).values()
+_MAINS = {program.executable: entry_point(program) for program in _PROGRAMS}
 
 
 def __getattr__(name: str) -> Callable[[], int]:
