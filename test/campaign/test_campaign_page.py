@@ -21,7 +21,7 @@ from vessel_hsmc_ros.campaign.statistics import Table, share_text
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import CampaignError, ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.runs.sweep_figure import text
+from vessel_hsmc_ros.report.tables import text
 
 EAST, LAG = "vessel_sim.disturbance.earth_fixed.east_force", "vessel_sim.actuators.yaw_lag"
 LIMIT = "position_error_peak_last_quarter"

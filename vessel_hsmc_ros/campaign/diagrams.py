@@ -13,8 +13,8 @@ from vessel_hsmc_ros.campaign.sensitivity import Influence
 from vessel_hsmc_ros.campaign.statistics import exceedance
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import scaled
-from vessel_hsmc_ros.report.tables import METRICS
-from vessel_hsmc_ros.runs.sweep_figure import WIDE, label
+from vessel_hsmc_ros.report.tables import METRICS, label
+from vessel_hsmc_ros.runs.sweep_page import WIDE
 
 POINTS = 3000
 """Largest number of runs of a law in a scatter diagram."""

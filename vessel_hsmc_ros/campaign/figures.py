@@ -8,7 +8,7 @@ import numpy as np
 
 from vessel_hsmc_ros.campaign.diagrams import Axis, Bars, Diagrams, Exceedance, Scatter
 from vessel_hsmc_ros.campaign.findings import short
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, SERIES
+from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,21 +50,16 @@ def draw(folder: Path, drawn: Diagrams) -> dict[str, Path]:
 
 def _picture(path: Path, drawn: Sequence[Drawn], panel: Callable[["Axes", Drawn], None]) -> Path | None:
     """Draw diagrams of a kind side by side; None where there are none."""
-    import matplotlib as mpl  # imported here: it takes long
-    from matplotlib.figure import Figure
-
     if not drawn:
         return None
     columns = min(COLUMNS, len(drawn))
     rows = -(-len(drawn) // columns)
-    with mpl.rc_context(PLOT):
-        picture = Figure(figsize=(SIZE[0] * columns, SIZE[1] * rows), layout="constrained")
+    with figure(path, SIZE[0] * columns, SIZE[1] * rows) as picture:
         panels = picture.subplots(rows, columns, squeeze=False).ravel()
         for axes, each in zip(panels, drawn, strict=False):
             panel(axes, each)
         for axes in panels[len(drawn) :]:
             axes.remove()
-        picture.savefig(path)
     return path
 
 

@@ -21,8 +21,7 @@ from vessel_hsmc_ros.campaign.statistics import (
     quantile,
     share_text,
 )
-from vessel_hsmc_ros.report.tables import value_text
-from vessel_hsmc_ros.runs.sweep_figure import label
+from vessel_hsmc_ros.report.tables import label, value_text
 
 SHARES = (0.05, 0.5, 0.95, 0.99)
 """The quantiles of the table of metrics."""

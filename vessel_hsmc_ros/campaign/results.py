@@ -18,7 +18,7 @@ from vessel_hsmc_ros.campaign.ship_family import SHIP
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.runs.sweep_figure import text
+from vessel_hsmc_ros.report.tables import text
 
 Column = NDArray[Any]
 

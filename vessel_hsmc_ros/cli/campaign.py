@@ -1,4 +1,4 @@
-"""`vessel-hsmc campaign`: many runs with drawn parameters, kept as a dataset that grows until it is complete."""
+"""`vessel-hsmc campaign`: thousands of runs of a scenario with drawn parameters, and `campaign report`: what they show."""
 
 import datetime
 import time
@@ -8,9 +8,8 @@ from pathlib import Path
 
 import click
 
-from vessel_hsmc_ros.cli.campaign_report import report
 from vessel_hsmc_ros.cli.console import LINE_PERIODS, print_line, print_status, progress_bar
-from vessel_hsmc_ros.cli.options import law_file_option
+from vessel_hsmc_ros.cli.options import file_option, law_file_option
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 
 WINDOW = 30.0
@@ -44,9 +43,6 @@ def campaign() -> None:
 
     docs/campaigns.md explains the format of FILE.
     """  # noqa: D301 - the escape keeps click from joining the lines
-
-
-campaign.add_command(report)
 
 
 @campaign.command(RUN)
@@ -112,3 +108,25 @@ class Pace:
             line = f"{self._title}: {done:.0f} of {total} runs, {rate:.3g} runs/s, {left} left"
             self._printed = now
         self._update(done, line, note=f"{rate:.3g} runs/s")
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@file_option("Path of the page [default: report.html in FOLDER].")
+def report(folder: Path, output: Path | None) -> None:
+    """Make a page from the results of a campaign, complete or not.
+
+    It shows failures with the interval of their probability, distributions and quantiles of the metrics, the laws on the same
+    draws, which parameters matter, and the worst runs with the commands that repeat them. Its diagrams are saved as PNG files in
+    figures/ beside the page, too.
+    """
+    from vessel_hsmc_ros.campaign.report import make_report  # imports the libraries of campaigns
+
+    words, files = make_report(folder, output)
+    for sentence in words:
+        print_line(sentence)
+    for kind, path in files.items():
+        print_line(f"{kind}: {path}")
+
+
+campaign.add_command(report)

@@ -1,11 +1,13 @@
 """The entry point of `vessel-hsmc`: it prepares signals and standard streams before it imports the command."""
 
+import io
+import os
 import sys
 
 from vessel_hsmc_ros.cli.interrupts import handle_interrupts, ignore_interrupts
-from vessel_hsmc_ros.cli.streams import prepare_streams
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.install_paths import require
+from vessel_hsmc_ros.core.spelling import HANDLER
 
 
 def main() -> int:
@@ -26,3 +28,26 @@ def main() -> int:
 
 if __name__ == "__main__":
     sys.exit(main())
+
+
+def prepare_streams() -> None:
+    """Open closed standard streams on /dev/null, and let the output spell out characters that its encoding lacks."""
+    _open_closed_streams()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=HANDLER)
+
+
+def _open_closed_streams() -> None:
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:  # else the next file that is opened, such as a bag, would become this stream
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
+    sys.stdin = sys.stdin or _null("r")
+    sys.stdout = sys.stdout or _null("w")
+    sys.stderr = sys.stderr or _null("w")
+
+
+def _null(mode: str) -> io.TextIOWrapper:
+    return io.TextIOWrapper(io.FileIO(os.devnull, mode), encoding="utf-8")

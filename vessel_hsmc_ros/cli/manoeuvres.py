@@ -69,8 +69,7 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
 
 def print_results(results: "Results") -> None:
     """Print the metrics of a ship, a table for each manoeuvre, with what one must know to judge them."""
-    from vessel_hsmc_ros.manoeuvres.criteria import APPLIES, SOURCE
-    from vessel_hsmc_ros.manoeuvres.tables import TITLES, notes, rows
+    from vessel_hsmc_ros.manoeuvres.tables import APPLIES, SOURCE, TITLES, notes, rows
 
     for name, done in results.manoeuvres.items():
         lines = [[row.label, row.value, row.lengths, row.limit, row.verdict] for row in rows(results) if row.manoeuvre == name]

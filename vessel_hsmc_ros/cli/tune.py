@@ -115,7 +115,7 @@ def _folder(output: Path | None, name: str) -> Path:
 
 def _print(result: "Result") -> None:
     """Print present and tuned gains, and what the change is worth."""
-    from vessel_hsmc_ros.tuning.page import GAINS_HEAD, gains_table
+    from vessel_hsmc_ros.tuning.files import GAINS_HEAD, gains_table
     from vessel_hsmc_ros.tuning.result import verdict
 
     print_table(GAINS_HEAD, gains_table(result))

@@ -8,7 +8,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification.types import Identified, Prediction
-from vessel_hsmc_ros.report.style import INK, NEUTRAL, PLOT, REFERENCE, SHIP
+from vessel_hsmc_ros.report.style import INK, NEUTRAL, REFERENCE, SHIP, figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,12 +108,7 @@ def correlation_picture(found: Identified) -> bytes:
 
 def _png(draw: Any, size: tuple[float, float]) -> bytes:
     """A picture of a size in inches, drawn by a function."""
-    import matplotlib as mpl  # imported here: it takes longer than an identification of a short run
-    from matplotlib.figure import Figure
-
     content = BytesIO()
-    with mpl.rc_context(PLOT):
-        picture = Figure(figsize=size, layout="constrained")
+    with figure(content, *size) as picture:
         draw(picture)
-        picture.savefig(content, format="png")
     return content.getvalue()

@@ -5,10 +5,9 @@ from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.manoeuvres.criteria import APPLIES, SOURCE, criteria
 from vessel_hsmc_ros.manoeuvres.diagrams import figure
 from vessel_hsmc_ros.manoeuvres.run import Results
-from vessel_hsmc_ros.manoeuvres.tables import TITLES, UNITS, hull_data, notes, rows, source
+from vessel_hsmc_ros.manoeuvres.tables import APPLIES, SOURCE, TITLES, UNITS, criteria, hull_data, notes, rows, source
 from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.scenario.scenario import dump_scenario
 

@@ -3,7 +3,14 @@
 The line colours are Okabe and Ito's, which remain distinct in colour blindness, green and purple darkened for contrast on white.
 """
 
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SERIES = ("#0072b2", "#d55e00", "#00875f", "#b0478a", "#8a6d00", "#4b4bc8")
 """Blue, vermilion, green, purple, olive, indigo: the colours of lines, or of runs, in this order."""
@@ -58,6 +65,24 @@ _DARK_PAGE = {
     "plan": "#3a4a58",
     "shared": "#93a1ad",
 }
+
+
+@contextmanager
+def figure(path: Path | BytesIO, width: float, height: float) -> Iterator["Figure"]:
+    """A context with an empty figure in the common style, which is saved at its end.
+
+    Args:
+        path: The file, whose suffix is the format, or where PNG is written to.
+        width: In inches.
+        height: In inches.
+    """
+    import matplotlib as mpl  # imported here: it takes longer than simulating a minute
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(PLOT):
+        picture = Figure(figsize=(width, height), layout="constrained")
+        yield picture
+        picture.savefig(path)
 
 
 def series_colour(run: int | None) -> str:

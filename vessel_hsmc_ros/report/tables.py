@@ -1,5 +1,6 @@
 """The tables of a report: metrics with their differences between runs, parameters, provenance."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -177,3 +178,14 @@ def provenance_table(records: Sequence[Record]) -> list[dict[str, Any]]:
         {"label": label.replace("_", " "), "values": [str(record.provenance.get(label, MISSING)) for record in records]}
         for label in labels
     ]
+
+
+def label(metric: str) -> str:
+    """A metric in words."""
+    return METRICS[metric][0]
+
+
+def text(metric: str, value: float) -> str:
+    """A value of a metric with its unit; a dash where there is none."""
+    unit = METRICS[metric][1]
+    return quantity(100.0 * value if unit == "%" else value, unit) if math.isfinite(value) else MISSING

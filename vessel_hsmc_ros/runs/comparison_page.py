@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.report.style import INK, NEUTRAL, PLOT, SERIES
+from vessel_hsmc_ros.report.style import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.scenario.suite import Row
@@ -227,11 +227,7 @@ def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
         outcomes: Its runs; those without lines are omitted.
         path: The PNG file.
     """
-    import matplotlib as mpl  # imported here: it takes longer than simulating a minute
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(PLOT):
-        picture = Figure(figsize=(10.0, 4.6), layout="constrained")
+    with figure(path, 10.0, 4.6) as picture:
         tracks, errors = picture.subplots(1, 2)
         drawn = [outcome for outcome in outcomes if len(outcome.lines)]
         lines = looks(outcome.law for outcome in drawn)
@@ -254,4 +250,3 @@ def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
             label: line for axes in (tracks, errors) for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
         picture.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries) or 1)
-        picture.savefig(path)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLOT, SERIES
+from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import METRICS
 from vessel_hsmc_ros.tuning.cost import PENALTY, Cost
 from vessel_hsmc_ros.tuning.gains import Gain
@@ -36,11 +36,7 @@ def draw_front(path: Path, result: Result) -> None:
         path: The PNG file.
         result: The result.
     """
-    import matplotlib as mpl  # imported here: it takes longer than simulating a minute
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(PLOT):
-        picture = Figure(figsize=(7.2, 4.8), layout="constrained")
+    with figure(path, 7.2, 4.8) as picture:
         panel = picture.subplots()
         costs = [trial.cost for trial in result.trials if trial.cost is not None]
         ends = [_end([cost[i] for cost in (*costs, result.present.cost)]) for i in (0, 1)]
@@ -58,7 +54,6 @@ def draw_front(path: Path, result: Result) -> None:
         objective = result.tuning.objective
         panel.set(xlabel=f"effort: {METRICS[objective.second][0]}", ylabel=f"cost: {METRICS[objective.metric][0]}")
         panel.legend(loc="best")
-        picture.savefig(path)
 
 
 def draw_search(path: Path, result: Result) -> None:
@@ -68,19 +63,14 @@ def draw_search(path: Path, result: Result) -> None:
         path: The PNG file.
         result: The result.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     gains = result.tuning.gains
     columns = min(COLUMNS, len(gains))
     rows = math.ceil(len(gains) / columns)
-    with mpl.rc_context(PLOT):
-        picture = Figure(figsize=(10.0, 2.8 + 2.4 * rows), layout="constrained")
+    with figure(path, 10.0, 2.8 + 2.4 * rows) as picture:
         grid = picture.add_gridspec(1 + rows, columns)
         _course(picture.add_subplot(grid[0, :]), result)
         for i, gain in enumerate(gains):
             _over_gain(picture.add_subplot(grid[1 + i // columns, i % columns]), gain, result)
-        picture.savefig(path)
 
 
 def _course(panel: "Axes", result: Result) -> None:
