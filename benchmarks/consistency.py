@@ -12,13 +12,17 @@ import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.runs.consistency import bounds, normalised_errors
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
+
+from observer_consistency import bounds, normalised_errors
 
 CASES = {"circle": {}, "straight line": {"reference_ship.yaw_moment": 0.0}}
 SETTLED = 100.0

@@ -2,7 +2,7 @@
 
     python benchmarks/suite_alarms.py [--suites guided,realistic,sea,tuning] [--laws guided,los_pid] [--scenarios]
 
-The messages of each run pass freshness, plausibility, monitors, output guard and supervision (vessel_hsmc_ros/runs/alarms.py),
+The messages of each run pass freshness, plausibility, monitors, output guard and supervision (test/support/supervised_runs.py),
 whose commands must be bit-identical to those of the run. `--scenarios` adds those of the package. A run that ends early, as the
 law is undefined or the motion not finite, is listed and not counted. benchmarks/false_alarms.py does the same over the nodes.
 The exit code is 1 where there was an alarm.
@@ -12,6 +12,7 @@ import argparse
 import sys
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 from rich.console import Console
@@ -19,11 +20,14 @@ from rich.table import Table
 
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
 from vessel_hsmc_ros.runs import worker_pool
-from vessel_hsmc_ros.runs.alarms import Supervised, supervise
 from vessel_hsmc_ros.runs.comparison import Task, prepare
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
+
+from supervised_runs import Supervised, supervise
 
 
 class Case(NamedTuple):

@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
+from observer_consistency import bounds
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import CE, D1, ObserverParameters, propagate
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.runs.consistency import bounds
 
 STEP = 50_000_000
 

@@ -3,8 +3,8 @@
 from typing import Any
 
 import pytest
+from supervised_runs import supervise
 
-from vessel_hsmc_ros.runs.alarms import supervise
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import load_suite, suite_names
 
