@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.manoeuvres import page
-from vessel_hsmc_ros.manoeuvres.diagrams import figure
+from vessel_hsmc_ros.manoeuvres.page import figure
 from vessel_hsmc_ros.manoeuvres.plan import PLANS
 from vessel_hsmc_ros.manoeuvres.run import Results, run
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
