@@ -7,8 +7,7 @@ import pytest
 from bag_making import PERIOD, STORE, TYPES, message, serialized, topic, write_run
 from rosbags.typesys import get_types_from_msg
 
-from vessel_hsmc_ros.bags.events import Event
-from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.reader import Event, open_bag
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter
 from vessel_hsmc_ros.messages.topics import EVENTS, RECORDED_TOPICS, definition
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario

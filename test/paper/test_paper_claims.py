@@ -10,7 +10,7 @@ from vessel_hsmc_ros.paper.checks import Check, Claim, formatted
 from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.numbers import Numbers
-from vessel_hsmc_ros.paper.tables import claims_page
+from vessel_hsmc_ros.paper.reproduction import claims_page
 
 NAMES = {case.name for case in CASES}
 FIELDS = {field.name for field in dataclasses.fields(Numbers)}

@@ -11,7 +11,7 @@ import pytest
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.cases import CASES, course_learning
 from vessel_hsmc_ros.paper.claims import CLAIMS
-from vessel_hsmc_ros.paper.tables import claims_page
+from vessel_hsmc_ros.paper.reproduction import claims_page
 
 DOCS = Path(__file__).parents[2] / "docs"
 VERDICT = re.sub(r"\s+", " ", (DOCS / "verdict.md").read_text(encoding="utf-8"))

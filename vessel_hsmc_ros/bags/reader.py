@@ -21,12 +21,12 @@ import math
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.events import Event, changed_parameters, last_diagnostics, read_events
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
 from vessel_hsmc_ros.bags.mcap_scan import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
@@ -34,9 +34,66 @@ from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
 from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED
 from vessel_hsmc_ros.plant.dynamics import Vessel
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario
+
+
+class Event(NamedTuple):
+    """Something that happened to a node.
+
+    Attributes:
+        time: Since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect.
+        node: Name of the node, without its namespace.
+        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal`, `path` or `fault`.
+        text: Details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`.
+    """
+
+    time: float
+    node: str
+    kind: str
+    text: str
+
+
+def read_events(messages: Iterable[Any], start: int) -> list[Event]:
+    """The events in messages of the topic `events`, in the order of their times.
+
+    Args:
+        messages: Of one vessel.
+        start: The time of its first odometry, ns.
+    """
+    events = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]
+    return sorted(events, key=lambda event: event.time)
+
+
+def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
+    """The new values of the parameters that events changed, by `node.parameter`."""
+    changes: dict[str, object] = {}
+    for event in events:
+        if event.kind == "parameter":
+            name, _, values = event.text.partition(": ")
+            try:
+                changes[name] = read_yaml(values.partition(" -> ")[2])
+            except yaml.YAMLError as error:
+                raise BagError(f"event {event.text} cannot be read: {error}") from None
+    return changes
+
+
+def last_diagnostics(messages: Iterable[Any], prefix: str) -> dict[str, dict[str, str]]:
+    """The last diagnostics of each node of one vessel: values by name, `message` among them.
+
+    Args:
+        messages: Of the topic `/diagnostics`.
+        prefix: The vessel's namespace, with its slashes.
+    """
+    status: dict[str, dict[str, str]] = {}
+    for message in messages:
+        status.update(read_status(message, prefix[1:]))
+    return status
+
 
 __all__ = ["Bag", "Event", "RawMessage", "Series", "open_bag"]
 

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.paper.cases import CASES
 from vessel_hsmc_ros.paper.checks import Results
 from vessel_hsmc_ros.paper.claims import CLAIMS
 from vessel_hsmc_ros.paper.errata import FINDINGS
-from vessel_hsmc_ros.paper.tables import claim_row, claims_that_hold, finding_row
+from vessel_hsmc_ros.paper.reproduction import claim_row, claims_that_hold, finding_row
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.events import Event, changed_parameters
-from vessel_hsmc_ros.bags.reader import Bag
+from vessel_hsmc_ros.bags.reader import Bag, Event, changed_parameters
 from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.control_loop import ControlLoop, ages
 from vessel_hsmc_ros.control.observer import Observer
