@@ -121,6 +121,7 @@ setup(
         "campaign": ["distributed", "llvmlite>=0.41", "numba>=0.58", "optuna", "pandas", "pyarrow", "SALib"],
         "compiled": ["llvmlite>=0.41", "numba>=0.58"],
         "live": ["foxglove-sdk"],
+        "mavlink": ["pymavlink", "pyserial"],
         "nmpc": ["casadi"],
         "parquet": ["pyarrow"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
@@ -139,6 +140,7 @@ setup(
             "watchdog_node = vessel_hsmc_ros.nodes.entry_points:watchdog_node",
             "navsat_odom_node = vessel_hsmc_ros.nodes.entry_points:navsat_odom_node",
             "drive_node = vessel_hsmc_ros.nodes.entry_points:drive_node",
+            "mavlink_node = vessel_hsmc_ros.nodes.entry_points:mavlink_node",
             "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ]

@@ -24,16 +24,19 @@ CLASSES = {
     "watchdog": "vessel_hsmc_ros.nodes.watchdog:WatchdogNode",
     "navsat_odom": "vessel_hsmc_ros.nodes.navsat_odom:NavsatOdometryNode",
     "drive": "vessel_hsmc_ros.nodes.drive:DriveNode",
+    "mavlink": "vessel_hsmc_ros.nodes.mavlink:MavlinkNode",
     "live": "vessel_hsmc_ros.nodes.live:LiveNode",
     "fault_relay": "vessel_hsmc_ros.nodes.fault_relay:FaultRelayNode",
 }
+
+LIBRARY = {"live": "foxglove", "mavlink": "pymavlink"}
 
 
 def found(name: str) -> tuple[Any, Any]:
     """The module of a node and its class; skips the test without the node's library."""
     module_name, _, class_name = CLASSES[name].partition(":")
-    if name == "live":
-        pytest.importorskip("foxglove", exc_type=ImportError)
+    if name in LIBRARY:
+        pytest.importorskip(LIBRARY[name], exc_type=ImportError)
     module = importlib.import_module(module_name)
     return module, getattr(module, class_name)
 

@@ -19,6 +19,7 @@ from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.fault_relay import FaultRelayNode
 from vessel_hsmc_ros.nodes.live import LiveNode
 from vessel_hsmc_ros.nodes.markers import MarkerNode
+from vessel_hsmc_ros.nodes.mavlink import MavlinkNode
 from vessel_hsmc_ros.nodes.recorder import RecorderNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.replay import Playing, ReplayNode
@@ -29,6 +30,8 @@ from vessel_sim_node.node import VesselSimNode
 POLICY = ElementTree.parse(share_directory() / "config" / "security" / "policy.xml").getroot()  # noqa: S314 - our own file
 
 RUDDER = {f"vessel__thrusters__{name}": value for name, value in LAYOUTS["rudder_and_bow_thruster"].items()}
+TWIN = {f"vessel__thrusters__{name}": value for name, value in LAYOUTS["twin"].items()}
+ANY_PORT = {"connection": "udpin:127.0.0.1:0", "use_sim_time": True}
 LOCKSTEP, REAL_TIME = {"lockstep": True}, {"lockstep": False}
 SIMULATED = REAL_TIME | {"use_sim_time": True}
 BY_THRUSTERS = RUDDER | {"actuators__kind": "thrusters"}
@@ -47,6 +50,11 @@ CONFIGURATIONS: dict[Any, list[dict[str, Any]]] = {
     RecorderNode: [REAL_TIME | {"topics": [*RECORDED_TOPICS, *DEMANDS, "watched_wrench"]}],
     MarkerNode: [SIMULATED],
     LiveNode: [SIMULATED | {"port": 0}],
+    MavlinkNode: [
+        REAL_TIME | ANY_PORT,
+        REAL_TIME | ANY_PORT | {"form": "guided"},
+        REAL_TIME | ANY_PORT | TWIN | {"form": "channels"},
+    ],
     FaultRelayNode: [SIMULATED | {"topics": ["odom", "reference", "cmd_wrench", *DEMANDS]}],
 }
 """Settings of each node that together need everything that it may do."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from harness import Command
+from sockets import free_port
 
 from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
 
@@ -19,22 +20,45 @@ MOUNTED = "antenna: [1.0, 0.0], datum: [59.9, 10.7]"
 
 STACKS = {
     "ardupilot_dds": "--state pose_twist --frame base_link --twist parent --best-effort --rate 28 32 --command cmd_vel",
+    "mavlink": "--state mavlink --command mavlink",
     "otter": "--state navsat --best-effort --rate 9 11 --command normalised",
 }
+
+HOLD = 4
+MAVLINK = "/**/mavlink:\n  ros__parameters: {"
+
+
+def takes_over(port: int) -> str:
+    """Select another mode from a ground station of its own; returns what the node then logs."""
+    from pymavlink import mavutil
+
+    station = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", source_system=250)
+    station.mav.set_mode_send(1, 1, HOLD)
+    station.close()
+    return "mode HOLD, commands take MANUAL"
 
 
 @pytest.mark.parametrize("stack", STACKS)
 def test_a_foreign_boat_follows_a_path_and_stops(start: Callable[..., Command], tmp_path: Path, stack: str) -> None:
+    if stack == "mavlink":
+        pytest.importorskip("pymavlink", exc_type=ImportError)
     written = start("vessel-hsmc", "init", tmp_path / "boat", *SHIP, "--interface", stack, "--no-check")
     assert written.wait(60.0) == 0, written.text
     (tmp_path / "legs.csv").write_text("x,y\n0,0\n20,0\n")
     connection = tmp_path / f"boat_{stack}.yaml"  # with the place of the antenna, as the page has a person write it
-    connection.write_text(connection.read_text().replace("velocity: course", f"velocity: course, {MOUNTED}"))
+    text = connection.read_text().replace("velocity: course", f"velocity: course, {MOUNTED}")
+    port, station = free_port(), free_port()
+    connection.write_text(text.replace(MAVLINK, f"{MAVLINK}connection: 'udpin:127.0.0.1:{port}', "))
+    addresses = [f"udpout:127.0.0.1:{port}", f"udpin:127.0.0.1:{station}"] if stack == "mavlink" else []
     remaps = [f"{own}:={other}" for topics in interfaces()[stack].nodes.values() for own, other in topics.items()]
+    nodes: dict[str, Command] = {}
     for line in commands(interfaces()[stack], str(tmp_path / "boat")):
         program, *arguments = shlex.split(line)
-        start(program, *arguments)
-    boat = start(Path(sys.executable), BOAT, *STACKS[stack].split(), "--ros-args", *(w for r in remaps for w in ("-r", r)))
+        nodes[program] = start(program, *arguments)
+    address = ["--address", *addresses] if addresses else []
+    boat = start(
+        Path(sys.executable), BOAT, *STACKS[stack].split(), *address, "--ros-args", *(w for r in remaps for w in ("-r", r))
+    )
     boat.until(lambda: REPORT.search(boat.text), 60.0)
 
     def latest() -> tuple[float, ...]:
@@ -45,6 +69,10 @@ def test_a_foreign_boat_follows_a_path_and_stops(start: Callable[..., Command], 
     boat.until(lambda: start("vessel-hsmc", "call", "enable").wait(60.0) == 0, 60.0)
     boat.until(lambda: latest()[0] > 3.0, 60.0)
     assert abs(latest()[1]) < 0.5, "off the leg, which is along x"
+
+    if stack == "mavlink":
+        nodes["mavlink_node"].until(lambda: takes_over(station) in nodes["mavlink_node"].text, 60.0)
+        return
 
     def advance() -> float:
         """The way of the last second, m."""

@@ -20,7 +20,7 @@ DISTRIBUTIONS = {"yaml": "pyyaml", "foxglove": "foxglove-sdk"}
 
 PYPI_ONLY = {
     *{"SALib", "casadi", "distributed", "foxglove", "llvmlite", "lz4", "mcap", "optuna"},
-    *{"pandas", "plotly", "pyarrow", "rosbags", "zstandard"},
+    *{"pandas", "plotly", "pyarrow", "pymavlink", "rosbags", "zstandard"},
 }
 """Modules without a rosdep key, or only for an extra; the README names the way to install them."""
 

@@ -21,6 +21,7 @@ EXECUTABLES = (
     "fault_relay_node",
     "watchdog_node",
     "drive_node",
+    "mavlink_node",
     "navsat_odom_node",
     "vessel-hsmc",
 )

@@ -49,10 +49,16 @@ class Boat(Node):
         for name, (kind, take) in COMMANDS[options.command].items():
             self.create_subscription(kind, name, lambda m, take=take: self._take(take(self, m)), self.sensor)
         self.create_subscription(PoseStamped, "reference/pose", self._on_reference, 10)
+        self.autopilot = self._autopilot() if options.state == "mavlink" else None
         self.stepped = self._seconds()
         self.begun = self.next = self.stepped
         self.create_timer(STEP, self._run)
         self.create_timer(1.0, self._report)
+
+    def _autopilot(self) -> Any:
+        from mavlink_autopilot import Autopilot  # needs pymavlink
+
+        return Autopilot(*self.o.address)
 
     def _seconds(self) -> float:
         return float(self.get_clock().now().nanoseconds) * 1e-9
@@ -65,10 +71,15 @@ class Boat(Node):
 
     def _run(self) -> None:
         now = self._seconds()
+        if self.autopilot:
+            self.autopilot.receive()
+            left, right = self.autopilot.step(self.state[3], -self.state[5])
+            self._take((0.5 * (left + right), 0.5 * (right - left)))
+            self.autopilot.report(tuple(self.state))
         while self.stepped < now:
             self._step()
             self.stepped += STEP
-        if now >= self.next:
+        if now >= self.next and not self.autopilot:
             low, high = self.o.rate
             self.next = now + 1.0 / self.random.uniform(low, high)
             if self.random.random() >= self.o.loss:
@@ -171,6 +182,7 @@ def place(east: float, north: float) -> tuple[float, float]:
 STATES: dict[str, dict[str, Any]] = {
     "odometry": {"odom": Odometry},
     "pose_twist": {"pose": PoseStamped, "twist": TwistStamped},
+    "mavlink": {},
     "navsat": {"fix": NavSatFix, "imu": Imu, "course": Float64, "speed": Float64},
 }
 PUBLISH = {"odometry": publish_odometry, "pose_twist": publish_pose_and_twist, "navsat": publish_satellite_fix}
@@ -179,6 +191,7 @@ COMMANDS: dict[str, dict[str, Any]] = {
     "normalised": {"normalised_wrench": (WrenchStamped, lambda _, m: (m.wrench.force.x, m.wrench.torque.z))},
     "cmd_vel": {"cmd_vel": (TwistStamped, lambda _, m: (m.twist.linear.x, m.twist.angular.z))},
     "twist": {"cmd_vel": (Twist, lambda _, m: (m.linear.x, m.angular.z))},
+    "mavlink": {},
     "helm": {
         "throttle": (Float64, lambda boat, m: (m.data, boat.drive[1])),
         "steering": (Float64, lambda boat, m: (boat.drive[0], m.data)),
@@ -198,6 +211,7 @@ def main() -> int:
         "--rate", type=float, nargs=2, default=(50.0, 50.0), help="between which it changes from message to message"
     )
     parser.add_argument("--loss", type=float, default=0.0, help="share of the messages that are lost")
+    parser.add_argument("--address", nargs="+", default=["udpout:127.0.0.1:14550"], help="of MAVLink's other ends")
     own, others = parser.parse_known_args()
     rclpy.init(args=[sys.argv[0], *others])
     with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):

@@ -1,4 +1,4 @@
-"""The sockets of a process as the kernel lists them in /proc."""
+"""The sockets of a process as the kernel lists them in /proc, and free ports."""
 
 import socket
 import struct
@@ -17,6 +17,13 @@ def sockets_of(pid: int) -> list[str]:
             if fields[9] in own:
                 found.append(_address(fields[1].split(":")[0]))
     return found
+
+
+def free_port() -> int:
+    """A port of UDP that nothing on this machine uses at present."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
 
 
 def _links(pid: int) -> list[str]:

@@ -52,6 +52,7 @@ WATCHERS = {
     "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "WatchdogNode", "watchdog_node"),
     "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "NavsatOdometryNode", "navsat_odom_node", ("geographiclib",)),
     "drive": NodeProgram("vessel_hsmc_ros.nodes.drive", "DriveNode", "drive_node"),
+    "mavlink": NodeProgram("vessel_hsmc_ros.nodes.mavlink", "MavlinkNode", "mavlink_node", ("pymavlink",)),
 }
 """Nodes outside the closed loop: a run takes place without them."""
 

@@ -218,6 +218,10 @@ services       fromLL, toLL where robot_localization is installed""",
 subscribes to  cmd_wrench; controller/state with the form cmd_vel
 publishes      normalised_wrench, cmd_vel, or throttle and steering, by its form
 services       ~/stop, ~/rearm""",
+    "mavlink": """\
+subscribes to  cmd_wrench, thrusters/<name>/thrust or cmd_vel, by its form; controller/state
+publishes      odom, applied_wrench, events
+services       ~/stop, ~/rearm; it calls controller/enable""",
     "live": """\
 subscribes to  every topic of the run, and serves it to Foxglove""",
 }

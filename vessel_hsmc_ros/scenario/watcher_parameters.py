@@ -9,6 +9,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
+from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
 
 HEADINGS = ("imu", "quaternion", "antennas")
 VELOCITIES = ("none", "twist", "course")
@@ -192,6 +193,7 @@ WATCHERS: dict[str, type] = {
     "watchdog": WatchdogParameters,
     "navsat_odom": NavsatOdometryParameters,
     "drive": DriveParameters,
+    "mavlink": MavlinkParameters,
 }
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
