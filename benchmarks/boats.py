@@ -1,8 +1,8 @@
 """Boats of foreign stacks, steered along a survey path through each interface of docs/boats.md, in real time.
 
-The boat is test/support/foreign_boat.py, plain rclpy without code of the package, with the types, quality of service, rates and
-frames of the stack; the nodes are started by the commands of the page. A row beside them has odometry of 5 to 20 Hz at random
-intervals, best effort, of which 10 % are lost.
+The boat is test/support/foreign_boat.py, plain rclpy and pymavlink without code of the package, with the types, quality of
+service, rates and frames of the stack; the nodes are started by the commands of the page. A row beside them has odometry of 5 to
+20 Hz at random intervals, best effort, of which 10 % are lost.
 
     python benchmarks/boats.py [--seconds 110] [STACK ...]
 """
@@ -44,6 +44,7 @@ STACKS: dict[str, tuple[str, list[str]]] = {
         "ardupilot_dds",
         shlex.split("--state pose_twist --frame base_link --twist parent --best-effort --rate 28 32 --command cmd_vel"),
     ),
+    "mavlink": ("mavlink", ["--state", "mavlink", "--command", "mavlink"]),
     "otter": ("otter", ["--state", "navsat", "--best-effort", "--rate", "9", "11", "--command", "normalised"]),
     "heron": ("heron", ["--rate", "28", "32", "--command", "twist"]),
 }
