@@ -31,6 +31,7 @@ GROUPS = {
         "init": "Write a complete commented scenario for your ship.",
         "manoeuvres": "Simulate turning circle, zig-zags and crash stop.",
         "excite": "Write manoeuvres for an identification.",
+        "ardupilot": "Simulate the ship for ArduPilot's autopilot (SITL).",
         "identify": "Identify the hull data of a ship from recordings.",
     },
     "This command": {

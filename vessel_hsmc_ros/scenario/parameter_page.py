@@ -58,6 +58,18 @@ The simulated boat has loops for speed and turn rate with a time constant of 0.5
 declared, for which the wrench is tracked with careful gains; a boat's own loops make up for that.
 """
 
+BOATS_TAIL = """
+## Your ship under ArduPilot's simulated autopilot
+
+`vessel-hsmc ardupilot boat.yaml` simulates the ship of a scenario, with its sea, wind, current and actuators, for ArduPilot's
+SITL, so that modes and parameters of the autopilot can be tried before the boat is in the water. Start it, then the autopilot
+with `--model JSON:127.0.0.1`. Every frame of the autopilot advances the ship by one step of `vessel_sim.rate_hz`, at least the
+autopilot's `SCHED_LOOP_RATE`; a frame that is sent again is answered again, and with a new start of the autopilot the ship starts
+anew. `--servos` names the outputs: 1 and 3, left and right by `SERVO1_FUNCTION` 73 and `SERVO3_FUNCTION` 74, or one for each of
+the vessel's fixed thrusters. The autopilot simulates sensors of its own; those of the scenario do not count. The interface is
+tested against a peer of plain sockets (`test/runs/test_ardupilot_physics.py`), not yet against ArduPilot.
+"""
+
 
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -98,7 +110,7 @@ def _table(cls: type) -> str:
 
 def interface_page() -> str:
     """The page docs/boats.md: a section for each stack, from power-on to the first metre."""
-    return BOATS_HEAD + "".join(map(_section, interfaces().values()))
+    return BOATS_HEAD + "".join(map(_section, interfaces().values())) + BOATS_TAIL
 
 
 def _section(stack: Interface) -> str:
