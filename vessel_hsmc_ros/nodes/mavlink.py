@@ -80,7 +80,7 @@ class MavlinkNode(VesselNode):
         self._problem = RecentProblem()
         self._command: tuple[float, ...] = ()
         self._share, self._shared_at = 0.0, time.monotonic()
-        self._is_stopped, self._zeros, self._reported = False, LAST_COMMANDS, ""
+        self._is_stopped, self._zeros, self._releases, self._reported = False, LAST_COMMANDS, 0, ""
         self._create_topics()
         self.create_timer(POLL_PERIOD, self._poll, clock=self.wall)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
@@ -184,7 +184,8 @@ class MavlinkNode(VesselNode):
             )
 
     def _on_text(self, message: Any, _: float) -> None:
-        self.get_logger().info(f"autopilot: {message.text}")
+        text = "".join(c if c.isprintable() else "?" for c in message.text)  # others could command a terminal
+        self.get_logger().info(f"autopilot: {text}")
 
     _takers: ClassVar[dict[str, Callable[["MavlinkNode", Any, float], None]]] = {
         "HEARTBEAT": _on_heartbeat,
@@ -253,7 +254,9 @@ class MavlinkNode(VesselNode):
                 self._standby.call_async(SetBool.Request(data=False))
 
     def _give_back(self) -> None:
-        self._share, self._zeros = 0.0, LAST_COMMANDS
+        """Send zero, and give the channels back to the radio, several times: a packet may be lost."""
+        self._share, self._zeros, self._releases = 0.0, LAST_COMMANDS, LAST_COMMANDS - 1
+        self._commands.send(self._commands.nothing)
         self._commands.give_back()
 
     # -- commands -----------------------------------------------------------------------------------------------------
@@ -268,12 +271,16 @@ class MavlinkNode(VesselNode):
         if wanted is not None:
             self._command, self._zeros = wanted, 0
         if self._share and self._command:
+            self._releases = 0
             self._commands.send(tuple(self._share * value for value in self._command))
         elif self._zeros < LAST_COMMANDS:
             self._zeros += 1
             self._commands.send(self._commands.nothing)
             if self._zeros == LAST_COMMANDS:
                 self._give_back()
+        elif self._releases:
+            self._releases -= 1
+            self._commands.give_back()
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 

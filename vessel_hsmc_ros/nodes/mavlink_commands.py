@@ -106,8 +106,7 @@ class Commands:
         self._sticks.sent(time.monotonic(), widths)
 
     def give_back(self) -> None:
-        """Send zero, and give the channels back to the radio."""
-        self.send(self.nothing)
+        """Give the channels back to the radio, which the commands of guided do not use."""
         if self._p.form != "guided":
             channels = self._p.channels if self._p.form == "channels" else self._p.stick_channels
             self._link.override({int(number): RELEASED for number in channels})
