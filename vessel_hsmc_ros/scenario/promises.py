@@ -43,6 +43,7 @@ CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
     f"nodes/test_{name}.py"
     for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
 )
+MAVLINK = "nodes/test_mavlink_node.py"
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 
 
@@ -293,6 +294,19 @@ PROMISES: tuple[Promise, ...] = (
         "with its next diagnostics",
         (Reason.OVERDUE,),
         (f"{WATCHDOG}::test_a_node_that_falls_silent_is_named",),
+    ),
+    Promise(
+        "an autopilot leaves its mode, is disarmed, restarts or reports a failsafe, or a pilot moves a stick",
+        "at once with its message; a heartbeat after {mavlink.heartbeat_timeout}",
+        "steady clock",
+        "mavlink: zero, and the channels back to the radio; standby of the controller",
+        "by a person",
+        (Reason.IN_STANDBY,),
+        (
+            f"{MAVLINK}::test_a_takeover_ends_the_commands_for_good",
+            f"{MAVLINK}::test_after_standby_a_person_enables_it_again",
+            f"{MAVLINK}::test_a_stick_takes_over_in_guided",
+        ),
     ),
 )
 
