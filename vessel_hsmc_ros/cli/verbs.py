@@ -29,6 +29,7 @@ GROUPS = {
     },
     "Your own boat": {
         "init": "Write a complete commented scenario for your ship.",
+        "check": "Check the connection with a boat, line by line.",
         "manoeuvres": "Simulate turning circle, zig-zags and crash stop.",
         "excite": "Write manoeuvres for an identification.",
         "ardupilot": "Simulate the ship for ArduPilot's autopilot (SITL).",

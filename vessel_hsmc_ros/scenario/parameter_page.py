@@ -31,6 +31,10 @@ Read [safety](safety.md) first, and have the hardware stop within reach. What st
 - **Standby.** The controller computes and commands nothing until `vessel-hsmc call enable`. Before that `vessel-hsmc watch`
   shows the inputs as OK, or what they lack: a topic that is not published, a quality of
   service that is not compatible, a frame, a stamp.
+- **Check.** `vessel-hsmc check --interface STACK`, beside the nodes or before they run, and `vessel-hsmc check BAG` print a page
+  of lines, each OK or what to do: topics, types, quality of service, rates, stamps, frames, units, whether the compass and the
+  axes turn the right way, signs of force and moment, stop and time-out. `--pulse 30,20` commands 30 N and then 20 N·m for 2 s
+  each, after a confirmation and without a controller: start with it, or with a bag of a drive by hand.
 - **First metre.** With the boat at rest send a short path, `vessel-hsmc path legs.csv`, a file of waypoints x, y in the
   frame of the odometry, m, and enable. `vessel-hsmc call stop` is zero at once.
 - **Velocities** that do not fit the positions, as of a twist in another frame, are named after some seconds of motion, and

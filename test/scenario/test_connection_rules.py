@@ -1,0 +1,303 @@
+"""Mistakes of wiring, planted into a healthy connection, are named; the healthy one has none."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vessel_hsmc_ros.messages import state_columns as types
+from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Finding, Topic
+from vessel_hsmc_ros.safety.connection_rules import judge
+from vessel_hsmc_ros.scenario.connection import connection_of, values_of
+
+STEP, SECONDS = 0.02, 45.0
+
+
+def voyage(seed: int) -> tuple[Any, Any]:
+    """State (n, 6) and wrench (n, 2) of a boat of 550 kg, 50 times a second, under forces and moments that change."""
+    rng = np.random.default_rng(seed)
+    x = y = psi = u = v = r = 0.0
+    states, wrenches = [], []
+    force = moment = 0.0
+    for k in range(int(SECONDS / STEP)):
+        if k % 150 == 0:
+            force, moment = rng.uniform(60.0, 250.0), 60.0 + (-1.0) ** (k // 150) * rng.uniform(60.0, 120.0)
+        states.append((x, y, psi, u, v, r))
+        wrenches.append((force, moment))
+        u += STEP * (700.0 * v * r - 70.0 * u + force) / 550.0
+        v += STEP * (-550.0 * u * r - 300.0 * v) / 700.0
+        r += STEP * (-400.0 * r + moment) / 700.0
+        psi += STEP * r
+        x += STEP * (u * math.cos(psi) - v * math.sin(psi))
+        y += STEP * (u * math.sin(psi) + v * math.cos(psi))
+    return np.array(states), np.array(wrenches)
+
+
+def healthy(seed: int = 1, every: int = 2) -> Connection:
+    """A connection by odometry and wrench, with noise, jitter and the controller's parameters by default."""
+    rng = np.random.default_rng(seed)
+    states, wrenches = (each[::every] for each in voyage(seed))
+    n = len(states)
+    stamps: Any = 1e3 + STEP * every * np.arange(n)
+    received: Any = np.sort(stamps + rng.uniform(0.005, 0.02, n))
+    noisy = states + rng.normal(0.0, [0.02, 0.02, 0.005, 0.02, 0.02, 0.005], (n, 6))
+    text = {name: np.array([value] * n, dtype=object) for name, value in (("frame", "odom"), ("child", "base_link"))}
+    numbers = dict(zip(("x", "y", "psi", "u", "v", "r"), noisy.T, strict=True))
+    numbers["psi"] = np.angle(np.exp(1j * numbers["psi"]))
+    ones = {"norm": np.ones(n), "up": np.ones(n), "variance": np.zeros(n), "least_variance": np.zeros(n)}
+    driver, controller = "driver", "controller"
+    topics: dict[str, Any] = {
+        "/odom": Topic(
+            "/odom",
+            (Endpoint(driver, types.ODOMETRY),),
+            (Endpoint(controller, types.ODOMETRY, False),),
+            received,
+            {"stamp": stamps, **text, **numbers, **ones},
+        ),
+        "/reference": Topic(
+            "/reference",
+            (Endpoint("reference_ship", types.REFERENCE),),
+            (Endpoint(controller, types.REFERENCE, False),),
+            received,
+            {"stamp": stamps, "frame": text["frame"]},
+        ),
+        "/cmd_wrench": Topic(
+            "/cmd_wrench",
+            (Endpoint(controller, types.WRENCH),),
+            (Endpoint(driver, types.WRENCH, False),),
+            received,
+            {"stamp": stamps, "force": wrenches[:, 0], "moment": wrenches[:, 1]},
+        ),
+    }
+    return connection_of(
+        values_of(None, {"controller": {"vessel.length": 5.0}}), {}, topics=topics, events=("stop",), reasons=("OVERDUE",)
+    )
+
+
+def changed(connection: Connection, topic: str, **changes: Any) -> Connection:
+    return connection._replace(topics={**connection.topics, topic: connection.topics[topic]._replace(**changes)})
+
+
+def columns(topic: str = "/odom", **new: Callable[[Any], Any]) -> Callable[[Connection], Connection]:
+    """A change of columns: each new one by a function of all columns."""
+
+    def plant(connection: Connection) -> Connection:
+        old = connection.topics[topic].columns
+        return changed(connection, topic, columns={**old, **{name: rule(old) for name, rule in new.items()}})
+
+    return plant
+
+
+def ends(topic: str, **new: Any) -> Callable[[Connection], Connection]:
+    return lambda connection: changed(connection, topic, **new)
+
+
+def times(rule: Callable[[Any], Any]) -> Callable[[Connection], Connection]:
+    """A change of the times of receipt and of the stamps, as by a driver that is late."""
+
+    def plant(connection: Connection) -> Connection:
+        topic = connection.topics["/odom"]
+        return changed(
+            connection, "/odom", received=rule(topic.received), columns={**topic.columns, "stamp": rule(topic.received)}
+        )
+
+    return plant
+
+
+def every(k: int) -> Callable[[Connection], Connection]:
+    """Only every k-th odometry."""
+
+    def plant(connection: Connection) -> Connection:
+        topic = connection.topics["/odom"]
+        thin = {name: values[::k] for name, values in topic.columns.items()}
+        return changed(connection, "/odom", received=topic.received[::k], columns=thin)
+
+    return plant
+
+
+def world(c: Any) -> Any:
+    return (c["u"] + 1j * c["v"]) * np.exp(1j * c["psi"])
+
+
+def renamed(connection: Connection) -> Connection:
+    topic = connection.topics["/odom"]
+    without = {**connection.topics, "/odom": topic._replace(publishers=(), received=np.empty(0), columns={})}
+    return connection._replace(topics={**without, "/boat/odometry": Topic("/boat/odometry", topic.publishers)})
+
+
+def simulated(connection: Connection) -> Connection:
+    return connection._replace(simulated=("controller",))
+
+
+def text(value: str) -> Callable[[Any], Any]:
+    return lambda c: np.array([value] * len(c["frame"]), dtype=object)
+
+
+def alternating(c: Any) -> Any:
+    return np.array(["odom" if k % 2 else "map" for k in range(len(c["frame"]))], dtype=object)
+
+
+def gap(t: Any) -> Any:
+    return np.where(t > t[len(t) // 2], t + 2.0, t)
+
+
+ODOM = types.ODOMETRY
+MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
+    "another name": (renamed, "-r odom:=/boat/odometry"),
+    "another type": (ends("/odom", publishers=(Endpoint("driver", types.POSE),)), "geometry_msgs/msg/PoseStamped at driver"),
+    "nothing is sent": (ends("/odom", received=np.empty(0), columns={}), "no message came"),
+    "reliability": (
+        ends("/odom", publishers=(Endpoint("driver", ODOM, False),), readers=(Endpoint("controller", ODOM, True),)),
+        "the reliability of driver and of controller is not compatible",
+    ),
+    "durability": (
+        ends("/cmd_wrench", readers=(Endpoint("driver", types.WRENCH, True, True),)),
+        "the durability of controller and of driver",
+    ),
+    "two sources": (ends("/odom", publishers=(Endpoint("ekf", ODOM), Endpoint("driver", ODOM))), "2 publishers, ekf, driver"),
+    "a joystick": (
+        ends("/cmd_wrench", publishers=(Endpoint("controller", types.WRENCH), Endpoint("joy", types.WRENCH))),
+        "2 publishers, controller, joy",
+    ),
+    "no driver": (ends("/cmd_wrench", readers=()), "no node reads /cmd_wrench"),
+    "driver of Twist": (ends("/cmd_wrench", readers=(Endpoint("driver", types.TWIST),)), "geometry_msgs/msg/Twist at driver"),
+    "slow": (every(10), "Hz: it takes 5 Hz"),
+    "gaps": (times(gap), "silent for 2"),
+    "no stamps": (columns(stamp=lambda c: 0.0 * c["stamp"]), "no stamps (0)"),
+    "old stamps": (columns(stamp=lambda c: c["stamp"] - 3.0), "older than the time-out"),
+    "clock ahead": (columns(stamp=lambda c: c["stamp"] + 3.0), "ahead of the clock here"),
+    "stamps go back": (columns(stamp=lambda c: c["stamp"] - 0.1 * (np.arange(len(c["x"])) % 2)), "stamps that go back"),
+    "stamps repeat": (columns(stamp=lambda c: np.repeat(c["stamp"][::2], 2)[: len(c["x"])]), "repeats its stamps"),
+    "frame": (columns(frame=text("world")), "'world', and 'odom' or 'map' is accepted"),
+    "child frame": (columns(child=text("imu_link")), "odometry.body_frames"),
+    "NED by name": (columns(frame=text("map_ned")), "a frame of x north or z down"),
+    "changing frame": (columns(frame=alternating), "changes between the frames"),
+    "no orientation": (columns(norm=lambda c: 0.0 * c["norm"]), "orientations of zeros"),
+    "angle as quaternion": (columns(norm=lambda c: 57.0 * c["norm"]), "is an angle in place of a quaternion"),
+    "FRD body": (columns(up=lambda c: -c["up"]), "upside down"),
+    "negative covariance": (columns(least_variance=lambda c: c["variance"] - 1.0), "covariances that are negative"),
+    "not finite": (columns(x=lambda c: c["x"] * np.nan), "not finite: x"),
+    "degrees for positions": (
+        columns(x=lambda c: 59.9 + c["x"] / 111e3, y=lambda c: 10.7 + c["y"] / 56e3),
+        "latitude and longitude",
+    ),
+    "twist in the world": (columns(u=lambda c: world(c).real, v=lambda c: world(c).imag), "twist_frame: parent takes that"),
+    "twist not filled in": (
+        columns(u=lambda c: 0 * c["u"], v=lambda c: 0 * c["v"], r=lambda c: 0 * c["r"]),
+        "is the twist not filled in?",
+    ),
+    "knots": (columns(u=lambda c: c["u"] / 0.51444, v=lambda c: c["v"] / 0.51444), "in knots?"),
+    "km/h": (columns(u=lambda c: 3.6 * c["u"], v=lambda c: 3.6 * c["v"]), "in km/h?"),
+    "degrees per second": (columns(r=lambda c: np.degrees(c["r"])), "in degrees per second?"),
+    "yaw rate of FRD": (columns(r=lambda c: -c["r"]), "is the yaw rate positive to starboard (FRD)?"),
+    "surge astern": (columns(u=lambda c: -c["u"]), "is u positive astern?"),
+    "compass heading": (
+        columns(psi=lambda c: 0.5 * math.pi - c["psi"], r=lambda c: -c["r"]),
+        "course and heading turn in opposite directions",
+    ),
+    "NED positions": (columns(x=lambda c: c["y"], y=lambda c: c["x"]), "or are positions x north and y east?"),
+    "heading from north": (columns(psi=lambda c: c["psi"] - 0.5 * math.pi), "does the heading count from north?"),
+    "all NED": (
+        columns(
+            x=lambda c: c["y"],
+            y=lambda c: c["x"],
+            psi=lambda c: 0.5 * math.pi - c["psi"],
+            v=lambda c: -c["v"],
+            r=lambda c: -c["r"],
+        ),
+        "positive yaw moment drives to starboard",
+    ),
+    "drives reversed": (columns("/cmd_wrench", force=lambda c: -c["force"]), "positive surge force drives astern"),
+    "steering reversed": (columns("/cmd_wrench", moment=lambda c: -c["moment"]), "positive yaw moment drives to starboard"),
+    "simulated time": (simulated, "no node publishes /clock"),
+}
+
+
+def of(found: list[Finding], level: str) -> list[str]:
+    return [f"{about}: {text}" for l, about, text in found if l == level]  # noqa: E741
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_healthy_connection_has_no_mistakes(seed: int) -> None:
+    found = judge(healthy(seed, every=2 + seed % 3))
+    assert of(found, WRONG) + of(found, TODO) == []
+    assert {"velocities", "sign of force", "sign of moment", "stop", "time-out"} <= {f.about for f in found if f.level == OK}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_each_planted_mistake_is_named(mistake: str) -> None:
+    plant, expected = MISTAKES[mistake]
+    wrong = of(judge(plant(healthy())), WRONG)
+    assert any(expected in each for each in wrong), wrong
+
+
+def with_sensors(**changes: Any) -> Connection:
+    """The healthy connection with navsat_odom and its inputs beside the odometry, some of whose columns are changed."""
+    connection = healthy()
+    odometry = connection.topics["/odom"]
+    n, c = len(odometry.received), odometry.columns
+    stamped = {"stamp": c["stamp"]}
+    place = {"latitude": 59.9 + c["y"] / 111.4e3, "longitude": 10.7 + c["x"] / 55.9e3, "status": np.zeros(n)}
+    sent = {
+        "fix": (types.FIX, {**stamped, **place}),
+        "imu": (types.IMU, {**stamped, "psi": c["psi"], "norm": c["norm"], "up": c["up"], "r": c["r"], "az": np.full(n, 9.8)}),
+        "course": (types.NUMBER, {"value": np.linspace(0.0, 6.0, n)}),
+        "speed": (types.NUMBER, {"value": np.full(n, 1.5)}),
+    }
+    topics = {
+        f"/{name}": Topic(
+            f"/{name}",
+            (Endpoint("driver", kind),),
+            (),
+            odometry.received,
+            {**made, **{k: f(made) for k, f in changes.get(name, {}).items()}},
+        )
+        for name, (kind, made) in sent.items()
+    }
+    values = values_of(None, {"controller": {"vessel.length": 5.0}, "navsat_odom": {"velocity": "course"}})
+    return connection_of(values, {}, topics={**connection.topics, **topics}, events=("stop",), reasons=("OVERDUE",))
+
+
+SENSORS: dict[str, tuple[dict[str, Any], str]] = {
+    "no fix": ({"fix": {"status": lambda c: c["status"] - 1}}, "no satellite fix"),
+    "exchanged": ({"fix": {"latitude": lambda c: c["longitude"] + 90.0}}, "are latitude and longitude, in degrees, exchanged"),
+    "no position": ({"fix": {"latitude": lambda c: 0 * c["latitude"], "longitude": lambda c: 0 * c["longitude"]}}, "is at 0, 0"),
+    "IMU of FRD": ({"imu": {"az": lambda c: -c["az"]}}, "it is FRD"),
+    "IMU in degrees": ({"imu": {"r": lambda c: np.degrees(c["r"])}}, "it takes rad/s, not degrees"),
+    "course in degrees": ({"course": {"value": lambda c: np.degrees(c["value"])}}, "it takes rad clockwise from north"),
+    "mirror image": (
+        {
+            "fix": {
+                "latitude": lambda c: 59.9 + (c["longitude"] - 10.7) / 2,
+                "longitude": lambda c: 10.7 + (c["latitude"] - 59.9) * 2,
+            }
+        },
+        "the odometry is a mirror image of the fixes",
+    ),
+}
+
+
+def test_sensors_without_a_mistake_have_none() -> None:
+    assert of(judge(with_sensors()), WRONG) == []
+
+
+@pytest.mark.parametrize("mistake", SENSORS)
+def test_each_mistake_of_a_sensor_is_named(mistake: str) -> None:
+    changes, expected = SENSORS[mistake]
+    wrong = of(judge(with_sensors(**changes)), WRONG)
+    assert any(expected in each for each in wrong), wrong
+
+
+def test_what_a_boat_at_rest_does_not_show_is_left_to_do() -> None:
+    still: Any = dict.fromkeys(("x", "y", "psi", "u", "v", "r"), lambda c: 0.0 * c["x"])
+    rest = columns("/odom", **still)(healthy())
+    found = judge(rest._replace(events=(), reasons=()))
+    assert of(found, WRONG) == []
+    assert {f.about for f in found if f.level == TODO} == {"velocities", "sign of force", "sign of moment", "stop", "time-out"}
+
+
+def test_a_twist_of_zeros_is_no_mistake_with_an_observer() -> None:
+    plant, _ = MISTAKES["twist not filled in"]
+    assert of(judge(plant(healthy())._replace(uses_observer=True)), WRONG) == []

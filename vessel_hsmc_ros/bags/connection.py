@@ -1,0 +1,76 @@
+"""A connection with a boat as a bag has it, for the rules of `vessel-hsmc check`."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vessel_hsmc_ros.bags.reader import Bag
+from vessel_hsmc_ros.bags.topic_columns import Series
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.messages.state_columns import CONTROL_STATE, KNOWN, columns_of
+from vessel_hsmc_ros.messages.topics import EVENTS
+from vessel_hsmc_ros.safety.connection import Connection, Endpoint, Role, Topic
+from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.scenario.connection import connection_of, values_of
+from vessel_hsmc_ros.scenario.interfaces import Interface
+
+
+@dataclass(frozen=True)
+class _Names:
+    """Names of topics in a bag: that of the stack, else the recorded one, else the only one of the type."""
+
+    bag: Bag
+
+    def of(self, role: Role) -> str:
+        if role.topic in self.bag.topics:
+            return role.topic
+        ending = [name for name in self.bag.topics if name.endswith(role.topic) and self.bag.topics[name].type in role.kinds]
+        typed = [name for name, series in self.bag.topics.items() if series.type in role.kinds]
+        found = ending or (typed if role.is_input else [])
+        return found[0] if len(found) == 1 else role.topic
+
+
+def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
+    """The connection that a bag shows.
+
+    Args:
+        bag: Of this package's recorder, or of any other one.
+        stack: The interface of the stack, if one is given.
+
+    Raises:
+        BagError: a topic cannot be read.
+    """
+    recorded = {name.rpartition("/")[2]: values for name, values in bag.parameters.items()}
+    made = connection_of(values_of(stack, recorded), stack.nodes if stack else {}, is_live=False)
+    names = _Names(bag)
+    roles = [role._replace(topic=names.of(role)) for role in made.roles]
+    # A bag need not have what this package computes, nor what it converts.
+    roles = [r for r in roles if r.topic in bag.topics or (r.is_input and r.name != "reference")]
+    applied = [name for name in bag.topics if name.endswith("/applied_wrench")]
+    roles += [Role("applied", name, (bag.topics[name].type,), False) for name in applied[:1] if bag.topics[name].count]
+    wanted = {role.topic for role in roles}
+    topics = {name: _topic(series, name in wanted) for name, series in bag.topics.items()}
+    return made._replace(roles=tuple(roles), topics=topics, events=_events(bag), reasons=_reasons(bag))
+
+
+def _topic(series: Series, with_columns: bool) -> Topic:
+    offered = series.qos or [{}]
+    reliable = all(profile.get("reliability") != "best_effort" for profile in offered)
+    latched = all(profile.get("durability") == "transient_local" for profile in offered)
+    publishers = (Endpoint("the recording", series.type, reliable, latched),)
+    if not with_columns or not series.count:
+        return Topic(series.name, publishers)
+    columns: Any = columns_of(series.type, lambda name: series[name]) if series.type in KNOWN else {}
+    return Topic(series.name, publishers, (), series.log_time.astype(np.float64) / NANOSECONDS, columns)
+
+
+def _events(bag: Bag) -> tuple[str, ...]:
+    found = [name for name in bag.topics if name.endswith(f"/{EVENTS}")]
+    return tuple(dict.fromkeys(message.kind for _, _, message in bag.messages(*found))) if found else ()
+
+
+def _reasons(bag: Bag) -> tuple[str, ...]:
+    states = [series for series in bag.topics.values() if series.type == CONTROL_STATE and series.count]
+    codes = {int(code) for series in states for code in np.unique(series["reason"])}
+    return tuple(reason.name for reason in Reason if int(reason) in codes)

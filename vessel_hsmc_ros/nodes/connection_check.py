@@ -1,0 +1,219 @@
+"""A connection with a boat as the ROS graph and its topics show it, for the rules of `vessel-hsmc check`; and a short pulse."""
+
+import time
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from vessel_hsmc_msgs.msg import ControlState, Event
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.raw import message_class
+from vessel_hsmc_ros.messages.state_columns import columns_of_messages
+from vessel_hsmc_ros.messages.topics import EVENTS
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
+from vessel_hsmc_ros.safety.connection import Connection, Endpoint, Role, Topic
+from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.scenario.connection import Names, connection_of, values_of
+from vessel_hsmc_ros.scenario.interfaces import Interface
+from vessel_hsmc_ros.scenario.parameters import NODES
+from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS
+
+OWN = ("controller", "drive", "navsat_odom")
+"""The nodes whose topics make a connection."""
+
+SETTLED, GRAPH_LIMIT = 0.7, 5.0
+"""Time without a change after which the ROS graph counts as complete, and the longest wait for that, s."""
+
+COLLECTED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=500, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+
+PULSE, PAUSE, PULSE_RATE = 2.0, 2.0, 20.0
+"""Length of a pulse and of the pause after it, s, and the rate of its commands, Hz."""
+
+
+class LiveConnection:
+    """Observes a connection for a while.
+
+    Args:
+        remote: The connection with the nodes.
+        stack: The interface of the stack, if one is given: it stands for nodes that do not run.
+    """
+
+    def __init__(self, remote: Remote, stack: Interface | None = None) -> None:
+        self._remote, self._stack = remote, stack
+        self._received: dict[str, list[tuple[float, Any]]] = {}
+        self._events: dict[str, None] = {}
+        self._reasons: set[int] = set()
+        self._statuses: dict[str, tuple[bytes, str]] = {}
+        remote.until(self._settled(), GRAPH_LIMIT)
+        there = remote.nodes()
+        self._running = [node for node in OWN if remote.name(node) in there]
+        read = {node: self._parameters(node) for node in self._running}
+        self._simulated = tuple(node for node, values in read.items() if values.pop("use_sim_time"))
+        if self._simulated:
+            remote.node.set_parameters([Parameter("use_sim_time", value=True)])
+        self._values = values_of(stack, read)
+        draft = connection_of(self._values, stack.nodes if stack else {})
+        self._names: Names = self._topics_of(draft.roles)
+        self._subscribe(connection_of(self._values, self._names).roles)
+
+    def _settled(self) -> Callable[[], bool]:
+        """A condition that holds once nodes and endpoints have not changed for a while."""
+        node = self._remote.node
+        last: tuple[Any, float] = None, 0.0
+
+        def settled() -> bool:
+            nonlocal last
+            topics = [name for name, _ in node.get_topic_names_and_types()]
+            graph = self._remote.nodes(), [(t, node.count_publishers(t), node.count_subscribers(t)) for t in topics]
+            if graph != last[0]:
+                last = graph, time.monotonic()
+            return time.monotonic() - last[1] > SETTLED
+
+        return settled
+
+    def _parameters(self, node: str) -> dict[str, Any]:
+        """Those parameters of a running node that are numbers, words and lists of them."""
+        names = [*schema.entries((NODES | WATCHERS)[node]), "use_sim_time"]
+        read = get_parameters(self._remote, node, names)
+        return {name: value for name, value in read.items() if value is not None} | {"use_sim_time": bool(read["use_sim_time"])}
+
+    def _topics_of(self, roles: Iterable[Role]) -> dict[str, dict[str, str]]:
+        """The topics of the nodes: those that they have in the ROS graph by the types of the roles, else those of the stack."""
+        given = {node: dict(names) for node, names in (self._stack.nodes if self._stack else {}).items()}
+        names: dict[str, dict[str, str]] = {node: dict(given.get(node, {})) for node in OWN}
+        node, namespace = self._remote.node, self._remote.name("").rstrip("/") or "/"
+        for owner in self._running:
+            ends = (
+                node.get_subscriber_names_and_types_by_node(owner, namespace),
+                node.get_publisher_names_and_types_by_node(owner, namespace),
+            )
+            for role in roles:
+                typed = [name for name, kinds in ends[0 if role.is_input else 1] if set(kinds) & set(role.kinds)]
+                for full in (role.topic, self._remote.name(role.own)):
+                    typed = [full] if full in typed else typed
+                if len(typed) == 1:
+                    names[owner][role.own] = typed[0]
+        return names
+
+    def _subscribe(self, roles: Iterable[Role]) -> None:
+        node = self._remote.node
+        for role in roles:
+            if role.topic not in self._received:
+                self._received[role.topic] = []
+                node.create_subscription(message_class(role.kinds[0]), role.topic, self._keeper(role.topic), COLLECTED)
+        node.create_subscription(Event, self._remote.name(EVENTS), lambda m: self._events.update({m.kind: None}), qos.EVENTS)
+        node.create_subscription(
+            ControlState, self._remote.name("controller/state"), lambda m: self._reasons.add(m.reason), COLLECTED
+        )
+        node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, COLLECTED)
+
+    def _keeper(self, topic: str) -> Callable[[Any], None]:
+        return lambda message: self._received[topic].append((self._now(), message))
+
+    def _now(self) -> float:
+        return float(self._remote.node.get_clock().now().nanoseconds) / NANOSECONDS
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        prefix = self._remote.name("").strip("/")
+        for status in message.status:
+            name = status.name.removeprefix(f"{prefix}/" if prefix else "").strip("/")
+            if name in (*NODES, *WATCHERS):
+                self._statuses[name] = status.level, status.message
+
+    def listen(self, limit: float) -> None:
+        """Collect messages for a time, s."""
+        self._remote.until(lambda: False, limit)
+
+    def pulse(self, force: float, moment: float) -> None:
+        """Command a pulse of force, then one of moment, and then nothing, so that the time-out of the drives is tried as well.
+
+        Args:
+            force: Surge force, N.
+            moment: Yaw moment, N·m.
+
+        Raises:
+            RunError: another node commands, or nothing takes the command.
+        """
+        if "drive" in self._values and self._values["drive"]["form"] == "cmd_vel":
+            raise RunError(
+                "--pulse is a wrench, which drive.form = cmd_vel does not take: check a bag of a drive by hand instead"
+            )
+        topic = next(role.topic for role in self.connection().roles if role.name == "command")
+        others = [i.node_name for i in self._remote.node.get_publishers_info_by_topic(topic)]
+        if others:
+            raise RunError(f"--pulse is not possible while {', '.join(others)} publishes {topic}: end it first")
+        publisher = self._remote.node.create_publisher(WrenchStamped, topic, qos.STREAM)
+        try:
+            if not self._remote.until(publisher.get_subscription_count, GRAPH_LIMIT):
+                raise RunError(f"--pulse: no node reads {topic}")
+            frame = str(self._values["controller"]["frame_prefix"]) + conversions.BODY
+            for wrench, limit in (((force, 0.0), PULSE), ((0.0, 0.0), PAUSE), ((0.0, moment), PULSE)):
+                self._command(publisher, frame, wrench, limit)
+            self.listen(PULSE + PAUSE)
+        finally:
+            self._remote.node.destroy_publisher(publisher)
+
+    def _command(self, publisher: Any, frame: str, wrench: tuple[float, float], limit: float) -> None:
+        end = time.monotonic() + limit
+        while time.monotonic() < end:
+            message = conversions.new_wrench()
+            conversions.write_wrench(message, self._remote.node.get_clock().now().to_msg(), wrench)
+            message.header.frame_id = frame
+            publisher.publish(message)
+            self.listen(1.0 / PULSE_RATE)
+
+    def connection(self) -> Connection:
+        """The connection as it has been observed so far."""
+        topics = {name: self._topic(name) for name, _ in self._remote.node.get_topic_names_and_types()}
+        levels = {DiagnosticStatus.WARN: "warning", DiagnosticStatus.ERROR: "error"}
+        made = connection_of(
+            self._values,
+            self._names,
+            topics=topics,
+            simulated=self._simulated,
+            events=tuple(self._events),
+            reasons=tuple(reason.name for reason in Reason if int(reason) in self._reasons),
+            statuses={name: (levels[level], text) for name, (level, text) in self._statuses.items() if level in levels},
+        )
+        # Before the controller is started, such as for a pulse, nothing needs a reference.
+        needed = tuple(role for role in made.roles if role.name != "reference" or "controller" in self._running)
+        return made._replace(roles=needed)
+
+    def _topic(self, name: str) -> Topic:
+        node, received = self._remote.node, self._received.get(name, [])
+        publishers = _endpoints(node.get_publishers_info_by_topic(name))
+        readers = _endpoints(node.get_subscriptions_info_by_topic(name))
+        messages = [message for _, message in received]
+        times = np.array([moment for moment, _ in received])
+        columns = columns_of_messages(_type_of(messages[0]), messages) if messages else {}
+        return Topic(name, publishers, readers, times, columns)
+
+
+def _endpoints(infos: Iterable[Any]) -> tuple[Endpoint, ...]:
+    """Publishers or subscriptions, without those of hidden nodes, such as that of this command."""
+    return tuple(
+        Endpoint(
+            info.node_name,
+            info.topic_type,
+            info.qos_profile.reliability is ReliabilityPolicy.RELIABLE,
+            info.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        for info in infos
+        if not info.node_name.startswith("_")
+    )
+
+
+def _type_of(message: Any) -> str:
+    """The type of a message, such as `nav_msgs/msg/Odometry`."""
+    return f"{type(message).__module__.split('.')[0]}/msg/{type(message).__name__}"

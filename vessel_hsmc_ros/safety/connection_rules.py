@@ -1,0 +1,201 @@
+"""Rules for the topics of a connection: found, typed, compatible, regular, stamped, in their frames. Data in, findings out."""
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
+from vessel_hsmc_ros.safety.motion_rules import judge_motion
+from vessel_hsmc_ros.safety.sensor_rules import judge_sensors
+from vessel_hsmc_ros.safety.sign_rules import judge_exercises, judge_signs
+
+LEAST_RATE = 5.0
+"""Rate of the state down to which the loop steers, Hz (benchmarks/boats.py)."""
+
+AHEAD, OLD = "ahead of", "older than"
+
+
+def judge(connection: Connection) -> list[Finding]:
+    """All findings on a connection, in the order in which a person would look for mistakes."""
+    found: list[Finding] = []
+    for role in connection.roles:
+        problems = [*judge_topic(connection, role)]
+        topic = connection.topic(role)
+        found += problems or [Finding(OK, role.name, summary(role, topic))]
+    found += judge_clocks(connection)
+    found += judge_sensors(connection)
+    found += judge_motion(connection)
+    found += judge_signs(connection)
+    found += judge_exercises(connection)
+    levels = {"error": WRONG, "warning": TODO}
+    return found + [Finding(levels[level], node, text) for node, (level, text) in connection.statuses.items()]
+
+
+def summary(role: Role, topic: Topic) -> str:
+    """A topic in one line: type, rate, frames, and its other end."""
+    parts = [f"{topic.name}: {role.kinds[0] if not topic.publishers else topic.publishers[0].kind}"]
+    if len(topic.received) > 1:
+        intervals = np.diff(topic.received)
+        parts.append(f"{1.0 / max(intervals.mean(), 1e-9):.3g} Hz, longest interval {intervals.max():.2g} s")
+    if topic.publishers:
+        parts.append("reliable" if topic.publishers[0].reliable else "best effort")
+    frames = [", ".join(unique) for name in ("frame", "child") if (unique := _unique(topic, name))]
+    if any(frames):
+        parts.append(f"in {' -> '.join(filter(None, frames))}")
+    other = topic.publishers if role.is_input else topic.readers
+    if other:
+        parts.append(f"{'from' if role.is_input else 'to'} {', '.join(dict.fromkeys(end.node for end in other))}")
+    return ", ".join(parts)
+
+
+def judge_topic(connection: Connection, role: Role) -> Iterator[Finding]:
+    """Mistakes of one topic; those that follow from an earlier one are left out."""
+    topic = connection.topic(role)
+    wrong = [*judge_ends(connection, role, topic)]
+    if role.is_input and not wrong and not len(topic.received):
+        wrong.append(f"{role.topic} has a publisher, but no message came: is it waiting for something, such as a fix?")
+    if not wrong and len(topic.received) > 2 and role.is_input:
+        wrong += [*judge_rate(role, topic)]
+        wrong += [*judge_stamps(connection, role, topic)]
+        wrong += [*judge_frames(role, topic)]
+        wrong += [*judge_numbers(connection, topic)]
+    yield from (Finding(WRONG, role.name, text) for text in wrong)
+
+
+def judge_ends(connection: Connection, role: Role, topic: Topic) -> Iterator[str]:
+    """That a topic has both ends, of one type, with a compatible quality of service."""
+    other = topic.publishers if role.is_input else topic.readers
+    typed = [end for end in other if end.kind in role.kinds]
+    if other and not typed:
+        kind = other[0].kind
+        yield f"{role.topic} is {kind} at {other[0].node}, and {' or '.join(role.kinds)} here: nothing passes"
+    elif not other and (role.is_input or connection.is_live):
+        yield absent(connection, role)
+    for publisher, reader in product(topic.publishers, topic.readers):
+        if publisher.kind == reader.kind and (policy := incompatible(publisher, reader)):
+            yield (
+                f"{role.topic}: the {policy} of {publisher.node} and of {reader.node} is not compatible: nothing passes;"
+                f" change one of them, here by qos_overrides.{role.topic}"
+            )
+    publishers = [end.node for end in topic.publishers]
+    if len(publishers) > 1:
+        yield f"{role.topic} has {len(publishers)} publishers, {', '.join(publishers)}: end one of them"
+
+
+def incompatible(publisher: Endpoint, reader: Endpoint) -> str:
+    """The policy in which a subscription requests more than a publisher offers; empty if there is none."""
+    if reader.reliable and not publisher.reliable:
+        return "reliability"
+    return "durability" if reader.latched and not publisher.latched else ""
+
+
+def absent(connection: Connection, role: Role) -> str:
+    """That a topic has no other end, and those that could be meant."""
+    verb = "publishes" if role.is_input else "reads"
+
+    def open_end(topic: Topic) -> bool:
+        ends, own = (topic.publishers, topic.readers) if role.is_input else (topic.readers, topic.publishers)
+        return any(end.kind in role.kinds for end in ends) and not (own and not role.is_input)
+
+    taken = {each.topic for each in connection.roles}
+    like = [name for name, topic in connection.topics.items() if name not in taken and open_end(topic)]
+    own = role.own or role.topic.rpartition("/")[2]
+    hint = f"start with -r {own}:={like[0]}" if like else f"start what {verb} it, or compare its name with `ros2 topic list`"
+    return f"no node {verb} {role.topic} ({' or '.join(role.kinds)}): {hint}{_others(like)}"
+
+
+def _others(like: list[str]) -> str:
+    return f", or with {', '.join(like[1:4])}" if len(like) > 1 else ""
+
+
+def judge_rate(role: Role, topic: Topic) -> Iterator[str]:
+    """That messages come often enough, without long gaps."""
+    intervals = np.diff(topic.received)
+    rate = 1.0 / max(float(intervals.mean()), 1e-9)
+    if rate < LEAST_RATE and role.name in ("odometry", "pose", "twist"):
+        yield f"{topic.name} has {rate:.2g} Hz: it takes {LEAST_RATE:g} Hz at least"
+    elif intervals.max() > role.timeout:
+        yield (
+            f"{topic.name} was silent for {intervals.max():.2g} s, above the time-out of {role.timeout:g} s: mend the gaps,"
+            " or raise controller.input_timeout"
+        )
+
+
+def judge_stamps(connection: Connection, role: Role, topic: Topic) -> Iterator[str]:
+    """That stamps are filled in, increase, and are of the clock of the nodes."""
+    if "stamp" not in topic.columns:
+        return
+    stamps = topic.columns["stamp"]
+    if not stamps.any():
+        yield f"{topic.name} has no stamps (0): its publisher must fill in header.stamp"
+        return
+    steps = np.diff(stamps)
+    if (steps < 0.0).mean() > 0.01:
+        yield f"{topic.name} has stamps that go back, {int((steps < 0.0).sum())} of {len(steps)}: two sources on one topic?"
+    elif (steps == 0.0).mean() > 0.2:
+        yield f"{topic.name} repeats its stamps, {int((steps == 0.0).sum())} of {len(steps)}: only the first of each counts"
+    age = float(np.median(topic.received - stamps))
+    if age > role.timeout:
+        yield _clock(topic, age, f"{OLD} the time-out of {role.timeout:g} s")
+    elif age < -connection.future:
+        yield _clock(topic, -age, f"{AHEAD} the clock here")
+
+
+def _clock(topic: Topic, offset: float, how: str) -> str:
+    remedy = "synchronise the clocks (chrony, GPS), or let the driver stamp at receipt"
+    return f"stamps of {topic.name} are off by {offset:.3g} s, {how}: {remedy}"
+
+
+def judge_frames(role: Role, topic: Topic) -> Iterator[str]:
+    """That the frames are accepted ones, of ENU and FLU, and do not change."""
+    pairs = (("frame", role.frames, "frames"), ("child", role.child_frames, "body_frames"))
+    for column, accepted, parameter in pairs:
+        names = _unique(topic, column)
+        if foreign := [name for name in names if set(name.lower().split("_")) & {"ned", "frd"}]:
+            yield f"{topic.name} is in {foreign[0]!r}, a frame of x north or z down: take its topic in ENU and FLU"
+        elif len(names) > 1 and accepted:
+            yield f"{topic.name} changes between the frames {', '.join(map(repr, names))}: two sources on one topic?"
+        elif accepted and names and names[0] and names[0] not in accepted:
+            change = f"add it to controller.odometry.{parameter}, or correct the driver"
+            yield f"{topic.name} is in {names[0]!r}, and {' or '.join(map(repr, accepted))} is accepted: {change}"
+
+
+def judge_numbers(connection: Connection, topic: Topic) -> Iterator[str]:
+    """That numbers are finite, orientations of length 1 and upright, and covariances possible."""
+    columns = topic.columns
+    bad = [
+        name for name, values in columns.items() if values.dtype.kind == "f" and name in STATE and not np.isfinite(values).all()
+    ]
+    if bad:
+        yield f"{topic.name} has numbers that are not finite: {', '.join(bad)}"
+    if "norm" in columns:
+        norm = float(np.median(columns["norm"]))
+        if norm < 1e-6:
+            yield f"{topic.name} has orientations of zeros: its publisher does not fill them in"
+        elif abs(norm - 1.0) > 0.01:
+            yield f"{topic.name} has orientations of length {norm:.3g}: is an angle in place of a quaternion of length 1?"
+        elif float(np.median(columns["up"])) < 0.0:
+            yield f"{topic.name} is upside down (z down): its body frame is FRD, it takes FLU, x ahead and y to port"
+    if "variance" in columns:
+        variance = columns["variance"]
+        if not (np.isfinite(variance).all() and (columns["least_variance"] >= 0.0).all()):
+            yield f"{topic.name} has covariances that are negative or not finite: 0 stands for unknown"
+        elif float(np.median(variance)) > connection.covariance_limit:
+            limit = f"safety.freshness.covariance_limit = {connection.covariance_limit:g}"
+            yield f"{topic.name} has a variance of {np.median(variance):.3g} m², above {limit}"
+
+
+STATE = ("x", "y", "psi", "u", "v", "r", "latitude", "longitude", "value")
+
+
+def judge_clocks(connection: Connection) -> Iterator[Finding]:
+    """That nodes on simulated time have a /clock, and others have none of it."""
+    clock = connection.topics.get("/clock")
+    if connection.simulated and not (clock and clock.publishers):
+        nodes = ", ".join(connection.simulated)
+        yield Finding(WRONG, "clock", f"{nodes}: use_sim_time is set, and no node publishes /clock: time stands still; unset it")
+
+
+def _unique(topic: Topic, column: str) -> list[str]:
+    return list(dict.fromkeys(map(str, topic.columns.get(column, ()))))

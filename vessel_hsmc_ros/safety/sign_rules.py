@@ -1,0 +1,115 @@
+"""Rules for what a command does: does a positive force drive ahead, a positive moment turn to port; were the stops tried?"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Finding, Topic
+from vessel_hsmc_ros.safety.motion_rules import means, motions_of, times_of
+
+STEP = 0.5
+"""Interval of the samples of command and motion, s."""
+
+SURE = 4.0
+"""Deviations from which on the sign of an effect is certain."""
+
+EFFECTS = (
+    ("surge force", "ahead", "astern", "the drives are reversed, or x points astern"),
+    ("yaw moment", "to port", "to starboard", "steering, port and starboard drives are exchanged, or the state is NED/FRD"),
+)
+
+OUTPUTS = ("force", "moment", "u", "r", "value")
+"""The columns of commands."""
+
+TIMEOUTS = ("OVERDUE", "STAMP_OLD")
+
+
+def judge_signs(connection: Connection) -> Iterator[Finding]:
+    """Whether force and moment have accelerated the boat in their direction."""
+    command, samples = connection.of("command", "applied"), motions_of(connection)
+    if command is None or samples is None or "force" not in command.columns:
+        return
+    t, motions = samples
+    commands = [held(command, name, t) for name in ("force", "moment")]
+    columns = np.column_stack((t, motions[:, :2], np.unwrap(motions[:, 2]), *commands))
+    middle_times, x, y, psi, *wrench = means(t, columns, STEP).T
+    middle, steps = 0.5 * (psi[1:] + psi[:-1]), np.diff(middle_times)
+    rates = (np.cos(middle) * np.diff(x) + np.sin(middle) * np.diff(y)) / steps, np.diff(psi) / steps
+    for name, commanded, rate, (what, right, opposite, cause) in zip(("force", "moment"), wrench, rates, EFFECTS, strict=True):
+        sign = effect(commanded, rate)
+        if sign > 0:
+            yield Finding(OK, f"sign of {name}", f"positive {what} drives {right}")
+        elif sign < 0:
+            yield Finding(WRONG, f"sign of {name}", f"positive {what} drives {opposite}: {cause}")
+        else:
+            yield Finding(
+                TODO,
+                f"sign of {name}",
+                f"no {what} has moved the boat yet: `vessel-hsmc check --pulse FORCE,MOMENT`, or a bag of a drive",
+            )
+
+
+def held(command: Topic, name: str, grid: Array) -> Array:
+    """A command at some times: the last value before each, and 0 before the first and from a second after the last."""
+    times = times_of(command)
+    index = np.searchsorted(times, grid, side="right") - 1
+    fresh = (index >= 0) & (grid - times[np.maximum(index, 0)] < 1.0)
+    return np.where(fresh, command.columns[name][np.maximum(index, 0)], 0.0)
+
+
+def effect(command: Array, rate: Array) -> int:
+    """The sign of the effect of a command on the change of a velocity; 0 if it is not certain.
+
+    A least-squares fit of rate[k+1] - rate[k] = a·command - b·rate[k] + c, for commands that are 0 to 2 samples old.
+    """
+    verdicts = []
+    for delay in range(3):
+        n = len(rate) - 1 - delay
+        if n < 12:
+            continue
+        tau, before = command[: len(rate) - 1][:n], rate[delay : delay + n]
+        if np.std(tau) < 1e-9 + 0.01 * float(np.abs(tau).max()):
+            continue
+        a = np.column_stack((tau, before, np.ones(n)))
+        change = rate[delay + 1 : delay + 1 + n] - before
+        found, *_ = np.linalg.lstsq(a, change, rcond=None)
+        rest = change - a @ found
+        covariance = np.linalg.pinv(a.T @ a) * float(rest @ rest) / max(n - 3, 1)
+        verdicts.append(float(found[0]) / math.sqrt(max(covariance[0, 0], 1e-300)))
+    if not verdicts:
+        return 0
+    best = max(verdicts, key=abs)
+    return int(np.sign(best)) if abs(best) > SURE else 0
+
+
+def judge_exercises(connection: Connection) -> Iterator[Finding]:
+    """Whether stop and time-out have been tried."""
+    if not any(role.name == "command" for role in connection.roles):
+        return
+    if "stop" in connection.events:
+        yield Finding(OK, "stop", "tried: a stop was called")
+    else:
+        yield Finding(TODO, "stop", "not tried: `vessel-hsmc call stop` while the boat moves, then `vessel-hsmc call rearm`")
+    if silenced(connection):
+        yield Finding(OK, "time-out", "tried: without commands the output of the drive went to zero")
+    elif tried := [reason for reason in connection.reasons if reason in TIMEOUTS]:
+        yield Finding(OK, "time-out", f"tried: the safe action began with {', '.join(tried)}")
+    else:
+        yield Finding(
+            TODO, "time-out", "not tried: end the publisher of the state while the boat moves slowly; its thrust must end"
+        )
+
+
+def silenced(connection: Connection) -> bool:
+    """Whether an output that was not zero went to zero although the last command was not."""
+    command = next((connection.topic(role) for role in connection.roles if role.name == "command"), None)
+    outputs = [connection.topic(role) for role in connection.roles if role.name in ("output", "throttle", "steering")]
+    if command is None or not len(command.received) or "force" not in command.columns:
+        return False
+    if not (command.columns["force"][-1] or command.columns["moment"][-1]):
+        return False
+    values = [[output.columns[name] for name in OUTPUTS if name in output.columns] for output in outputs]
+    last = [column[-1] for columns in values for column in columns if len(column)]
+    return bool(last) and not any(last) and any(column.any() for columns in values for column in columns)
