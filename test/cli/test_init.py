@@ -130,3 +130,54 @@ def test_init_with_an_unknown_stack_writes_nothing(tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="did you mean mavros"):
         call("init", str(tmp_path / "boat"), *DATA, "--interface", "mavos")
     assert not list(tmp_path.iterdir())
+
+
+TWIN = ("--thruster", "-0.8,0.4,60,40", "--thruster", "-0.8,-0.4,60,40")
+
+
+def test_init_takes_thrusters_lag_current_and_noise_into_the_scenario(tmp_path: Path) -> None:
+    known = ("--length", "2", "--mass", "60", "--lag", "0.2", "--current", "0.1", "--gps-noise", "0.3", "--top-speed", "1.8")
+    call("init", str(tmp_path / "boat"), *known, *TWIN, "--no-check")
+    scenario = load_scenario(tmp_path / "boat.yaml")
+    plant, controller = scenario.vessel_sim, scenario.controller
+    assert (plant.actuators.kind, plant.vessel.thrusters.names) == ("thrusters", ("port", "starboard"))
+    assert [t.lag for t in plant.vessel.thrusters.thrusters()] == [0.2, 0.2]
+    assert (plant.vessel.surge_force_limit, plant.vessel.yaw_moment_limit) == (120.0, 48.0)
+    assert (controller.vessel.surge_lag, controller.vessel.yaw_lag) == (0.2, 0.2)
+    assert plant.disturbance.current.east == 0.1
+    assert plant.sensors.position_noise == controller.observer.position_noise == 0.3
+    assert controller.observer.enabled
+    assert "top speed 1.8 m/s" in (tmp_path / "boat.yaml").read_text()
+
+
+def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_path: Path) -> None:
+    call("init", str(tmp_path / "mine"), "--vessel", "otter", "--lag", "0.3", "--no-check")
+    scenario = load_scenario(tmp_path / "mine.yaml")
+    assert scenario.vessel_sim.actuators.surge_lag == scenario.controller.vessel.surge_lag == 0.3
+
+
+@pytest.mark.parametrize(
+    ("given", "allowed"),
+    [
+        (("--thruster", "1,2"), "--thruster 1,2 is not allowed: it takes x,y,ahead,astern: x and y from -4 to 4 m"),
+        (("--thruster", "1,9,10,10"), "x and y from -4 to 4 m"),
+        (("--thruster", "1,0,0,10"), "thrust ahead above 0"),
+        (("--thruster", "1,0,10,10"), "cannot give a surge force and a yaw moment independently"),
+        (("--thruster", "nan,0,10,10"), "such as -1.5,0.5,100,60"),
+        ((*TWIN, "--vessel", "otter"), "--thruster cannot be given with --vessel"),
+        (("--current", "5"), "init.current = 5 m/s is not allowed: it takes less than the top speed, 2.51 m/s"),
+        (("--lag", "-1"), "init.lag = -1.0 is not allowed: it takes a finite number from 0 to 60 s"),
+        (("--gps-noise", "1e3"), "from 0 to 100 m"),
+        (("--top-speed", "200"), "init.speed = 200.0 is not allowed"),
+    ],
+)
+def test_what_is_known_of_a_boat_is_checked_and_nothing_is_written(tmp_path: Path, given: tuple[str, ...], allowed: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(allowed)):
+        call("init", str(tmp_path / "boat"), *given)
+    assert not [*tmp_path.iterdir()]
+
+
+def test_noise_of_the_positions_is_no_failure_to_follow_the_circle() -> None:
+    check = ShipCheck(2.5, 3.0, 0.5, 10.0, Demand(0.01, 1.0, 1.0), 0.3, 0.2, 0.2, 0.05, 300.0)
+    assert not check.tracked
+    assert check._replace(noise=0.04).tracked

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.cli.console import print_line, print_warning
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.interfaces import interface, interface_text
-from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text
+from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
@@ -19,8 +19,8 @@ from vessel_hsmc_ros.scenario.vessels import read_vessel
 def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add an option for each of the ship's main data, from their declarations."""
     for name, entry in reversed(schema.entries(MainData).items()):
-        option = f"--{name.replace('_', '-')}"
-        command = click.option(option, type=float, metavar=entry.unit, help=entry.description)(command)
+        options = [f"--{name.replace('_', '-')}", *(["--top-speed"] if name == "speed" else [])]
+        command = click.option(*options, name, type=float, metavar=entry.unit, help=entry.description)(command)
     return command
 
 
@@ -33,21 +33,26 @@ def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
 )
 @main_data_options
 @click.option("--thrusters", is_flag=True, help="Drive the ship by the thrusters of --vessel.")
+@click.option(
+    "--thruster", "fixed", multiple=True, metavar="X,Y,AHEAD,ASTERN", help="A thruster: its place and thrusts, m and N."
+)
 @click.option("--interface", "stack", metavar="STACK", help="Also write NAME_STACK.yaml, the connection to the stack of a boat.")
 @click.option("--no-check", is_flag=True, help="Do not simulate the new scenario.")
-def init(name: str, vessel: str | None, thrusters: bool, stack: str | None, no_check: bool, **data: Any) -> None:
+def init(
+    name: str, vessel: str | None, thrusters: bool, fixed: tuple[str, ...], stack: str | None, no_check: bool, **data: Any
+) -> None:
     """Write NAME.yaml, a complete commented scenario for a ship of your own, and check it by a simulation.
 
     Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states.
     """
     if thrusters and not vessel:
         raise ParameterError("--thrusters is not allowed without --vessel: it takes the thrusters of a vessel, such as otter")
+    if fixed and vessel:
+        raise ParameterError("--thruster cannot be given with --vessel: --thrusters takes those of the vessel")
     connection = interface(stack) if stack else None
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}
-    text = (
-        _of_vessel(vessel, path, given, thrusters) if vessel else scenario_text(path.stem, schema.build(MainData, given, "init"))
-    )
+    text = _of_vessel(vessel, path, given, thrusters) if vessel else _of_data(path.stem, given, fixed)
     # Before it is written: a ship may be too extreme for the ranges.
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
     _write(path, text)
@@ -75,6 +80,12 @@ def _write(path: Path, text: str) -> None:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
 
 
+def _of_data(name: str, given: dict[str, float], fixed: tuple[str, ...]) -> str:
+    """The scenario of a ship of which the main data and perhaps the thrusters are known."""
+    data = schema.build(MainData, given, "init")
+    return scenario_text(name, data, thruster_layout(fixed, data.length) if fixed else None)
+
+
 def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool) -> str:
     """The scenario of a vessel of the library or of a file.
 
@@ -88,16 +99,17 @@ def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool
         ParameterError: a datum cannot be changed beside a vessel, or is out of range.
         ScenarioError: the vessel is unknown or unreadable.
     """
-    data = vars(schema.build(MainData, given, "init"))
+    main = schema.build(MainData, given, "init")
+    data = vars(main)
     for key in given:
-        if key not in (*OVERRIDES, "wind"):
+        if key not in (*OVERRIDES, "wind", "current", "lag", "gps_noise"):
             raise ParameterError(f"--{key.replace('_', '-')} cannot be given with --vessel: its hull data are those of {vessel}")
     own = {key: data[key] for key in OVERRIDES if key in given}
     found = read_vessel(vessel)
     is_file = Path(vessel).suffix in (".yaml", ".yml")
     # Relative to the scenario, so that both files can be moved together.
     reference = os.path.relpath(found.path.resolve(), path.parent.resolve()) if is_file else vessel
-    return scenario_for(found.values, reference, path.stem, own, data["wind"], thrusters)
+    return scenario_for(found.values, reference, path.stem, own, main, thrusters)
 
 
 def _check(scenario: Scenario) -> None:

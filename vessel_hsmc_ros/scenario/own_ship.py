@@ -7,16 +7,18 @@ rule of the law. The templates in `config/templates` state the rule beside each 
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from string import Template
 from types import MappingProxyType
 
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import another_ship
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.laws import KnownVessel
 from vessel_hsmc_ros.laws.guided_rule import derived_gains
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
@@ -65,24 +67,37 @@ class MainData:
     yaw_moment_limit: float = datum("Largest yaw moment", "N·m", 1e15, "the surge force at a lever of a fifth of the length")
     speed: float = datum("Top speed", "m/s", 100.0, "0.4·sqrt(g·length)")
     wind: float = parameter(0.0, "Speed of a wind from the west, with gusts; by default none.", unit="m/s", low=0.0, high=60.0)
+    current: float = parameter(0.0, "Speed of a current towards the east; by default none.", unit="m/s", low=0.0, high=10.0)
+    lag: float = parameter(0.0, "Time constant of the thrust; by default not declared.", unit="s", low=0.0, high=60.0)
+    gps_noise: float = parameter(
+        0.0, "Standard deviation of the measured x and y, for the observer; by default none.", unit="m", low=0.0, high=100.0
+    )
 
     def completed(self) -> "MainData":
         """The data with estimates for those that are zero."""
         mass = self.mass or _rounded(8.0 * self.length**3)
         force = self.surge_force_limit or _rounded(0.05 * mass * GRAVITY)
-        return MainData(
-            self.length,
-            self.beam or _rounded(0.53 * self.length**0.75),
-            mass,
-            force,
-            self.yaw_moment_limit or _rounded(0.2 * force * self.length),
-            self.speed or _rounded(0.4 * math.sqrt(GRAVITY * self.length)),
-            self.wind,
+        return replace(
+            self,
+            beam=self.beam or _rounded(0.53 * self.length**0.75),
+            mass=mass,
+            surge_force_limit=force,
+            yaw_moment_limit=self.yaw_moment_limit or _rounded(0.2 * force * self.length),
+            speed=self.speed or _rounded(0.4 * math.sqrt(GRAVITY * self.length)),
         )
 
 
 THRUSTERS = """
     actuators: {kind: thrusters}        # driven by the thrusters of the vessel; wrench: by surge force and yaw moment"""
+
+LAGS = """
+    actuators: {{surge_lag: {lag}, yaw_lag: {lag}}}  # s"""
+
+SENSORS = """
+    sensors: {{position_noise: {noise}}}  # m"""
+
+OBSERVER = """true
+      position_noise: {noise}           # m, of a sample of x and of y"""
 
 SLOW_DRIFT = """
     vessel:
@@ -91,12 +106,13 @@ SLOW_DRIFT = """
       drift_ratio: {rho}               # the share of a turn that carries it sideways"""
 
 
-def scenario_text(name: str, data: MainData) -> str:
+def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = None) -> str:
     """Write the scenario of a ship of which the main data are known.
 
     Args:
         name: Name of the ship, for the headline.
         data: What is known of the ship.
+        layout: Its thrusters, which then drive it; their forces are its limits where the data have none.
 
     Returns:
         A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
@@ -104,12 +120,21 @@ def scenario_text(name: str, data: MainData) -> str:
     Raises:
         ParameterError: the ship is too extreme for the ranges of hull data.
     """
+    if layout is not None:
+        force, moment = layout.limits()
+        given_limits = data.surge_force_limit or force, data.yaw_moment_limit or moment
+        data = replace(data, surge_force_limit=given_limits[0], yaw_moment_limit=given_limits[1])
     d = data.completed()
+    if d.current >= d.speed:
+        raise ParameterError(
+            f"init.current = {d.current:g} m/s is not allowed: it takes less than the top speed, {d.speed:g} m/s"
+        )
     given, hull = {key: _number(value) for key, value in vars(d).items()}, hull_of(d)
     written = given | {key: _number(value) for key, value in hull.items()}
     values = {f"vessel.{key}": float(written[key]) for key in HULL_NAMES}
     about = f"a ship of {given['length']} m and {given['mass']} kg"
-    return _filled(name, about, _template("data").substitute(given), _template("hull").substitute(written), values, d.wind)
+    section = _template("hull").substitute(written).rstrip() + _declared(d.lag) + (_thrusters(layout, d.lag) if layout else "")
+    return _filled(name, about, _template("data").substitute(given), section, values | _lags(d.lag), d, layout is not None)
 
 
 def scenario_for(
@@ -117,7 +142,7 @@ def scenario_for(
     vessel: str,
     name: str = "any_ship",
     changes: Mapping[str, float] = MappingProxyType({}),
-    wind: float = 0.0,
+    around: MainData = MainData(),
     thrusters: bool = False,
 ) -> str:
     """Write the scenario of a ship whose hull data are known, such as one of the library or an identified one.
@@ -127,7 +152,7 @@ def scenario_for(
         vessel: The name of the vessel in the library, or the path of its file, to which the scenario refers.
         name: Name of the ship, for the headline.
         changes: Single hull data of the scenario that differ from the vessel's, by their names.
-        wind: Speed of a wind from the west, m/s.
+        around: Its wind, current, lag and noise of positions count.
         thrusters: Drive the ship by its thrusters instead of surge force and yaw moment.
 
     Returns:
@@ -137,10 +162,11 @@ def scenario_for(
         ParameterError: a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
     """
     data = "\n".join(f"# {line}" for line in OF_A_VESSEL.format(vessel=vessel).splitlines())
+    changes = {**changes, **{key.removeprefix(VESSEL): value for key, value in _lags(around.lag).items()}}
     changed = "".join(f", {key}: {_number(value)}" for key, value in changes.items())
     section = f"    vessel: {{name: {json.dumps(vessel)}{changed}}}" if changes else f"    vessel: {json.dumps(vessel)}"
     own = {f"{VESSEL}{key}": value for key, value in changes.items()}
-    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, wind, thrusters)
+    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, around, thrusters)
 
 
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
@@ -160,7 +186,7 @@ def ship_of(values: Mapping[str, object]) -> ShipParameters:
 
 
 def _filled(
-    name: str, about: str, data: str, vessel: str, values: Mapping[str, object], wind: float, thrusters: bool = False
+    name: str, about: str, data: str, vessel: str, values: Mapping[str, object], around: MainData, thrusters: bool = False
 ) -> str:
     """The scenario from its template, with references scaled to a ship.
 
@@ -169,7 +195,7 @@ def _filled(
         data: What the head of the file states about its data, as comments.
         vessel: The section `vessel`.
         values: Hull data by their dotted names.
-        wind: Speed of the wind, m/s.
+        around: Its wind, current, lag and noise of positions count.
         thrusters: Whether thrusters drive the ship.
     """
     ship = ship_of(values)
@@ -177,7 +203,7 @@ def _filled(
     circle = circle_for(ship, scale)
     decay = _rounded(drift_decay(ship, scale, circle))
     law = derived_gains(known_vessel(values, ship, decay).as_controlled())
-    estimates = {**loads(scale.L, wind), **references(circle, scale, law["position_gain"]), "turn_rate": scale.r_max}
+    estimates = {**loads(scale.L, around.wind), **references(circle, scale, law["position_gain"]), "turn_rate": scale.r_max}
     numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
     radius, speed = f"{_rounded(circle.radius / scale.L):g} lengths", f"{_rounded(circle.speed / scale.U):g} of the top speed"
     text = _template("ship").substitute(
@@ -186,13 +212,72 @@ def _filled(
         about=about,
         data=data.rstrip(),
         vessel=vessel.rstrip(),
-        wind=_number(wind),
+        wind=_number(around.wind),
+        current=_number(around.current),
+        sensors=SENSORS.format(noise=_number(around.gps_noise)) if around.gps_noise else "",
+        observer=OBSERVER.format(noise=_number(around.gps_noise)) if around.gps_noise else "false",
         radius_rule=radius,
         cruise_rule=speed,
-        actuators=THRUSTERS if thrusters else "",
+        actuators=THRUSTERS if thrusters else LAGS.format(lag=_number(around.lag)) if around.lag else "",
         drift=SLOW_DRIFT.format(a=_number(decay), rho=_number(_rounded(drift_ratio(ship, circle)))) if decay >= 0.0 else "",
     )
     return "\n".join(map(_aligned, text.splitlines())) + "\n"
+
+
+def thruster_layout(texts: Sequence[str], length: float) -> ThrusterLayout:
+    """The fixed thrusters of a boat, each as `x,y,ahead,astern`: its place, m, and its largest thrusts, N.
+
+    Args:
+        texts: One for each.
+        length: Of the boat, m, within which they are.
+
+    Raises:
+        ParameterError: one is not four numbers in their ranges, or together they cannot turn the boat.
+    """
+    rows = [_thruster(text, length) for text in texts]
+    sides = ["port" if y > 0.0 else "starboard" for _, y, *_ in rows]
+    names = sides if sorted(sides) == ["port", "starboard"] else [f"thruster_{i}" for i in range(1, len(rows) + 1)]
+    x, y, ahead, astern = zip(*rows, strict=True)
+    return ThrusterLayout(names=tuple(names), x=x, y=y, thrust_ahead=ahead, thrust_astern=astern)
+
+
+def _thruster(text: str, length: float) -> tuple[float, ...]:
+    numbers = [_finite(part) for part in text.split(",")]
+    if len(numbers) == 4:
+        x, y, ahead, astern = numbers
+        if max(abs(x), abs(y)) <= length and 0.0 < ahead <= 1e9 and 0.0 <= astern <= 1e9:
+            return x, y, ahead, astern
+    allowed = (
+        f"x,y,ahead,astern: x and y from {-length:g} to {length:g} m, thrust ahead above 0 and astern from 0, both up to 1e9 N"
+    )
+    raise ParameterError(f"--thruster {text} is not allowed: it takes {allowed}, such as -1.5,0.5,100,60")
+
+
+def _finite(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _lags(lag: float) -> dict[str, float]:
+    return {f"{VESSEL}surge_lag": lag, f"{VESSEL}yaw_lag": lag} if lag else {}
+
+
+def _declared(lag: float) -> str:
+    """The lines of the hull that declare a lag, s."""
+    return "".join(f"\n      {name.removeprefix(VESSEL)}: {_number(value)}  # s" for name, value in _lags(lag).items())
+
+
+def _thrusters(layout: ThrusterLayout, lag: float) -> str:
+    """The lines of the hull with its thrusters."""
+    lists = {"x": layout.x, "y": layout.y, "thrust_ahead": layout.thrust_ahead, "thrust_astern": layout.thrust_astern}
+    if lag:
+        lists["lag"] = (lag,)
+    comments = {"x": "m ahead of the origin", "y": "m to port", "thrust_ahead": "N", "thrust_astern": "N", "lag": "s"}
+    lines = [f"        names: [{', '.join(layout.names)}]", "        kinds: [fixed]"]
+    lines += [f"        {key}: [{', '.join(map(_number, values))}]  # {comments[key]}" for key, values in lists.items()]
+    return "\n      thrusters:\n" + "\n".join(lines)
 
 
 def known_vessel(values: Mapping[str, object], ship: ShipParameters, decay: float) -> KnownVessel:
