@@ -28,6 +28,7 @@ from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
 ROOT = Path(__file__).resolve().parents[1]
 BOAT = ROOT / "test" / "support" / "foreign_boat.py"
 SHIP = ["--length", "5", "--mass", "520", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--speed", "2"]
+THRUSTERS = ["--thruster=-1.5,0.8,150,150", "--thruster=-1.5,-0.8,150,150"]
 LEGS = "x,y\n0,0\n20,0\n20,8\n0,8\n0,16\n20,16\n"
 SETTLED = 10.0
 """Time after enabling from which errors count, s."""
@@ -46,6 +47,8 @@ STACKS: dict[str, tuple[str, list[str]]] = {
     ),
     "mavlink": ("mavlink", ["--state", "mavlink", "--command", "mavlink"]),
     "otter": ("otter", ["--state", "navsat", "--best-effort", "--rate", "9", "11", "--command", "normalised"]),
+    "vrx": ("vrx", ["--state", "navsat", "--best-effort", "--rate", "14", "16", "--command", "thrusters"]),
+    "pwm": ("pwm", ["--rate", "50", "50", "--command", "pwm"]),
     "heron": ("heron", ["--rate", "28", "32", "--command", "twist"]),
 }
 """The stack and the arguments of the foreign boat, by row."""
@@ -75,10 +78,13 @@ def run(stack: str, boat: list[str], seconds: float) -> list[float]:
     """Distances of a boat from its reference, one a second, m."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        call(folder, "init", "boat", *SHIP, "--interface", stack, "--no-check")
+        by_thrusters = THRUSTERS if "thruster_allocation" in interfaces()[stack].nodes else []
+        call(folder, "init", "boat", *SHIP, *by_thrusters, "--interface", stack, "--no-check")
         (folder / "legs.csv").write_text(LEGS)
         connection = folder / f"boat_{stack}.yaml"  # what the page has a person write into it
-        connection.write_text(connection.read_text().replace("velocity: course", f"velocity: course, {MOUNTED}"))
+        text = connection.read_text().replace("velocity: course", f"velocity: course, {MOUNTED}")
+        text += f"/**/navsat_odom: {{ros__parameters: {{{MOUNTED}}}}}\n" if stack == "vrx" else ""
+        connection.write_text(text.replace("curve_thrusts: [-30.0, 40.0]", "curve_thrusts: [-150.0, 150.0]"))
         output = folder / "boat.txt"
         remaps = [f"{own}:={other}" for topics in interfaces()[stack].nodes.values() for own, other in topics.items()]
         ros = ["--ros-args", *(word for remap in remaps for word in ("-r", remap))]

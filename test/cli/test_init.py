@@ -165,6 +165,7 @@ def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_pat
         (("--thruster", "1,0,10,10"), "cannot give a surge force and a yaw moment independently"),
         (("--thruster", "nan,0,10,10"), "such as -1.5,0.5,100,60"),
         ((*TWIN, "--vessel", "otter"), "--thruster cannot be given with --vessel"),
+        (("--interface", "vrx"), "--interface vrx is not allowed without thrusters: give each by --thruster"),
         (("--current", "5"), "init.current = 5 m/s is not allowed: it takes less than the top speed, 2.51 m/s"),
         (("--lag", "-1"), "init.lag = -1.0 is not allowed: it takes a finite number from 0 to 60 s"),
         (("--gps-noise", "1e3"), "from 0 to 100 m"),

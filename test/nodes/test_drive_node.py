@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, UInt16
 from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ControlState
 
@@ -136,6 +136,62 @@ def test_a_stop_is_zero_at_once_until_it_is_rearmed(bench: Any) -> None:
     assert set(stack.values()[stopped:]) == {(0.0, 0.0)}
     assert bench.call(Trigger, "/drive/rearm", Trigger.Request()).success
     stack.until((1.0, 1.0), 200.0, 50.0)
+
+
+class Pulses:
+    """Commands thrusts in place of the allocation, and reads pulse widths in place of speed controllers."""
+
+    NAMES = ("port", "starboard")
+
+    def __init__(self, bench: Any, **pwm: Any) -> None:
+        self.bench = bench
+        topics = [f"thrusters/{name}" for name in self.NAMES]
+        self.received = [bench.collect(UInt16, f"{topic}/pwm", qos_profile_sensor_data) for topic in topics]
+        self.commands = [bench.publisher(Float64, f"{topic}/thrust", lockstep=False) for topic in topics]
+        given = {"ramp_time": RAMP, "rate_hz": RATE, "command_timeout": 0.3, **{f"pwm.{name}": v for name, v in pwm.items()}}
+        self.node = bench.start(DriveNode, lockstep=False, form="pwm", **given)
+        bench.until(lambda: self.node.connected and all(each.get_subscription_count() for each in self.commands))
+
+    def values(self) -> list[tuple[int, int]]:
+        return [(a.data, b.data) for a, b in zip(*self.received, strict=False)]
+
+    def until(self, pulses: tuple[int, int], thrusts: tuple[float, float]) -> None:
+        def there() -> bool:
+            for publisher, thrust in zip(self.commands, thrusts, strict=True):
+                publisher.publish(Float64(data=thrust))
+            return self.values()[-1:] == [pulses]
+
+        self.bench.until(there)
+
+
+def test_thrusts_become_pulse_widths_by_the_measured_curve_and_end_at_neutral(bench: Any) -> None:
+    curve = {"curve_pulses": [1100.0, 1300.0, 1700.0, 1900.0], "curve_thrusts": [-40.0, -10.0, 12.0, 50.0]}
+    stack = Pulses(bench, deadband=30.0, reversed=[1.0, -1.0], **curve)
+    stack.until((1800, 1700), (31.0, -10.0))
+    stack.until((1900, 1100), (1e6, 1e6))
+    begun = len(stack.values())
+    bench.until(lambda: stack.values()[-3:] == [(1500, 1500)] * 3)
+    ramp = [port for port, _ in stack.values()[begun:]]
+    assert ramp == sorted(ramp, reverse=True)
+    assert any(1530 < port < 1900 for port in ramp)
+    assert not any(1500 < port < 1530 for port in ramp), "within the deadband"
+
+
+def test_pulse_widths_are_neutral_after_a_stop_and_without_the_thrust_of_one_thruster(bench: Any) -> None:
+    stack = Pulses(bench)
+    stack.until((1900, 1900), (50.0, 50.0))
+    assert bench.call(Trigger, "/drive/stop", Trigger.Request()).success
+    bench.until(lambda: stack.values()[-1] == (1500, 1500))
+    assert bench.call(Trigger, "/drive/rearm", Trigger.Request()).success
+    stack.until((1900, 1900), (50.0, 50.0))
+
+    def one_alone() -> bool:
+        stack.commands[0].publish(Float64(data=50.0))
+        stack.commands[1].publish(Float64(data=math.nan))
+        return stack.values()[-1] == (1500, 1500)
+
+    bench.until(one_alone)
+    assert stack.node.concerns()[1].values["refused"] > 0
 
 
 def test_the_last_command_at_the_end_is_zero(bench: Any) -> None:

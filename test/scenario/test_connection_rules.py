@@ -11,6 +11,7 @@ from vessel_hsmc_ros.messages import state_columns as types
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Finding, Topic
 from vessel_hsmc_ros.safety.connection_rules import judge
 from vessel_hsmc_ros.scenario.connection import connection_of, values_of
+from vessel_hsmc_ros.scenario.interfaces import interface
 
 STEP, SECONDS = 0.02, 45.0
 
@@ -296,6 +297,17 @@ def test_what_a_boat_at_rest_does_not_show_is_left_to_do() -> None:
     found = judge(rest._replace(events=(), reasons=()))
     assert of(found, WRONG) == []
     assert {f.about for f in found if f.level == TODO} == {"velocities", "sign of force", "sign of moment", "stop", "time-out"}
+
+
+def test_the_pulses_of_each_thruster_need_a_reader() -> None:
+    values = values_of(interface("pwm"), {})
+    connection = connection_of(values, interface("pwm").nodes, topics=healthy().topics)
+    wrong = of(judge(connection), WRONG)
+    assert any(
+        "no node publishes /odometry/filtered (nav_msgs/msg/Odometry): start with -r odom:=/odom" in text for text in wrong
+    )
+    for name in ("port", "starboard"):
+        assert any(f"no node reads /thrusters/{name}/pwm (std_msgs/msg/UInt16)" in text for text in wrong)
 
 
 def test_a_twist_of_zeros_is_no_mistake_with_an_observer() -> None:

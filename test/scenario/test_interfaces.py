@@ -33,7 +33,14 @@ def test_every_value_is_one_that_its_node_takes_and_differs_from_the_default(nam
 @pytest.mark.parametrize("name", interfaces())
 def test_every_node_is_one_of_the_package_and_is_started_by_a_command(name: str) -> None:
     stack = interface(name)
-    assert {*stack.nodes, *stack.parameters} <= {"reference_ship", "controller", "drive", "mavlink", "navsat_odom"}
+    assert {*stack.nodes, *stack.parameters} <= {
+        "reference_ship",
+        "controller",
+        "thruster_allocation",
+        "drive",
+        "mavlink",
+        "navsat_odom",
+    }
     started = [line.split()[0] for line in commands(stack, "boat")]
     assert {"reference_ship_node", "controller_node"} <= set(started)
     assert {(LOOP | WATCHERS)[node].executable for node in {*stack.nodes, *stack.parameters}} <= set(started)

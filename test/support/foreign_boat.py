@@ -19,7 +19,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, NavSatFix
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, UInt16
 
 STEP = 0.01
 MASS, INERTIA = (550.0, 700.0), 700.0  # with added mass: surge, sway [kg]; yaw [kg·m²]
@@ -27,6 +27,9 @@ DRAG = (70.0, 300.0, 400.0)  # surge, sway [N·s/m]; yaw [N·m·s]
 FORCE, MOMENT = 300.0, 250.0
 TIMEOUT = 1.0
 ORIGIN = (59.9, 10.7)
+LEVER, THRUST, NEUTRAL, DEADBAND, SPAN = 0.8, 150.0, 1500.0, 25.0, 400.0
+"""Two thrusters, port and starboard: distance from the centreline [m], thrust [N], and pulses of their controllers [µs]."""
+
 ANTENNA = 1.0
 """Distance of the GNSS antenna ahead of the origin of the boat, m."""
 
@@ -104,6 +107,8 @@ class Boat(Node):
         if self.o.command in ("cmd_vel", "twist"):
             u, r = self.state[3], self.state[5]
             a, b = 70.0 * a + 1100.0 * (a - u), 400.0 * b + 2100.0 * (b - r)
+        elif self.o.command in ("thrusters", "pwm"):
+            a, b = a + b, LEVER * (b - a)
         elif self.o.command != "wrench":
             a, b = FORCE * a, MOMENT * b
         return max(-FORCE, min(FORCE, a)), max(-MOMENT, min(MOMENT, b))
@@ -179,6 +184,12 @@ def place(east: float, north: float) -> tuple[float, float]:
     return ORIGIN[0] + math.degrees(north / meridian), ORIGIN[1] + math.degrees(east / (normal * math.cos(phi)))
 
 
+def thrust_of(pulse: int) -> float:
+    """Thrust of a controller for a pulse width, N: linear outside a deadband."""
+    way = abs(pulse - NEUTRAL)
+    return math.copysign(THRUST * (way - DEADBAND) / (SPAN - DEADBAND), pulse - NEUTRAL) if way > DEADBAND else 0.0
+
+
 STATES: dict[str, dict[str, Any]] = {
     "odometry": {"odom": Odometry},
     "pose_twist": {"pose": PoseStamped, "twist": TwistStamped},
@@ -192,6 +203,14 @@ COMMANDS: dict[str, dict[str, Any]] = {
     "cmd_vel": {"cmd_vel": (TwistStamped, lambda _, m: (m.twist.linear.x, m.twist.angular.z))},
     "twist": {"cmd_vel": (Twist, lambda _, m: (m.linear.x, m.angular.z))},
     "mavlink": {},
+    "thrusters": {
+        "thrusters/port/thrust": (Float64, lambda boat, m: (m.data, boat.drive[1])),
+        "thrusters/starboard/thrust": (Float64, lambda boat, m: (boat.drive[0], m.data)),
+    },
+    "pwm": {
+        "thrusters/port/pwm": (UInt16, lambda boat, m: (thrust_of(m.data), boat.drive[1])),
+        "thrusters/starboard/pwm": (UInt16, lambda boat, m: (boat.drive[0], thrust_of(m.data))),
+    },
     "helm": {
         "throttle": (Float64, lambda boat, m: (m.data, boat.drive[1])),
         "steering": (Float64, lambda boat, m: (boat.drive[0], m.data)),

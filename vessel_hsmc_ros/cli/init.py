@@ -55,6 +55,8 @@ def init(
     text = _of_vessel(vessel, path, given, thrusters) if vessel else _of_data(path.stem, given, fixed)
     # Before it is written: a ship may be too extreme for the ranges.
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
+    if connection and "thruster_allocation" in connection.nodes and not scenario.vessel_sim.vessel.thrusters:
+        raise ParameterError(f"--interface {stack} is not allowed without thrusters: give each by --thruster x,y,ahead,astern")
     _write(path, text)
     if connection:
         to = path.with_name(f"{path.stem}_{connection.name}.yaml")

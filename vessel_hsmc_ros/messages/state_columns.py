@@ -19,7 +19,7 @@ POSE, POSE_COVARIANCE = "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/Pose
 TWIST_STAMPED, TWIST = "geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 FIX, IMU, QUATERNION = "sensor_msgs/msg/NavSatFix", "sensor_msgs/msg/Imu", "geometry_msgs/msg/QuaternionStamped"
-NUMBER = "std_msgs/msg/Float64"
+NUMBER, PULSE = "std_msgs/msg/Float64", "std_msgs/msg/UInt16"
 REFERENCE, CONTROL_STATE = "vessel_hsmc_msgs/msg/ReferenceState", "vessel_hsmc_msgs/msg/ControlState"
 
 
@@ -67,10 +67,11 @@ _NUMBERS = {
     FIX: {"status": "status.status", "latitude": "latitude", "longitude": "longitude"},
     IMU: {"r": "angular_velocity.z", "az": "linear_acceleration.z"},
     NUMBER: {"value": "data"},
+    PULSE: {"value": "data"},
     CONTROL_STATE: {"operation": "operation", "reason": "reason"},
 }
 
-KNOWN = (*_STAMPED, TWIST, NUMBER)
+KNOWN = (*_STAMPED, TWIST, NUMBER, PULSE)
 """The types of which columns are made."""
 
 

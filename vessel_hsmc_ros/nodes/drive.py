@@ -7,12 +7,13 @@ from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from rclpy.duration import Duration
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, UInt16
 from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.limits import between, clip
+from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
@@ -20,6 +21,7 @@ from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, Conc
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.thrust_input import ThrustInput
 from vessel_hsmc_ros.scenario.watcher_parameters import DriveParameters
 
 LAST_COMMANDS = 3
@@ -27,11 +29,12 @@ LAST_COMMANDS = 3
 
 
 class DriveNode(VesselNode):
-    """Takes `cmd_wrench` while it is fresh, and publishes it at a fixed rate in the form of a stack's own commands.
+    """Takes `cmd_wrench`, in the form pwm the thrusts of thruster_allocation, and publishes it in the form of a stack.
 
     normalised and helm: shares of the largest force and moment. cmd_vel: surge speed and yaw rate, for stacks with loops of their
     own for them: those that the guidance of the law commands or, with a `response_time` T of the loops, those with which the
-    loops give the commanded wrench, u + T·tau_1/m11 and r + T·tau_2/m33. A law without these terms cannot drive it.
+    loops give the commanded wrench, u + T·tau_1/m11 and r + T·tau_2/m33. A law without these terms cannot drive it. pwm: pulse
+    widths of the thrusters by a measured curve.
 
     The output is share·command within the limits. The share goes to 0 in `ramp_time` when commands are not fresh or the law does
     not command, back to 1 in the same time when they are, and is 0 from `~/stop` until `~/rearm`. At zero without fresh commands,
@@ -46,16 +49,22 @@ class DriveNode(VesselNode):
         p = self.parameters
         if p.lockstep:
             raise ParameterError("drive.lockstep = True is not allowed: a drive works in real time")
-        self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
+        self._curve = p.pwm.curve()
+        self._input: CommandInput | ThrustInput = (
+            ThrustInput(self, p.pwm.thrusters, p.command_timeout)
+            if p.form == "pwm"
+            else CommandInput(self, "cmd_wrench", p.command_timeout)
+        )
         self._state: ControlState | None = None
-        self._command: Command = (0.0, 0.0)
+        self._command: tuple[float, ...] = (0.0,) * (len(p.pwm.thrusters) if p.form == "pwm" else 2)
         self._share, self._shared_at = 0.0, time.monotonic()
         self._is_stopped = False
         self._zeros = LAST_COMMANDS
         self._sent = 0
         self._problem = RecentProblem()
         self._outputs = self._advertise(p.form)
-        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
+        if p.form != "pwm":
+            self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
         if p.form == "cmd_vel":
             self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
@@ -67,6 +76,7 @@ class DriveNode(VesselNode):
             "normalised": {"normalised_wrench": WrenchStamped},
             "cmd_vel": {"cmd_vel": TwistStamped if self.parameters.stamped else Twist},
             "helm": {"throttle": Float64, "steering": Float64},
+            "pwm": {f"thrusters/{name}/pwm": UInt16 for name in self.parameters.pwm.thrusters},
         }
         profile = qos.offered(False, self.parameters.rate_hz)
         return {topic: self.advertise(kind, topic, profile) for topic, kind in kinds[form].items()}
@@ -74,6 +84,9 @@ class DriveNode(VesselNode):
     def describe(self) -> str:
         """The form and its limits."""
         p = self.parameters
+        if p.form == "pwm":
+            least, most = self._curve.thrusts[0], self._curve.thrusts[-1]
+            return f"form pwm, thrusts to {most:g} N ahead and {-least:g} N astern, neutral {p.pwm.neutral:g} µs"
         limits = (
             f"{p.surge_speed_limit:g} m/s and {p.yaw_rate_limit:g} rad/s"
             if p.form == "cmd_vel"
@@ -84,19 +97,23 @@ class DriveNode(VesselNode):
     # -- commands -----------------------------------------------------------------------------------------------------
 
     def _on_command(self, message: WrenchStamped) -> None:
-        self._input.take(message)
+        if isinstance(self._input, CommandInput):
+            self._input.take(message)
 
     def _on_state(self, message: ControlState) -> None:
         self._state = message
 
-    def _wanted(self) -> Command | None:
+    def _wanted(self) -> tuple[float, ...] | None:
         """The command in the units of the form and within its limits; None if there is none that counts."""
         wrench, p = self._input.present(), self.parameters
         if wrench is None or self._is_stopped:
             return None
+        if p.form == "pwm":
+            least, most = min(self._curve.thrusts[0], 0.0), max(self._curve.thrusts[-1], 0.0)
+            return tuple(between(thrust, least, most) for thrust in wrench)
         if p.form != "cmd_vel":
             return clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0)
-        return self._velocity(wrench)
+        return self._velocity((wrench[0], wrench[1]))
 
     def _velocity(self, wrench: Command) -> Command | None:
         """Surge speed and yaw rate while the law commands."""
@@ -133,10 +150,17 @@ class DriveNode(VesselNode):
             self._zeros += 1
         else:
             self._zeros = 0
-        self._publish((self._share * self._command[0], self._share * self._command[1]))
+        self._publish(tuple(self._share * part for part in self._command))
 
-    def _publish(self, command: Command) -> None:
-        p, (a, b) = self.parameters, command
+    def _publish(self, command: tuple[float, ...]) -> None:
+        p = self.parameters
+        if p.form == "pwm":
+            for publisher, thrust, sign in zip(self._outputs.values(), command, p.pwm.signs(), strict=True):
+                pulse = p.pwm.neutral + sign * (self._curve.pulse(thrust) - p.pwm.neutral)
+                self.send(publisher, UInt16(data=round(between(pulse, LOWEST, HIGHEST))))
+            self._sent += 1
+            return
+        a, b = command
         stamp = self.get_clock().now().to_msg()
         if p.form == "normalised":
             message = self.framed(conversions.new_wrench())
@@ -159,7 +183,7 @@ class DriveNode(VesselNode):
     # -- services and diagnostics -------------------------------------------------------------------------------------
 
     def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._is_stopped, self._share, self._command = True, 0.0, (0.0, 0.0)
+        self._is_stopped, self._share, self._command = True, 0.0, (0.0,) * len(self._command)
         self._publish(self._command)
         response.success, response.message = True, "stopped: the output is zero until ~/rearm"
         self.get_logger().warning(response.message)
@@ -184,7 +208,7 @@ class DriveNode(VesselNode):
         if self.connected and (self._share or self._zeros < LAST_COMMANDS):
             self._is_stopped = True
             for _ in range(LAST_COMMANDS):
-                self._publish((0.0, 0.0))
+                self._publish((0.0,) * len(self._command))
             for publisher in self._outputs.values():
                 publisher.wait_for_all_acked(Duration(nanoseconds=round(ACKNOWLEDGE_LIMITS["real time"] * NANOSECONDS)))
         super().close()

@@ -72,7 +72,8 @@ def connection_of(values: Values, names: Names, **observed: Any) -> Connection:
     if "drive" in values:
         d = values["drive"]
         twist = types.TWIST_STAMPED if d["stamped"] else types.TWIST
-        for name, (own, kind) in OUTPUTS.get(str(d["form"]), {}).items():
+        pulses = {f"pwm {name}": (f"thrusters/{name}/pwm", types.PULSE) for name in d["pwm.thrusters"]}
+        for name, (own, kind) in {**OUTPUTS, "pwm": pulses}[str(d["form"])].items():
             kinds = (twist,) if own == "cmd_vel" else (kind,)
             roles.append(Role(name, _name(names, "drive", own), kinds, False, own=own))
     return Connection(

@@ -10,6 +10,7 @@ from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
 from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
+from vessel_hsmc_ros.scenario.pulse_parameters import PulseParameters
 
 HEADINGS = ("imu", "quaternion", "antennas")
 VELOCITIES = ("none", "twist", "course")
@@ -66,7 +67,7 @@ class NavsatOdometryParameters(CommonParameters):
             )
 
 
-FORMS = ("normalised", "cmd_vel", "helm")
+FORMS = ("normalised", "cmd_vel", "helm", "pwm")
 
 
 def largest(what: str, unit: str) -> float:
@@ -81,7 +82,8 @@ class DriveParameters(CommonParameters):
     form: str = parameter(
         "normalised",
         "normalised: WrenchStamped with force.x and torque.z of at most 1; cmd_vel: surge speed and yaw rate; helm: throttle and"
-        " steering of at most 1, Float64.",
+        " steering of at most 1, Float64; pwm: a pulse width for each thruster, UInt16 in µs, from the thrusts of"
+        " thruster_allocation.",
         choices=FORMS,
     )
     surge_force_limit: float = largest("Largest surge force", "N")
@@ -109,6 +111,7 @@ class DriveParameters(CommonParameters):
         2.0, "Time in which the output goes from its limit to zero, and back; 0: at once.", unit="s", low=0.0, high=600.0
     )
     rate_hz: float = parameter(20.0, "Rate of the output.", unit="Hz", low=1.0, high=1000.0)
+    pwm: PulseParameters = group(PulseParameters)
     freshness: FreshnessParameters = group(FreshnessParameters)
 
     def __post_init__(self) -> None:
