@@ -299,6 +299,17 @@ def test_what_a_boat_at_rest_does_not_show_is_left_to_do() -> None:
     assert {f.about for f in found if f.level == TODO} == {"velocities", "sign of force", "sign of moment", "stop", "time-out"}
 
 
+@pytest.mark.parametrize(("sign", "level"), [(1.0, OK), (-1.0, WRONG)])
+def test_signs_of_commanded_velocities_are_judged_as_those_of_a_wrench(sign: float, level: str) -> None:
+    connection, name = healthy(), "/cmd_vel"
+    c = connection.topics["/cmd_wrench"].columns
+    columns = {"stamp": c["stamp"], "u": sign * c["force"] / 70.0, "r": sign * c["moment"] / 400.0}
+    topic = connection.topics["/cmd_wrench"]._replace(name=name, columns=columns)
+    values = values_of(None, {"controller": {"vessel.length": 5.0}, "drive": {"form": "cmd_vel"}})
+    found = judge(connection_of(values, {}, topics={**connection.topics, name: topic}))
+    assert {f.about for f in found if f.level == level} >= {"sign of speed", "sign of rate"}
+
+
 def test_the_pulses_of_each_thruster_need_a_reader() -> None:
     values = values_of(interface("pwm"), {})
     connection = connection_of(values, interface("pwm").nodes, topics=healthy().topics)

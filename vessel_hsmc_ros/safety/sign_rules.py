@@ -15,9 +15,12 @@ STEP = 0.5
 SURE = 4.0
 """Deviations from which on the sign of an effect is certain."""
 
+WRENCH, VELOCITY = {"force": "surge force", "moment": "yaw moment"}, {"u": "surge speed", "r": "yaw rate"}
+"""Columns of the forms of command, and what they are."""
+
 EFFECTS = (
-    ("surge force", "ahead", "astern", "the drives are reversed, or x points astern"),
-    ("yaw moment", "to port", "to starboard", "steering, port and starboard drives are exchanged, or the state is NED/FRD"),
+    ("ahead", "astern", "the drives are reversed, or x points astern"),
+    ("to port", "to starboard", "steering, port and starboard drives are exchanged, or the state is NED/FRD"),
 )
 
 OUTPUTS = ("force", "moment", "u", "r", "value")
@@ -27,28 +30,29 @@ TIMEOUTS = ("OVERDUE", "STAMP_OLD")
 
 
 def judge_signs(connection: Connection) -> Iterator[Finding]:
-    """Whether force and moment have accelerated the boat in their direction."""
-    command, samples = connection.of("command", "applied"), motions_of(connection)
-    if command is None or samples is None or "force" not in command.columns:
+    """Whether force and moment, or speed and yaw rate where these are commanded, have moved the boat in their direction."""
+    samples, output = motions_of(connection), connection.of("output")
+    by_velocity = output is not None and "u" in output.columns
+    command, names = (output, VELOCITY) if by_velocity else (connection.of("command", "applied"), WRENCH)
+    if command is None or samples is None or not set(names) <= set(command.columns):
         return
     t, motions = samples
-    commands = [held(command, name, t) for name in ("force", "moment")]
+    commands = [held(command, name, t) for name in names]
     columns = np.column_stack((t, motions[:, :2], np.unwrap(motions[:, 2]), *commands))
     middle_times, x, y, psi, *wrench = means(t, columns, STEP).T
     middle, steps = 0.5 * (psi[1:] + psi[:-1]), np.diff(middle_times)
     rates = (np.cos(middle) * np.diff(x) + np.sin(middle) * np.diff(y)) / steps, np.diff(psi) / steps
-    for name, commanded, rate, (what, right, opposite, cause) in zip(("force", "moment"), wrench, rates, EFFECTS, strict=True):
+    for what, commanded, rate, (right, opposite, cause) in zip(names.values(), wrench, rates, EFFECTS, strict=True):
+        about = f"sign of {what.split()[1]}"
         sign = effect(commanded, rate)
         if sign > 0:
-            yield Finding(OK, f"sign of {name}", f"positive {what} drives {right}")
+            yield Finding(OK, about, f"positive {what} drives {right}")
         elif sign < 0:
-            yield Finding(WRONG, f"sign of {name}", f"positive {what} drives {opposite}: {cause}")
+            yield Finding(WRONG, about, f"positive {what} drives {opposite}: {cause}")
         else:
-            yield Finding(
-                TODO,
-                f"sign of {name}",
-                f"no {what} has moved the boat yet: `vessel-hsmc check --pulse FORCE,MOMENT`, or a bag of a drive",
-            )
+            pulse = "" if by_velocity else ", or `vessel-hsmc check --pulse FORCE,MOMENT`"
+            text = f"no {what} has moved the boat yet: check while it sails turns, or a bag of that{pulse}"
+            yield Finding(TODO, about, text)
 
 
 def held(command: Topic, name: str, grid: Array) -> Array:
