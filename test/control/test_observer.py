@@ -11,7 +11,7 @@ from sailing import STEP, rms, sail
 
 from vessel_hsmc_ros.control.observer import Observer, units, wave_motion
 from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD, change, initial_state, jacobian, observe, pass_waves
-from vessel_hsmc_ros.control.observer_model import ObserverParameters, model, propagate, wave_transition
+from vessel_hsmc_ros.control.observer_model import D1, ObserverParameters, model, propagate, wave_transition
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
@@ -114,6 +114,26 @@ def test_an_outlier_is_rejected_and_a_permanent_jump_is_followed() -> None:
     estimates = np.array([observer.update(k * STEP, pose, (0.0, 0.0)) for k, pose in enumerate(poses)])
     assert np.linalg.norm(estimates[200, :2] - [20.0, 0.0]) < 0.2
     assert np.linalg.norm(estimates[399, :2] - [39.9, 1e4]) < 0.2
+
+
+def test_a_position_that_stays_away_is_followed_though_the_headings_between_are_accepted() -> None:
+    """Positions come in every second step, headings in every one, so that most steps have nothing to refuse."""
+    observer, jump = Observer(ObserverParameters(), KnownVessel()), 500.0
+    for k in range(40 + round(2.0 * LONGEST_HOLD / (STEP * 1e-9))):
+        there = 0.0 if k < 40 else jump + 1e-6 * (k // 2)
+        observer.update(k * STEP, (there, 0.0, 1e-6 * k), (0.0, 0.0))
+    assert observer.estimate.x == pytest.approx(jump, abs=1.0)
+
+
+def test_learned_damping_stays_within_a_factor_of_ten() -> None:
+    """A force that never arrives looks like damping without bound."""
+    observer = Observer(ObserverParameters(), KnownVessel())
+    first = observer.constants.decay
+    for k in range(2000):
+        observer.update(k * STEP, (1e-6 * k, 0.0, 0.0), (2e5, 0.0))
+    learned = observer.state.x[D1 : D1 + 3]
+    assert np.all(np.abs(learned - first) <= math.log(10.0) + 1e-12)
+    assert learned[0] > first[0]
 
 
 def test_after_a_reset_the_next_measurement_initialises_the_filter() -> None:

@@ -16,7 +16,7 @@ PERIOD = 50_000_000
 def surge_forces(commands: list[float], **declared: Any) -> list[float]:
     """The surge force at the end of each period of 50 ms."""
     c = actuators(ObserverParameters(), KnownVessel(surge_force_limit=10.0, **declared))
-    ring, applied, forces = no_commands(c), (0.0, 0.0), []
+    ring, applied, forces = no_commands(), (0.0, 0.0), []
     for k, command in enumerate(commands):
         applied = actuated(applied, k * PERIOD, (command, 0.0), 0.05, ring, c)
         forces.append(applied[0])

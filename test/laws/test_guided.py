@@ -12,6 +12,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.laws import GuidedParameters, KnownVessel
+from vessel_hsmc_ros.laws.actuator_identification import bank, first_state
 from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT
 from vessel_hsmc_ros.laws.guided import GuidedController, command
 from vessel_hsmc_ros.laws.guided_learning import learn
@@ -194,6 +195,7 @@ def test_the_ship_returns_after_a_force_beyond_its_thrust() -> None:
 
 
 G = gains(GuidedParameters(), KNOWN, T)
+BANK = first_state(bank(KNOWN, T), 0.0)
 AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -203,7 +205,7 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
     limit = G.e_r_max if channel == "r" else G.e_max
 
     def adapted(innovation):
-        m = initial(3, 0, G.sway)
+        m = initial(3, 0, G.sway, BANK)
         m.H[:] = H
         learn(AT_REST._replace(**{channel: innovation}), float(H @ H), m, G)
         return m.W
@@ -216,7 +218,7 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
 
 def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None:
     """What noise has left across H disappears at the rate `leak`; along H nothing changes."""
-    m, rng = initial(5, 0, G.sway), np.random.default_rng(1)
+    m, rng = initial(5, 0, G.sway, BANK), np.random.default_rng(1)
     m.H[:], m.W[:] = rng.uniform(0.2, 1.0, 5), rng.normal(size=(3, 5))
     before, outputs = m.W.copy(), m.W @ m.H
     along = np.outer(outputs, m.H) / (m.H @ m.H)
@@ -229,7 +231,7 @@ def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None
 @pytest.mark.parametrize("rate", [10.0, -10.0])
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, for any state of the filter: anti-windup at the moment limit."""
-    m = initial(1, 0, G.sway)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
+    m = initial(1, 0, G.sway, BANK)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
     commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), NO_DRIFT, 0.0, m, G)
     assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 

@@ -269,6 +269,7 @@ class ControlLoop:
         if self.observer:
             behind = whole_periods(min(age, LONGEST_AGE), self.grid.period)
             wrench = delayed(self.commands, behind, 0), delayed(self.commands, behind, 1)
+            self.observer.take_for(self.law.known)
             measured = self.estimate = self.observer.update(measured_at, measured, wrench)
         at = carry(measured, desired, acceleration, self.delta, self.pivot)
         inputs = at.motion, at.desired, at.acceleration, age

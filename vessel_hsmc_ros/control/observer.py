@@ -110,6 +110,11 @@ def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:
     )
 
 
+def with_actuators(c: ObserverConstants, p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:
+    """The constants with the actuators of a vessel."""
+    return c._replace(actuators=actuators(p, vessel))
+
+
 class Observer:
     """The filter with its state and covariance.
 
@@ -124,7 +129,14 @@ class Observer:
 
     def __init__(self, parameters: ObserverParameters, vessel: KnownVessel) -> None:
         self.constants = constants(parameters, vessel)
+        self._parameters, self._vessel = parameters, vessel
         self.reset()
+
+    def take_for(self, vessel: KnownVessel) -> None:
+        """Predict with the actuators of a vessel from now on, as far as they are not set by hand."""
+        if vessel is not self._vessel:
+            self._vessel = vessel
+            self.constants = with_actuators(self.constants, self._parameters, vessel)
 
     def reset(self) -> None:
         """Discard the estimate: the next measurement initialises the filter."""

@@ -35,6 +35,7 @@ from vessel_hsmc_ros.control.observer_model import (
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
+from vessel_hsmc_ros.core.limits import between
 from vessel_hsmc_ros.core.timing import seconds
 
 
@@ -180,6 +181,10 @@ GATE = 20.0
 After LONGEST_HOLD without an accepted measurement the filter is reinitialised, because then the estimate is wrong and not the
 sensor. The gate is wide, so that the filter recovers by itself from moderate errors of its model."""
 
+WIDEST_DECAY = math.log(10.0)
+"""Largest deviation of ln d_1, ln d_2, ln d_3 from their initial values: large damping would make the filter certain of a
+velocity, whatever is measured."""
+
 
 class ObserverConstants(NamedTuple):
     """What does not change during a run.
@@ -216,9 +221,10 @@ class ObserverState(NamedTuple):
         P: Their covariance, shape (n, n).
         held: The last samples of x, y and psi, shape (3,).
         sampled_at: When position and heading were sampled, ns, shape (2,).
+        refused: 1 where the last sample of position or heading was an outlier, otherwise 0, shape (2,).
         started: Whether a measurement has initialised the filter.
         stamp: Time of the estimate, ns.
-        accepted_at: When all new samples were accepted for the last time, ns.
+        accepted_at: When there was a new sample and no last one was an outlier, ns.
         applied: Wrench on the hull, N, N·m.
         commands: The latest commands.
     """
@@ -227,6 +233,7 @@ class ObserverState(NamedTuple):
     P: Array
     held: Array
     sampled_at: NDArray[np.int64]
+    refused: NDArray[np.int64]
     started: bool
     stamp: int
     accepted_at: int
@@ -236,8 +243,9 @@ class ObserverState(NamedTuple):
 
 def initial_state(c: ObserverConstants) -> ObserverState:
     """The state before the first measurement."""
-    n, ring = len(c.start), no_commands(c.actuators)
-    return ObserverState(np.zeros(n), np.zeros((n, n)), np.zeros(3), np.zeros(2, np.int64), False, 0, 0, (0.0, 0.0), ring)
+    n, sampled_at, refused = len(c.start), np.zeros(2, np.int64), np.zeros(2, np.int64)
+    arrays = np.zeros(n), np.zeros((n, n)), np.zeros(3), sampled_at, refused
+    return ObserverState(*arrays, False, 0, 0, (0.0, 0.0), no_commands())
 
 
 @kernel
@@ -263,19 +271,36 @@ def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: Observe
         predict(s.x, s.P, applied, dt, c)
     # Position and heading are separate sensors with rates of their own, so each is tested for a new sample on its own.
     position_gate, heading_gate = gate_of_position(stamp, pose, s), gate_of_heading(stamp, pose, s)
-    accepted = True
-    for i in range(3):
-        gate = heading_gate if i == PSI else position_gate
-        if gate > 0.0 and not correct(i, pose[i], gate, s.x, s.P, c) and gate == GATE:
-            accepted = False
+    refuse_outliers(pose, position_gate, heading_gate, s, c)
     accepted_at = s.accepted_at
     if position_gate > 0.0 or heading_gate > 0.0:
         s.P[:] = 0.5 * (s.P + s.P.T)  # rounding must not make it unsymmetric
-        if accepted:
+        if s.refused[0] == 0 and s.refused[1] == 0:
             accepted_at = stamp
         elif seconds(stamp - accepted_at) > LONGEST_HOLD:
             return begin(stamp, pose, s, c)
-    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, max(stamp, s.stamp), accepted_at, applied, s.commands)
+    arrays = s.x, s.P, s.held, s.sampled_at, s.refused
+    return ObserverState(*arrays, True, max(stamp, s.stamp), accepted_at, applied, s.commands)
+
+
+@kernel
+def refuse_outliers(pose: Pose, position_gate: float, heading_gate: float, s: ObserverState, c: ObserverConstants) -> None:
+    """Correct by what is measured, and note which sensor has an outlier; in place.
+
+    Args:
+        pose: Measured x, y, psi.
+        position_gate, heading_gate: Innovation gates, 0 for no new sample.
+        s: State of the filter.
+        c: Constants.
+    """
+    for i in range(3):
+        sensor, gate = (1, heading_gate) if i == PSI else (0, position_gate)
+        if gate > 0.0:
+            # A position that is refused stays so until the next one, whatever headings come between.
+            refused = not correct(i, pose[i], gate, s.x, s.P, c) and gate == GATE
+            s.refused[sensor] = 1 if refused or (i == 1 and s.refused[0] == 1) else 0
+    for i in range(3):
+        s.x[D1 + i] = between(float(s.x[D1 + i]), c.decay[i] - WIDEST_DECAY, c.decay[i] + WIDEST_DECAY)
 
 
 @kernel
@@ -296,8 +321,8 @@ def begin(stamp: int, pose: Pose, s: ObserverState, c: ObserverConstants) -> Obs
         s.x[i] = pose[i]
         s.x[D1 + i] = c.decay[i]
         s.held[i] = math.nan  # equal to no sample
-    s.sampled_at[:] = stamp
-    return ObserverState(s.x, s.P, s.held, s.sampled_at, True, stamp, stamp, s.applied, s.commands)
+    s.sampled_at[:], s.refused[:] = stamp, 0
+    return ObserverState(s.x, s.P, s.held, s.sampled_at, s.refused, True, stamp, stamp, s.applied, s.commands)
 
 
 @kernel

@@ -226,7 +226,7 @@ def wave_transition(dt: float, m: Model) -> tuple[float, float, float, float]:
 Wrench = tuple[float, float]
 
 CAPACITY = 1024
-"""Number of commands kept where there is a dead time: 10 s at 100 Hz; of a longer one the oldest of them is taken."""
+"""Number of commands kept: 10 s at 100 Hz; of a longer one the oldest of them is taken."""
 
 
 class Actuators(NamedTuple):
@@ -264,10 +264,9 @@ def actuators(p: ObserverParameters, vessel: KnownVessel) -> Actuators:
     )
 
 
-def no_commands(c: Actuators) -> Commands:
-    """An empty ring, of no more than one command where none is delayed."""
-    n = CAPACITY if max(c.dead_time) > 0.0 else 1
-    return Commands(np.zeros(n, np.int64), np.zeros((n, 2)), np.zeros(1, np.int64))
+def no_commands() -> Commands:
+    """An empty ring."""
+    return Commands(np.zeros(CAPACITY, np.int64), np.zeros((CAPACITY, 2)), np.zeros(1, np.int64))
 
 
 @kernel

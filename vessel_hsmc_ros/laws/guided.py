@@ -24,6 +24,14 @@ import math
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.laws.actuator_identification import (
+    BEST,
+    DEAD_TIMES,
+    bank,
+    first_state,
+    identify,
+    with_model,
+)
 from vessel_hsmc_ros.laws.applied_wrench import applied, arriving, lead, slewed
 from vessel_hsmc_ros.laws.drift_estimate import (
     LASTING,
@@ -55,6 +63,7 @@ from vessel_hsmc_ros.laws.guided_learning import forecast, learn
 from vessel_hsmc_ros.laws.guided_parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.laws.guided_state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
+from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.network import Estimates, activate, output
 from vessel_hsmc_ros.laws.predictor import correct, predict
 from vessel_hsmc_ros.laws.station_keeping import (
@@ -181,7 +190,7 @@ def step(
     Returns:
         The wrench, its terms, and the internal state.
     """
-    g, neurons = constants
+    g, neurons, models = constants
     measured, desired = bounded(motion), bounded(desired)
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
@@ -202,6 +211,7 @@ def step(
             m.slow,
             m.queue,
             m.sway,
+            m.bank,
         )
     motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
@@ -232,6 +242,8 @@ def step(
         slewed(lead(tau_2, clip(demand_2, g.yaw.limit), g.yaw), last_2, g.slew_2),
     )
     m.queue[0, m.head], m.queue[1, m.head] = wrench
+    if models.every > 0:
+        identify(m.bank, models, measured.psi, age, wrench[1])
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
@@ -243,9 +255,30 @@ def step(
         1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
     )  # fmt: skip
     left = Memory(
-        True, predicted, filtered, tau_1, tau_2, cut_1, cut_2, head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue, m.sway
+        True,
+        predicted,
+        filtered,
+        tau_1,
+        tau_2,
+        cut_1,
+        cut_2,
+        head,
+        m.W,
+        m.H,
+        m.scratch,
+        m.growth,
+        m.slow,
+        m.queue,
+        m.sway,
+        m.bank,
     )
     return wrench, terms, left
+
+
+@kernel
+def outdated(memory: Memory, constants: Constants) -> bool:
+    """Whether another model of the actuators explains the motion than the one that the gains are for."""
+    return int(memory.bank.numbers[BEST]) != constants.bank.used
 
 
 class GuidedController(AdaptiveLaw[GuidedParameters]):
@@ -263,15 +296,39 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
     name = "guided"
     takes_age = True
     kernel = staticmethod(step)
+    outdated = staticmethod(outdated)
     terms = StepTerms
     networks = ("surge", "sway", "yaw")
     memory: Memory
 
     def retune(self, parameters: GuidedParameters) -> None:
         """Take new gains and keep the internal state; the size of the network stays as constructed."""
-        self.constants = Constants(gains(parameters, self.vessel, self.period), self.neurons)
+        self.parameters = parameters
+        self._use(self.constants.bank.used if hasattr(self, "constants") else 0)
+
+    def _use(self, model: int) -> None:
+        """Take the gains for a model of the actuators."""
+        models = bank(self.vessel, self.period, model)
+        if not self.parameters.actuator_identification:
+            models = models._replace(every=0)
+        self._known = with_model(self.vessel, model)
+        self.constants = Constants(gains(self.parameters, self._known, self.period), self.neurons, models)
+
+    @property
+    def known(self) -> KnownVessel:
+        """The vessel with the identified actuators."""
+        return self._known
+
+    def renew(self) -> None:
+        """Take the gains for the model of the actuators that explains the motion best, and the moment that acts by it."""
+        model = int(self.memory.bank.numbers[BEST])
+        self._use(model)
+        self.memory = self.memory._replace(tau_2=float(self.memory.bank.models[model, 0]) * self.vessel.yaw_inertia)
 
     def reset(self) -> None:
         """Set all weights to zero and discard the prediction: the next state is taken as measured."""
-        g = self.constants.gains
-        self.memory = initial(len(self.neurons.mu), max(g.surge.delay, g.yaw.delay) + math.ceil(LONGEST_AGE / g.T), g.sway)
+        self._use(0)
+        g, models = self.constants.gains, self.constants.bank
+        latest = math.ceil(max(DEAD_TIMES) * models.unit / g.T) if models.every else 0
+        places = max(g.surge.delay, g.yaw.delay, latest) + math.ceil(LONGEST_AGE / g.T)
+        self.memory = initial(len(self.neurons.mu), places, g.sway, first_state(models, LONGEST_AGE))

@@ -78,6 +78,11 @@ class GuidedParameters:
     resting_speed: float = gain("Speed below which the ship counts as at rest.", "m/s", "v_0")
     resting_push: float = gain("Disturbing acceleration below which station keeping counts as undisturbed.", "m/s²", "a_0")
     backing_distance: float = gain("Largest distance over which the ship goes astern to the reference.", "m", "R_b", high=1e6)
+    actuator_identification: bool = parameter(
+        True,
+        "Whether lag, dead time and rate of the actuators are identified while the ship turns, and take the place of the declared"
+        " ones where these do not explain her motion.",
+    )
     network: NetworkParameters = group(NetworkParameters)
 
 

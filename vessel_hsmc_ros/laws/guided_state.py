@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.laws.actuator_identification import Bank, BankState
 from vessel_hsmc_ros.laws.drift_estimate import NO_DRIFT, Drift
 from vessel_hsmc_ros.laws.guided_parameters import Gains
 from vessel_hsmc_ros.laws.network import Neurons
@@ -53,6 +54,7 @@ class Memory(NamedTuple):
         slow: Slow parts of the outputs of the networks for f_u and f_r, shape (2,), written in place.
         queue: The last commands of surge force and yaw moment, (2, n + 1) for delays up to n periods, written in place.
         sway: What is learned of a hull that declares `drift_decay`, shape (6, 5), written in place (`sway_model`).
+        bank: What is learned of the actuators.
     """
 
     started: bool
@@ -70,6 +72,7 @@ class Memory(NamedTuple):
     slow: Array
     queue: Array
     sway: Array
+    bank: BankState
 
 
 class Constants(NamedTuple):
@@ -77,10 +80,18 @@ class Constants(NamedTuple):
 
     gains: Gains
     neurons: Neurons
+    bank: Bank
 
 
-def initial(neurons: int, delay: int, prior: SwayPrior) -> Memory:
-    """The internal state before the first step, for a number of neurons, the longest delay in periods and a hull's prior."""
+def initial(neurons: int, delay: int, prior: SwayPrior, bank: BankState) -> Memory:
+    """The internal state before the first step.
+
+    Args:
+        neurons: Number of neurons.
+        delay: The longest delay in periods.
+        prior: What is known of the hull.
+        bank: The identification of its actuators.
+    """
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, (0.0, 0.0), 0.0, 0.0, NO_SPIN)
     arrays = (
@@ -92,7 +103,7 @@ def initial(neurons: int, delay: int, prior: SwayPrior) -> Memory:
         np.zeros((2, delay + 1)),
         first_sway(prior),
     )
-    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, 0, *arrays)
+    return Memory(False, nowhere, filter_, 0.0, 0.0, False, False, 0, *arrays, bank)
 
 
 class Command(NamedTuple):

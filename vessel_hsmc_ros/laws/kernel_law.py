@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
+from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.law import Law, Parameters
@@ -18,6 +19,12 @@ NO_NETWORKS = np.empty((0, 0))
 
 FLAGS = tuple(name for name, default in Terms._field_defaults.items() if default is False)
 """The terms that are booleans, the last fields of `Terms`; a kernel returns 0.0 or 1.0."""
+
+
+@kernel
+def up_to_date(memory: Any, constants: Any) -> bool:  # noqa: ARG001 - of a law whose constants never change by themselves
+    """Whether a law needs other constants: no."""
+    return False
 
 
 class KernelLaw(Law[Parameters]):
@@ -32,10 +39,14 @@ class KernelLaw(Law[Parameters]):
     law is undefined, the kernel returns a wrench of NaN and its memory unchanged. The kernel of a law with `takes_age` has a last
     argument, `age: float = 0.0`.
 
+    A law that learns what its constants depend on has a kernel `outdated(memory, constants) -> bool`, which is called after every
+    step, and a method `renew`, which then sets other constants of the same types, before the next step.
+
     A subclass defines the class attributes, a `retune` that sets `constants`, and a `reset` that sets `memory`.
 
     Attributes:
         kernel: The function, as a staticmethod.
+        outdated: Whether the constants do not fit the memory any more, as a staticmethod.
         terms: The class of its terms.
         networks: What the rows of W approximate: "surge", "sway" or "yaw".
         constants: Gains and all else that does not change from step to step.
@@ -43,6 +54,7 @@ class KernelLaw(Law[Parameters]):
     """
 
     kernel: ClassVar[Callable[..., Any]]
+    outdated: ClassVar[Callable[..., bool]] = staticmethod(up_to_date)
     terms: ClassVar[type[Any]]
     networks: ClassVar[tuple[str, ...]] = ()
     constants: Any
@@ -71,7 +83,13 @@ class KernelLaw(Law[Parameters]):
         if math.isnan(wrench[0]):
             self.explain_undefined(motion)
         self.memory = memory
-        return wrench, self.as_terms(terms, memory.W)
+        found = self.as_terms(terms, memory.W)
+        if self.outdated(memory, self.constants):
+            self.renew()
+        return wrench, found
+
+    def renew(self) -> None:
+        """Set constants that fit the memory; called where they are outdated."""
 
     def explain_undefined(self, motion: Motion) -> None:
         """Raise the error that explains a wrench of NaN at a motion of the ship; by default there is no explanation.

@@ -69,6 +69,11 @@ class Law(ABC, Generic[Parameters]):
     def reset(self) -> None:
         """Return to the initial internal state: zero weights, zero integrals, no estimates; by default there is none."""
 
+    @property
+    def known(self) -> KnownVessel:
+        """What the law takes the ship for: what is declared, unless it has learned better."""
+        return self.vessel
+
     @abstractmethod
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """Compute the wrench for one control period and advance the internal state.

@@ -13,6 +13,7 @@ from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.laws.actuator_identification import described
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern
@@ -64,6 +65,7 @@ class ControllerNode(TimedNode):
         self._clock_step = RecentProblem()
         self._begun, self._zeros = False, LAST_COMMANDS
         self._alarms: dict[Reason, Alarm] = {}
+        self._known = self.loop.law.known
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self.health = ControlConcerns(self.loop, p.lockstep)
         self.black_box = installed(self, p.black_box, self.now)
@@ -141,6 +143,7 @@ class ControllerNode(TimedNode):
             self._updates += 1
             self.health.stepped(terms)
             self._report_alarms()
+            self._report_actuators()
         conversions.write_terms(self._state, time_stamp, terms or Terms())
         self._state.operation, self._state.reason = int(self.loop.supervision.operation), int(self.loop.supervision.reason)
         self._state.compute_time = self._compute_time
@@ -163,6 +166,13 @@ class ControllerNode(TimedNode):
                 else:  # rclpy gives each line of code one severity
                     self.get_logger().warning(text)
             self._alarms[monitor.reason] = monitor.alarm
+
+    def _report_actuators(self) -> None:
+        """Log the actuators that the law takes the ship to have, where it has found other ones than the declared."""
+        if (known := self.loop.law.known) is not self._known:
+            self._known = known
+            if known is not self.loop.law.vessel:
+                self.get_logger().info(f"the ship turns as with {described(known)}: the gains follow it from now on")
 
     # -- what a person commands ---------------------------------------------------------------------------------------
 

@@ -14,9 +14,9 @@ from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, apply, distur
 from vessel_hsmc_ros.plant.step import advance as advance_plant
 from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, Kept, State
 
-DONE, UNDEFINED, DIVERGED = 0, 1, 2
-"""Why the loop has stopped: at the requested step, before a step at which the law has no finite wrench, or after a step that
-ended with a motion that is not finite."""
+DONE, UNDEFINED, DIVERGED, OUTDATED = 0, 1, 2, 3
+"""Why the loop has stopped: at the requested step, before a step at which the law has no finite wrench, after a step that ended
+with a motion that is not finite, or after one after which the law needs other constants."""
 
 
 @kernel
@@ -28,6 +28,12 @@ def law_step(
 ) -> tuple[tuple[float, float], Any, Any]:
     """Stands for `law_call.law_call` of a law, which takes this place where the loop is compiled."""
     return (math.nan, math.nan), (at.motion.x, at.desired.x, age), memory
+
+
+@kernel
+def law_outdated(memory: Any, constants: Any) -> bool:  # noqa: ARG001 - a stand-in
+    """Stands for `KernelLaw.outdated` of a law."""
+    return False
 
 
 @kernel
@@ -142,7 +148,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
         shown, measured = received(plant, c)
         i = inputs.latest[k]
         desired = desired_motion(inputs.reference, i)
-        sensed = measured
+        sensed, renewed = measured, False
         if inputs.due[k]:
             if constants.observer.enabled:
                 pose = (measured.x, measured.y, measured.psi)
@@ -157,6 +163,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
             if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
                 return UNDEFINED, k, State(periods, wrench, memory, observed, plant, delta, commands)
             wrench, delta = demand, at.delta
+            renewed = law_outdated(memory, constants.law)
             if constants.observer.enabled:
                 put(commands, wrench)
             keep_period(periods, terms, memory, measured, kept)
@@ -168,10 +175,12 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
             keep(kept.rows[k], time, (shown, sensed, desired), wrench, disturbing, plant, c)
         else:
             keep_brief(kept.brief, k, shown, desired, plant.tau, wrench)
+        reason = OUTDATED if renewed else DONE
         if k < last:  # the last sample is the final state
             plant = advance_plant(plant, plant.tau, acceleration(disturbing, c.vessel), inputs.gust_noise[k], c)
-            if not is_finite(plant.motion):
-                return DIVERGED, k + 1, State(periods, wrench, memory, observed, plant, delta, commands)
+            reason = reason if is_finite(plant.motion) else DIVERGED
+        if reason != DONE:
+            return reason, k + 1, State(periods, wrench, memory, observed, plant, delta, commands)
     return DONE, stop, State(periods, wrench, memory, observed, plant, delta, commands)
 
 

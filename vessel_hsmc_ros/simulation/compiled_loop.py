@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from vessel_hsmc_ros.control.observer import with_actuators
 from vessel_hsmc_ros.control.observer_filter import estimate
 from vessel_hsmc_ros.control.pivot import ERRORS, carry
 from vessel_hsmc_ros.core.arrays import Array
@@ -15,7 +16,7 @@ from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.plant.simulator import divergence_of_ship
 from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
-from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, UNDEFINED, advance, desired_motion, received, unobserved
+from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, OUTDATED, UNDEFINED, advance, desired_motion, received, unobserved
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.law_call import all_terms, cause, is_compilable, law_call
@@ -48,7 +49,7 @@ def make_loop(
 
 def compiled_loop(law: type[KernelLaw[Any]], observed: bool, by_thrusters: bool = False) -> Compiled:
     """The loop with a law, with the observer or without, driven by a wrench or by thrusters."""
-    kernels: dict[str, Any] = {"drive": drive_by_thrusters} if by_thrusters else {}
+    kernels: dict[str, Any] = {"law_outdated": law.outdated} | ({"drive": drive_by_thrusters} if by_thrusters else {})
     title = f"the law {law.name}{' with thrusters' * by_thrusters}"
     if observed:
         return compiled(advance, f"{title} with the observer", law_step=law_call(law), **kernels)
@@ -86,9 +87,16 @@ class CompiledLoop(Loop):
 
     def advance(self, stop: int) -> None:
         """Go on until `stop` rows are done."""
-        given = self._state, self._constants, self._inputs, self._kept
-        reason, self.done, self._state = self._advance(self.done, stop, *given)
-        self._law.memory = self._state.memory
+        reason = OUTDATED
+        while reason == OUTDATED and self.done < stop:
+            given = self._state, self._constants, self._inputs, self._kept
+            reason, self.done, self._state = self._advance(self.done, stop, *given)
+            self._law.memory = self._state.memory
+            if reason == OUTDATED:
+                self._law.renew()
+                self._state = self._state._replace(memory=self._law.memory)
+                observer = with_actuators(self._constants.observer, self._scenario.controller.observer, self._law.known)
+                self._constants = self._constants._replace(law=self._law.constants, observer=observer)
         if reason == UNDEFINED:
             raise self._undefined()
         if reason == DIVERGED:

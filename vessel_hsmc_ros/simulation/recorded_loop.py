@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.laws.kernel_law import KernelLaw
-from vessel_hsmc_ros.simulation.closed_loop import law_step, unobserved
+from vessel_hsmc_ros.simulation.closed_loop import law_outdated, law_step, unobserved
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.law_call import cause, is_compilable, law_call
 
@@ -77,7 +77,7 @@ def answer(last: Answered, stop: int, law: Any, observer: ObserverConstants, piv
         recorded: Inputs and answers.
 
     Returns:
-        What the last step has left; its row is below `stop` where the law has no finite wrench.
+        What the last step has left; its row is below `stop` where the law has no finite wrench, or needs other constants.
     """
     start, wrench, memory, observed, delta, commands = last
     for k in range(start, stop):
@@ -97,6 +97,9 @@ def answer(last: Answered, stop: int, law: Any, observer: ObserverConstants, piv
             wrench, delta = demand, at.delta
             if observer.enabled:
                 put(commands, wrench)
+            if law_outdated(memory, law):
+                recorded.wrench[k, 0], recorded.wrench[k, 1] = wrench
+                return Answered(k + 1, wrench, memory, observed, delta, commands)
         recorded.wrench[k, 0], recorded.wrench[k, 1] = wrench
     return Answered(stop, wrench, memory, observed, delta, commands)
 
@@ -124,11 +127,18 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
     if not span:
         return
     observer = loop.observer or idle
-    kernels = {"law_step": law_call(type(law))} | ({} if loop.observer else {"observe": unobserved})
+    kernels = {"law_step": law_call(type(law)), "law_outdated": law.outdated} | ({} if loop.observer else {"observe": unobserved})
     run = compiled(answer, f"the law {law.name} for recorded inputs", allocates=loop.observer is not None, **kernels)
-    before = Answered(span.start, loop.wrench, law.memory, observer.state, loop.delta, loop.commands)
-    after = run(before, span.stop, law.constants, observer.constants, loop.pivot, recorded)
-    law.memory, observer.state, loop.wrench, loop.delta = after.memory, after.observer, after.wrench, after.delta
+    after = Answered(span.start, loop.wrench, law.memory, observer.state, loop.delta, loop.commands)
+    renewed = True
+    while renewed and after.row < span.stop:
+        after = run(after, span.stop, law.constants, observer.constants, loop.pivot, recorded)
+        law.memory = after.memory
+        if renewed := law.outdated(law.memory, law.constants):
+            law.renew()
+            observer.take_for(law.known)
+            after = after._replace(memory=law.memory)
+    observer.state, loop.wrench, loop.delta = after.observer, after.wrench, after.delta
     if (k := after.row) < span.stop:
         motion = loop.observer.estimate if loop.observer else as_motion(recorded.motion[k])
         rate = as_acceleration(recorded.acceleration[k])
