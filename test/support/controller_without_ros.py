@@ -8,7 +8,7 @@ from unittest.mock import patch
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.laws import KnownVessel, Law, Terms
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import controller_timer
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
@@ -33,6 +33,7 @@ class DrawnLaw(Law[Any]):
 
     def __init__(self, keeps_limits: bool) -> None:
         self.keeps_limits = keeps_limits  # type: ignore[misc]
+        self.vessel = KnownVessel()
         self.wrench: Pair | None = (0.0, 0.0)
         self.motion: Motion | None = None
         self.desired: Motion | None = None
@@ -102,6 +103,7 @@ class ControllerWithoutRos(ControllerNode):
         self._begun, self._zeros, self.stamp = True, LAST_COMMANDS, -1
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self._alarms: dict[Any, Any] = {}
+        self._known = self.loop.law.known
         self.health = ControlConcerns(self.loop, False)
         self._command, self._state = conv.new_wrench(), conv.new_control_state()
         self._command_out, self._state_out = Ignoring(), self

@@ -50,7 +50,7 @@ class _Recorded(Law[Any]):
 
     def __init__(self, law: Law[Any], commands: Array) -> None:
         self.name, self.keeps_limits = law.name, law.keeps_limits  # type: ignore[misc] # those of the law that it stands for
-        self._commands = iter(commands)
+        self.vessel, self._commands = law.vessel, iter(commands)
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """The next command, whatever the inputs."""

@@ -26,10 +26,6 @@ def main() -> int:
         ignore_interrupts()
 
 
-if __name__ == "__main__":
-    sys.exit(main())
-
-
 def prepare_streams() -> None:
     """Open closed standard streams on /dev/null, and let the output spell out characters that its encoding lacks."""
     _open_closed_streams()
@@ -51,3 +47,7 @@ def _open_closed_streams() -> None:
 
 def _null(mode: str) -> io.TextIOWrapper:
     return io.TextIOWrapper(io.FileIO(os.devnull, mode), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

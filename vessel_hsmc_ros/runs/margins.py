@@ -202,6 +202,7 @@ def perturbed(scenario: Scenario, gain: float = 1.0, phase: float = 0.0) -> Scen
     loops, c, actuators = study(scenario).loops if phase else {}, scenario.controller, scenario.vessel_sim.actuators
     held = asdict(by_hand_or_derived(c.guided, c.vessel.as_controlled()))
     changes: dict[str, object] = {f"controller.guided.{name}": held[name] for name in RULES}
+    changes["controller.guided.actuator_identification"] = False  # it would find the dead time
     for name, loop in (("surge", "surge force"), ("yaw", "yaw moment")):
         changes[f"controller.vessel.{name}_inertia"] = gain * getattr(c.vessel, f"{name}_inertia")
         more = phase / loops[loop].crossover if phase else 0.0

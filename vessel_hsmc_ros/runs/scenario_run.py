@@ -61,7 +61,7 @@ def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextM
 
 @contextmanager
 def free_domains(count: int) -> Iterator[list[str]]:
-    """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or the first free ones.
+    """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or 0 and high ones.
 
     Args:
         count: How many there are at most; at least there is one.
@@ -70,7 +70,8 @@ def free_domains(count: int) -> Iterator[list[str]]:
         RunError: ROS is not installed, or there is no such domain.
     """
     module, given = supervisor_module(), os.environ.get(DOMAIN)
-    candidates = [given] if given else [str(domain) for domain in range(LAST_DOMAIN + 1)]
+    # After the default the highest ones: people and test tools count upwards, and nodes that are started by hand reserve none.
+    candidates = [given] if given else ["0", *(str(domain) for domain in range(LAST_DOMAIN, 0, -1))]
     found: list[str] = []
     with ExitStack() as reserved:
         for domain in candidates:
