@@ -57,8 +57,11 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(
 
     # A node states how it is once a second, or later on a busy machine: a single look may come before.
     run.until(all_are_shown, LIMIT)
-    state = json.loads(carried_out(("watch", "--once", "--json")))
-    assert set(state["ship"]) == {"x", "y", "psi", "u", "v", "r"}
+
+    def ship_in_json() -> Any:
+        return json.loads(carried_out(("watch", "--once", "--json")))["ship"]
+
+    run.until(lambda: set(ship_in_json() or ()) == {"x", "y", "psi", "u", "v", "r"}, LIMIT)
     run.popen.send_signal(2)
     assert run.wait(LIMIT) == 130, run.text
     folder = run_folder(runs)
