@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from sailing import STEP, rms, sail
 
 from vessel_hsmc_ros.control.observer import Observer, units, wave_motion
-from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD, change, initial_state, jacobian, observe, pass_waves
+from vessel_hsmc_ros.control.observer_covariance import change, jacobian, pass_waves
+from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD, initial_state, observe
 from vessel_hsmc_ros.control.observer_model import D1, ObserverParameters, model, propagate, wave_transition
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.laws.known_vessel import KnownVessel

@@ -207,7 +207,7 @@ def test_an_outlier_changes_the_weights_no_more_than_the_largest_innovation(chan
     def adapted(innovation):
         m = initial(3, 0, G.sway, BANK)
         m.H[:] = H
-        learn(AT_REST._replace(**{channel: innovation}), float(H @ H), m, G)
+        learn(AT_REST._replace(**{channel: innovation}), m.predicted, float(H @ H), m, G)
         return m.W
 
     outlier, largest, half = adapted(1e3), adapted(limit), adapted(0.5 * limit)
@@ -222,7 +222,7 @@ def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None
     m.H[:], m.W[:] = rng.uniform(0.2, 1.0, 5), rng.normal(size=(3, 5))
     before, outputs = m.W.copy(), m.W @ m.H
     along = np.outer(outputs, m.H) / (m.H @ m.H)
-    found = learn(AT_REST, float(m.H @ m.H), m, G)
+    found = learn(AT_REST, m.predicted, float(m.H @ m.H), m, G)
     np.testing.assert_allclose(found, outputs)
     np.testing.assert_allclose(m.W @ m.H, outputs, rtol=1e-6)
     np.testing.assert_allclose(m.W - along, (1.0 - G.leak * G.T) * (before - along), atol=1e-8)

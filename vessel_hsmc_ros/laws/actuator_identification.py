@@ -140,13 +140,12 @@ def described(vessel: KnownVessel) -> str:
     return f"a lag of {vessel.yaw_lag:.2g} s, a dead time of {vessel.yaw_dead_time:.2g} s and {full:.2g} s from zero to the limit"
 
 
-def bank(vessel: KnownVessel, period: float, used: int = 0) -> Bank:
-    """The bank of a vessel.
+def bank(vessel: KnownVessel, period: float) -> Bank:
+    """The bank of a vessel, of which the declared model is used.
 
     Args:
         vessel: What is declared.
         period: Control period, s.
-        used: The model in use.
     """
     T = unit_time(vessel)
     every = max(1, round(INTERVAL * T / period))
@@ -171,7 +170,7 @@ def bank(vessel: KnownVessel, period: float, used: int = 0) -> Bank:
         better=better,
         wrong=wrong,
         right=right,
-        used=used,
+        used=0,
     )
 
 
@@ -218,53 +217,58 @@ def _interval(m: BankState, c: Bank, psi: float, age: float) -> None:
     y, z = (turned - before) / (c.h * c.h), (turned + before) / (2.0 * c.h)
     if n[INTERVALS] < 4.0:  # the first differences have no meaning
         y, z = 0.0, 0.0
-    y, z = _filtered(m.measured, 0, 0, y, c), _filtered(m.measured, 1, 0, z, c)
+    y, z = _filtered(m.measured[0], 0, y, c), _filtered(m.measured[1], 0, z, c)
     mean = m.measured[2]
     mean[0] += c.forgotten * (y * y - mean[0])
     mean[1] += c.forgotten * (z * z - mean[1])
     mean[2] += c.forgotten * (y * z - mean[2])
-    back = int(age / c.h + 0.5)
+    newest = int(n[PLACE]) - int(age / c.h + 0.5)
+    commands, share, change, late, instant = (
+        m.commands.tolist(), c.share.tolist(), c.change.tolist(), c.late.tolist(), c.instant.tolist()
+    )  # fmt: skip
     for i in range(len(m.models)):
-        _advance(m, c, i, back, y, z)
+        arriving = commands[(newest - int(late[i])) % len(commands)]
+        _advance(m.models[i], arriving, share[i], change[i], instant[i], y, z, c)
     _decide(m, c)
 
 
 @kernel
-def _advance(m: BankState, c: Bank, i: int, back: int, y: float, z: float) -> None:
+def _advance(row: Array, arriving: float, share: float, change: float, instant: bool, y: float, z: float, c: Bank) -> None:
     """Advance a model by an interval.
 
     Args:
-        m: State.
-        c: Constants.
-        i: The model.
-        back: Age of the measurement in intervals.
+        row: Of the model, in place.
+        arriving: The command that arrives, divided by the inertia.
+        share, change, instant: How the model follows it.
         y, z: What is measured.
+        c: Constants.
     """
-    row = m.models[i]
-    arriving = m.commands[(int(m.numbers[PLACE]) - int(c.late[i]) - back) % len(m.commands)]
-    a = row[0] + clip(c.share[i] * (arriving - row[0]), c.change[i])
-    mean = arriving if c.instant[i] else 0.5 * (row[0] + a)
-    x = _filtered(m.models, i, 2, 0.5 * (mean + row[1]), c)
+    before = row.tolist()
+    last, mean_before, xx, xy, xz = before[0], before[1], before[5], before[6], before[7]
+    a = last + clip(share * (arriving - last), change)
+    mean = arriving if instant else 0.5 * (last + a)
+    x = _filtered(row, 2, 0.5 * (mean + mean_before), c)
     row[0], row[1] = a, mean
-    row[5] += c.forgotten * (x * x - row[5])
-    row[6] += c.forgotten * (x * y - row[6])
-    row[7] += c.forgotten * (x * z - row[7])
+    row[5] = xx + c.forgotten * (x * x - xx)
+    row[6] = xy + c.forgotten * (x * y - xy)
+    row[7] = xz + c.forgotten * (x * z - xz)
 
 
 @kernel
-def _filtered(states: Array, i: int, first: int, value: float, c: Bank) -> float:
+def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
     """The band-pass filter: two lags, and a high-pass.
 
     Args:
-        states: Array with its states, in place.
-        i, first: Row and column of the first one.
+        row: Array with its states, in place.
+        first: Column of the first one.
         value: What is filtered.
         c: Constants.
     """
-    one = states[i, first] + c.low * (value - states[i, first])
-    two = states[i, first + 1] + c.low * (one - states[i, first + 1])
-    slow = states[i, first + 2] + c.high * (two - states[i, first + 2])
-    states[i, first], states[i, first + 1], states[i, first + 2] = one, two, slow
+    states = row.tolist()
+    one = states[first] + c.low * (value - states[first])
+    two = states[first + 1] + c.low * (one - states[first + 1])
+    slow = states[first + 2] + c.high * (two - states[first + 2])
+    row[first], row[first + 1], row[first + 2] = one, two, slow
     return float(two - slow)
 
 
@@ -277,8 +281,9 @@ def unexplained(row: Array, measured: Array, unit: float) -> float:
         measured: Means of y², z², y·z.
         unit: T, s.
     """
-    yy, zz, yz = measured[0], measured[1], measured[2]
-    xx, xy, xz = row[5] + 1e-30, row[6], row[7]
+    means, products = measured.tolist(), row.tolist()
+    yy, zz, yz = means[0], means[1], means[2]
+    xx, xy, xz = products[5] + 1e-30, products[6], products[7]
     b = between((xy * zz - yz * xz) / (xx * zz - xz * xz + 1e-30), INERTIA[0], INERTIA[1])
     d = between((b * xz - yz) / (zz + 1e-30), 0.0, DAMPING / unit)
     b = between((xy + d * xz) / xx, INERTIA[0], INERTIA[1])

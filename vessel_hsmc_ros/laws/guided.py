@@ -194,30 +194,12 @@ def step(
     measured, desired = bounded(motion), bounded(desired)
     du, dv, dr = acceleration
     acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
-    if not m.started:
-        m = Memory(
-            True,
-            measured,
-            m.filter,
-            m.tau_1,
-            m.tau_2,
-            m.cut_1,
-            m.cut_2,
-            m.head,
-            m.W,
-            m.H,
-            m.scratch,
-            m.growth,
-            m.slow,
-            m.queue,
-            m.sway,
-            m.bank,
-        )
-    motion = correct(m.predicted, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
+    expected = m.predicted if m.started else measured
+    motion = correct(expected, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
     activate(motion.u, motion.v, motion.r, neurons, m.H)
     HH = output(m.H, m.H, m.scratch)
-    f = learn(measured, HH, m, g)
+    f = learn(measured, expected, HH, m, g)
     coming = forecast(f, m, g)
     # The networks learn what the turn of the hull in a drift of the water does not explain.
     used = followed(credible(m.filter.drift, g), m.filter.steady, m.filter.size, motion, desired, g)
@@ -301,18 +283,22 @@ class GuidedController(AdaptiveLaw[GuidedParameters]):
     networks = ("surge", "sway", "yaw")
     memory: Memory
 
+    def __init__(self, parameters: GuidedParameters, vessel: KnownVessel, period: float) -> None:
+        self._models = bank(vessel, period)  # before super().__init__, which takes the gains for a model
+        super().__init__(parameters, vessel, period)
+
     def retune(self, parameters: GuidedParameters) -> None:
         """Take new gains and keep the internal state; the size of the network stays as constructed."""
         self.parameters = parameters
-        self._use(self.constants.bank.used if hasattr(self, "constants") else 0)
+        self._use(self._models.used)
 
     def _use(self, model: int) -> None:
         """Take the gains for a model of the actuators."""
-        models = bank(self.vessel, self.period, model)
-        if not self.parameters.actuator_identification:
-            models = models._replace(every=0)
-        self._known = with_model(self.vessel, model)
-        self.constants = Constants(gains(self.parameters, self._known, self.period), self.neurons, models)
+        self._models, self._known = self._models._replace(used=model), with_model(self.vessel, model)
+        every = self._models.every if self.parameters.actuator_identification else 0
+        self.constants = Constants(
+            gains(self.parameters, self._known, self.period), self.neurons, self._models._replace(every=every)
+        )
 
     @property
     def known(self) -> KnownVessel:

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.laws.network import Estimates, adapt, outputs
 
 
 @kernel
-def learn(measured: Motion, HH: float, m: Memory, g: Gains) -> Estimates:
+def learn(measured: Motion, predicted: Motion, HH: float, m: Memory, g: Gains) -> Estimates:
     """Adapt the weights in place to the innovation e, W += (1 - z)²/T·e·H/(HᵀH), and let those across H decay.
 
     The innovation has no information on the weights across H, but noise drives them: without the decay W -= leak·T·(W -
@@ -19,22 +19,22 @@ def learn(measured: Motion, HH: float, m: Memory, g: Gains) -> Estimates:
 
     Args:
         measured: Measured state of the ship.
+        predicted: What was predicted for this step.
         HH: HᵀH.
-        m: Internal state with the activations at this step and the prediction for it.
+        m: Internal state with the activations at this step.
         g: Gains.
 
     Returns:
         The outputs WᵀH after the adaptation.
     """
-    p = m.predicted
     # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
     # small constant prevents a division by zero far from all centres, where H vanishes.
     per_square, share = 1.0 / (HH + 1e-6), g.leak * g.T
     scale = per_square / g.T
     # Innovations are saturated before the networks adapt to them: an outlier must not dominate.
-    e_u = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - p.u, g.e_max)
-    e_v = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - p.v, g.e_max)
-    e_r = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - p.r, g.e_r_max)
+    e_u = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - predicted.u, g.e_max)
+    e_v = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - predicted.v, g.e_max)
+    e_r = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - predicted.r, g.e_r_max)
     fu, fv, fr = outputs(m.W, m.H, m.scratch)
     fu, fv, fr = fu + e_u * HH, fv + e_v * HH, fr + e_r * HH
     # Both changes in one step, of which the second acts on the weights after the first.
