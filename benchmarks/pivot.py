@@ -17,7 +17,7 @@ from rich.table import Table
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.laws.known_vessel import INSTANT
+from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text, ship_of
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario

@@ -22,8 +22,7 @@ from rich.table import Table
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.laws import KnownVessel
-from vessel_hsmc_ros.laws.known_vessel import INSTANT
+from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import Row, Verdict, judge, load_suite
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from vessel_hsmc_ros.campaign.plan import Campaign
-from vessel_hsmc_ros.laws import known_vessel
+from vessel_hsmc_ros.law import known_vessel
 from vessel_hsmc_ros.tuning.cases import Case, load_cases
 from vessel_hsmc_ros.tuning.cost import Objective
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.laws.registry import Registry
+    from vessel_hsmc_ros.law.registry import Registry
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -108,6 +108,8 @@ def _signal_handlers() -> Iterator[None]:
 
 KINDS = {
     "core": "pure",
+    "guided": "pure",
+    "law": "pure",
     "laws": "pure",
     "control": "pure",
     "faults": "pure",
@@ -121,8 +123,21 @@ KINDS = {
 
 
 LONG = (
-    *("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "laws/test_guided.py", "nodes"),
-    *("control", "simulation", "manoeuvres", "runs", "identification", "laws", "report", "tuning", "campaign", "plant", "bags"),
+    *("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "guided/test_guided.py", "nodes"),
+    *(
+        "control",
+        "simulation",
+        "manoeuvres",
+        "runs",
+        "identification",
+        "guided",
+        "law",
+        "report",
+        "tuning",
+        "campaign",
+        "plant",
+        "bags",
+    ),
 )
 """Folders and files with the longest tests: they come first, so that both processes end at about the same time."""
 

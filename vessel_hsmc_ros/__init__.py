@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.core.run_data import Run as Run
     from vessel_hsmc_ros.core.schema import parameter as parameter
     from vessel_hsmc_ros.core.version import __version__ as __version__
+    from vessel_hsmc_ros.law.law import Law as Law
+    from vessel_hsmc_ros.law.terms import Terms as Terms
     from vessel_hsmc_ros.laws import make_controller as make_controller
-    from vessel_hsmc_ros.laws.law import Law as Law
-    from vessel_hsmc_ros.laws.terms import Terms as Terms
     from vessel_hsmc_ros.runs.offline import simulate as simulate
     from vessel_hsmc_ros.scenario.law_file import load_law_file as load_law_file
     from vessel_hsmc_ros.scenario.scenario import load_scenario as load_scenario
@@ -47,10 +47,10 @@ _ROOMS = {
     "__version__": "core.version",
     "Acceleration": "core.kinematics",
     "Campaign": "campaign.plan",
-    "Law": "laws.law",
+    "Law": "law.law",
     "Motion": "core.kinematics",
     "Run": "core.run_data",
-    "Terms": "laws.terms",
+    "Terms": "law.terms",
     "VesselHsmcError": "core.exceptions",
     "clip": "core.limits",
     "load_law_file": "scenario.law_file",

@@ -2,7 +2,7 @@ from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.gains import REASONS
-from vessel_hsmc_ros.laws.guided_rule import RULES
+from vessel_hsmc_ros.guided.rule import RULES
 
 
 def gains(*changes: str) -> Result:

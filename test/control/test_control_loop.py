@@ -8,7 +8,9 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import KnownVessel, Terms, make_controller
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.terms import Terms
+from vessel_hsmc_ros.laws import make_controller
 
 STATE, REFERENCE = Motion(0.0, 0.0, 0.2, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NONE = Acceleration(0.0, 0.0, 0.0)

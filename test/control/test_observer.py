@@ -14,7 +14,7 @@ from vessel_hsmc_ros.control.observer_covariance import change, jacobian, pass_w
 from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD, initial_state, observe
 from vessel_hsmc_ros.control.observer_model import D1, ObserverParameters, model, propagate, wave_transition
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative

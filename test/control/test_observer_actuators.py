@@ -8,7 +8,7 @@ import pytest
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters, actuated, actuators, no_commands
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 PERIOD = 50_000_000
 

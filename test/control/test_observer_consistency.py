@@ -8,7 +8,7 @@ from observer_consistency import bounds
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import CE, D1, ObserverParameters, propagate
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 STEP = 50_000_000
 

@@ -6,7 +6,8 @@ import pytest
 
 from vessel_hsmc_ros.control.pivot import ORIGIN, START, Heading, Pivot, at_origin, carry, pivot_of, position
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, tracking_error, transform, transform_rate
-from vessel_hsmc_ros.laws import KnownVessel, Terms
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.terms import Terms
 
 POINT = Pivot(1.5, 0.1, 0.2, 1e-5, 0.03)
 SHIP, DESIRED = Motion(3.0, -2.0, 2.9, 1.4, 0.3, 0.05), Motion(2.5, -1.0, -3.0, 1.6, -0.2, -0.04)

@@ -8,7 +8,8 @@ from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import KnownVessel, make_controller
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.parameters import MonitorParameters, SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Operation, Reason

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.laws import CourseLawParameters, make_controller
-from vessel_hsmc_ros.laws.switching import sign
+from vessel_hsmc_ros.law.switching import sign
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws.course import CourseLawParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 
 SHIP = VesselParameters().coefficients()

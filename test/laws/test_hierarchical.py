@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.core.schema import symbols
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.network import Estimates
+from vessel_hsmc_ros.law.switching import sign
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.laws.hierarchical import adaptation, control
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.network import Estimates
-from vessel_hsmc_ros.laws.switching import sign
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 
 SHIP = VesselParameters().coefficients()

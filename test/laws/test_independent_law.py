@@ -8,7 +8,9 @@ import pytest
 from independent_law import IndependentLaw
 
 from vessel_hsmc_ros.core.schema import entries, symbols
-from vessel_hsmc_ros.laws import HierarchicalParameters, KnownVessel, make_controller
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 
 PERIOD = 0.01
 SYMBOLS = {

@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.laws import KnownVessel, LosPidParameters, make_controller
-from vessel_hsmc_ros.laws.los_pid import adapted, derived_stretch, scaled
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws.los_pid import LosPidParameters, adapted, derived_stretch, scaled
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 NONE = np.zeros(3)

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.laws import KnownVessel, make_controller
-from vessel_hsmc_ros.laws.known_damping import (
+from vessel_hsmc_ros.law.known_damping import (
     KnownDamping,
     drag,
     drag_slope,
@@ -21,6 +20,8 @@ from vessel_hsmc_ros.laws.known_damping import (
     point_ahead,
     rotated,
 )
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 

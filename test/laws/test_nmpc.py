@@ -9,7 +9,8 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.laws import NmpcParameters, make_controller
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws.nmpc import NmpcParameters
 from vessel_hsmc_ros.laws.nmpc_model import compile_horizon
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate

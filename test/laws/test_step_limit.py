@@ -6,8 +6,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.laws import CourseLawParameters, Terms, make_controller
-from vessel_hsmc_ros.laws.switching import check_step
+from vessel_hsmc_ros.law.switching import check_step
+from vessel_hsmc_ros.law.terms import Terms
+from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws.course import CourseLawParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 
 SHIP = VesselParameters().coefficients()

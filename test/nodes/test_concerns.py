@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.nodes import concerns
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns, correlation_condition, monitors
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern

@@ -12,7 +12,9 @@ from golden.record import load
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.laws import Law, Terms, make_controller
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.terms import Terms
+from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.case_run import ExactModelLaw
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration

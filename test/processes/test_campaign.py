@@ -14,7 +14,7 @@ from harness import Command
 from vessel_hsmc_ros import load_law_file
 from vessel_hsmc_ros.campaign.dataset import Dataset, read_rows
 from vessel_hsmc_ros.campaign.execute import run_campaign
-from vessel_hsmc_ros.laws.registry import Registry
+from vessel_hsmc_ros.law.registry import Registry
 
 pytest.importorskip("pyarrow")
 

@@ -13,8 +13,8 @@ from harness import BIN, run_folder
 
 from vessel_hsmc_ros import Run, load_law_file, load_scenario, open_bag, simulate
 from vessel_hsmc_ros.cli.main import main
-from vessel_hsmc_ros.laws import KnownVessel
-from vessel_hsmc_ros.laws.registry import Registry
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.registry import Registry
 from vessel_hsmc_ros.report.from_bag import of_bag
 
 Captured = pytest.CaptureFixture[str]

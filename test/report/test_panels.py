@@ -8,7 +8,7 @@ import pytest
 from records import record
 
 from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.laws.known_vessel import INSTANT
+from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.report import Record, jitter
 from vessel_hsmc_ros.report.legs import planned
 from vessel_hsmc_ros.report.panels import HELP, Panel, panels

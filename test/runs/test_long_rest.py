@@ -6,7 +6,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.laws.known_vessel import INSTANT
+from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 

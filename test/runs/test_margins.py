@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.laws.guided_rule import RULES
+from vessel_hsmc_ros.guided.rule import RULES
 from vessel_hsmc_ros.runs.batch import simulate_many
 from vessel_hsmc_ros.runs.margins import GAIN_MARGIN_DB, PHASE_MARGIN_DEG, hull_about, perturbed, shortcomings, study
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario

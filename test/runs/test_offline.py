@@ -6,7 +6,7 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ScenarioError, SimulationError
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.laws.known_vessel import INSTANT
+from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 

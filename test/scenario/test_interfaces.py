@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
-from vessel_hsmc_ros.laws import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.scenario.interfaces import commands, interface, interface_text, interfaces, parameters_of
 from vessel_hsmc_ros.scenario.parameter_page import interface_page
 from vessel_hsmc_ros.scenario.parameters import NODES

@@ -8,7 +8,7 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.laws.known_vessel import INSTANT, NOT_DECLARED
+from vessel_hsmc_ros.law.known_vessel import INSTANT, NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text

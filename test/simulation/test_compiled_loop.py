@@ -9,8 +9,8 @@ from compiling import only_compiled
 from hulls import COUPLING
 
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
-from vessel_hsmc_ros.laws import LAWS, PdParameters
-from vessel_hsmc_ros.laws.pd import PdController
+from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.runs.batch import simulate_many, simulate_one
 from vessel_hsmc_ros.runs.offline import ClosedLoop, simulate

@@ -8,7 +8,9 @@ from unittest.mock import patch
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.laws import KnownVessel, Law, Terms
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import controller_timer
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns

@@ -7,7 +7,7 @@ import numpy as np
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator

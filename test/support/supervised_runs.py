@@ -15,7 +15,8 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.core.run_data import Published
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.control_concerns import CONDITION_LIMIT, correlation_condition
 from vessel_hsmc_ros.runs.offline import ClosedLoop

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from vessel_hsmc_ros.campaign.ship_family import SHIP, ShipFamily
 from vessel_hsmc_ros.campaign.ship_references import LONGEST, Course, Request, course_for
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
+from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.ship_rules import Scale, circle_for, drift_decay, drift_ratio, scale_of
 

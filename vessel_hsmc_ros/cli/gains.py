@@ -10,8 +10,8 @@ from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, p
 from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
-from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters, by_hand_or_derived
-from vessel_hsmc_ros.laws.guided_rule import RULES, dynamics, unit_time
+from vessel_hsmc_ros.guided.parameters import GuidedParameters, by_hand_or_derived
+from vessel_hsmc_ros.guided.rule import RULES, dynamics, unit_time
 from vessel_hsmc_ros.runs.margins import Study, shortcomings, study
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

@@ -12,9 +12,9 @@ from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put,
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
-from vessel_hsmc_ros.laws import Law, Terms
-from vessel_hsmc_ros.laws.guard import guarded, guarded_step
-from vessel_hsmc_ros.laws.terms import diagnosed
+from vessel_hsmc_ros.law.guard import guarded, guarded_step
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.terms import Terms, diagnosed
 from vessel_hsmc_ros.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation, Velocities
 from vessel_hsmc_ros.safety.parameters import MonitorParameters, SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Operation, Reason

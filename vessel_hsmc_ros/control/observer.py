@@ -17,7 +17,7 @@ from vessel_hsmc_ros.control.observer_filter import ObserverConstants, estimate,
 from vessel_hsmc_ros.control.observer_model import ObserverParameters, actuators, model
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 PRIOR_DECAY = 0.8
 """Decay rates before anything is known of them, in units of 1/T, with a standard deviation of a factor e."""

@@ -40,7 +40,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 
 def tuning(default: float, description: str, unit: str) -> float:

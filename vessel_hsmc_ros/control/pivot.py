@@ -30,8 +30,8 @@ from vessel_hsmc_ros.control.turning_offset import Turning, turning_offset
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Acceleration, Motion, magnitude, wrap
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.terms import Terms
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.terms import Terms
 
 FROUDE = 0.06
 """The speed U_0 as a Froude number; gravity, m/s²."""

@@ -1,48 +1,27 @@
-"""Control laws, one per file, with a common interface, registry and factory."""
+"""Control laws, one per file, their registry and their factory."""
 
 import dataclasses
 from typing import Any
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.laws.ashrafiuon import AshrafiuonController, AshrafiuonParameters
-from vessel_hsmc_ros.laws.backstepping import BacksteppingController, BacksteppingParameters
-from vessel_hsmc_ros.laws.course import CourseController, CourseLawParameters
-from vessel_hsmc_ros.laws.guard import guarded
-from vessel_hsmc_ros.laws.guided import GuidedController
-from vessel_hsmc_ros.laws.guided_parameters import GuidedParameters
-from vessel_hsmc_ros.laws.hand_position import HandPositionController, HandPositionParameters
+from vessel_hsmc_ros.guided.controller import GuidedController
+from vessel_hsmc_ros.law.guard import guarded
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.registry import Registry
+from vessel_hsmc_ros.laws.ashrafiuon import AshrafiuonController
+from vessel_hsmc_ros.laws.backstepping import BacksteppingController
+from vessel_hsmc_ros.laws.course import CourseController
+from vessel_hsmc_ros.laws.hand_position import HandPositionController
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.law import Law
-from vessel_hsmc_ros.laws.los_pid import LosPidController, LosPidParameters
-from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController, ManoeuvreParameters
-from vessel_hsmc_ros.laws.nmpc import NmpcController, NmpcParameters
-from vessel_hsmc_ros.laws.open_loop import OpenLoop, OpenLoopParameters
-from vessel_hsmc_ros.laws.pd import PdController, PdParameters
-from vessel_hsmc_ros.laws.registry import Registry
-from vessel_hsmc_ros.laws.terms import Terms
+from vessel_hsmc_ros.laws.los_pid import LosPidController
+from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
+from vessel_hsmc_ros.laws.nmpc import NmpcController
+from vessel_hsmc_ros.laws.open_loop import OpenLoop
+from vessel_hsmc_ros.laws.pd import PdController
 
-__all__ = [
-    "LAWS",
-    "AshrafiuonParameters",
-    "BacksteppingParameters",
-    "CourseLawParameters",
-    "GuidedParameters",
-    "HandPositionParameters",
-    "HierarchicalParameters",
-    "KnownVessel",
-    "Law",
-    "LosPidParameters",
-    "ManoeuvreParameters",
-    "NmpcParameters",
-    "OpenLoopParameters",
-    "PdParameters",
-    "Terms",
-    "construct",
-    "make_controller",
-]
+__all__ = ["LAWS", "KnownVessel", "construct", "make_controller"]
 
 LAWS = Registry(
     HierarchicalController,
@@ -57,7 +36,7 @@ LAWS = Registry(
     ManoeuvreController,
     OpenLoop,
 )
-"""Every law by its name."""
+"""Every law by its name: all that a law of this package is registered by; its parameters are those that its class declares."""
 
 
 def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:

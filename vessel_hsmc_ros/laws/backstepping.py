@@ -32,8 +32,8 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.laws.known_damping import KnownDamping, Ship, free_acceleration, known_ship, rotated
+from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.law.known_damping import KnownDamping, Ship, free_acceleration, known_ship, rotated
 
 LARGEST_WEIGHT = 0.9
 """Bound of abs(k), below 1."""

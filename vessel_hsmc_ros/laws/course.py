@@ -26,10 +26,10 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.law.kernel_law import AdaptiveLaw
+from vessel_hsmc_ros.law.network import NetworkParameters, Neurons, activate, adapt, output
+from vessel_hsmc_ros.law.switching import SWITCHING, check_step, switch
 from vessel_hsmc_ros.laws.hierarchical_parameters import gain, layer
-from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import NetworkParameters, Neurons, activate, adapt, output
-from vessel_hsmc_ros.laws.switching import SWITCHING, check_step, switch
 
 
 def thrust() -> float:

@@ -38,10 +38,10 @@ from vessel_hsmc_ros.core.kinematics import (
     transform_acceleration,
     transform_rate,
 )
+from vessel_hsmc_ros.law.kernel_law import AdaptiveLaw
+from vessel_hsmc_ros.law.network import Estimates, Neurons, activate, adapt, outputs
+from vessel_hsmc_ros.law.switching import check_step, switch
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
-from vessel_hsmc_ros.laws.kernel_law import AdaptiveLaw
-from vessel_hsmc_ros.laws.network import Estimates, Neurons, activate, adapt, outputs
-from vessel_hsmc_ros.laws.switching import check_step, switch
 
 
 class Rates(NamedTuple):

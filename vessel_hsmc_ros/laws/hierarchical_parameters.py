@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.network import NetworkParameters
-from vessel_hsmc_ros.laws.switching import SWITCHING
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.network import NetworkParameters
+from vessel_hsmc_ros.law.switching import SWITCHING
 
 
 def gain(default: float, description: str, unit: str, symbol: str) -> float:

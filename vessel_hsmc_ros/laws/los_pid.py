@@ -33,9 +33,9 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.laws.guided_rule import unit_time
-from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
+from vessel_hsmc_ros.guided.rule import unit_time
+from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 PAPER = KnownVessel()
 """The ship for which the gains were found."""

@@ -35,7 +35,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 
 KINDS = ("turning_circle", "zigzag", "spiral", "crash_stop", "speed_run", "bollard_pull")
 """The manoeuvres, in the order of their numbers in the kernel."""

@@ -28,10 +28,10 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.law import Law
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws.nmpc_model import Model, ModelParameters, compile_horizon
-from vessel_hsmc_ros.laws.terms import Terms
 
 SUDDEN = 0.2
 """A faster change of the reference's inputs is a step, which must not be extrapolated, in limits per second."""

@@ -22,7 +22,7 @@ import numpy as np
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.laws.known_damping import KnownDamping
+from vessel_hsmc_ros.law.known_damping import KnownDamping
 
 
 @dataclass(frozen=True)

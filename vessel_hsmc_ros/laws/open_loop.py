@@ -22,7 +22,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 
 EARLY = 0.5e-9
 """Tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times."""

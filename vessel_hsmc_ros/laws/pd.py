@@ -27,8 +27,8 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.laws.course import thrust
-from vessel_hsmc_ros.laws.kernel_law import NO_NETWORKS, KernelLaw
 
 
 def gain(default: float, description: str, unit: str, symbol: str) -> float:

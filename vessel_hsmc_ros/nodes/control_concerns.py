@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.nodes.concerns import MINUTE, Recent, bounded, counted, saturation
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern
 from vessel_hsmc_ros.safety.monitors import Alarm

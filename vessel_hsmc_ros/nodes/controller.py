@@ -12,8 +12,8 @@ from rclpy.duration import Duration
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RefusalError
-from vessel_hsmc_ros.laws import Terms
-from vessel_hsmc_ros.laws.actuator_identification import described
+from vessel_hsmc_ros.guided.actuator_identification import described
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern

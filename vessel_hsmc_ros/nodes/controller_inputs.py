@@ -13,7 +13,7 @@ from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, in_body_frame
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
-from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.base import Concern, VesselNode
 from vessel_hsmc_ros.nodes.concerns import ages

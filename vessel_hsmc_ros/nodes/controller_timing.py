@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
-from vessel_hsmc_ros.laws import Terms
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, Desired, Measured
 from vessel_hsmc_ros.nodes.managed import ManagedNode

@@ -19,11 +19,11 @@ from vessel_hsmc_ros.control.pivot import INTEGRAL, pivot_of
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws.guided_margins import Actuator, Carriage, Hull, surge_loop, yaw_loop
-from vessel_hsmc_ros.laws.guided_parameters import Gains, by_hand_or_derived, gains
-from vessel_hsmc_ros.laws.guided_rule import RULES, dynamics
-from vessel_hsmc_ros.laws.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.linear_loop import Margins, margins
+from vessel_hsmc_ros.guided.margins import Actuator, Carriage, Hull, surge_loop, yaw_loop
+from vessel_hsmc_ros.guided.parameters import Gains, by_hand_or_derived, gains
+from vessel_hsmc_ros.guided.rule import RULES, dynamics
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.linear_loop import Margins, margins
 from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario

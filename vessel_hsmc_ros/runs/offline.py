@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.run_data import Published, Run
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_hsmc_ros.laws import Law
+from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compiled_loop import make_loop
 

@@ -8,8 +8,8 @@ from vessel_hsmc_ros.control.control_loop import ControlLoop, Fallback, Watch
 from vessel_hsmc_ros.control.pivot import Pivot, pivot_of
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import Law
-from vessel_hsmc_ros.laws.guided_parameters import by_hand_or_derived
+from vessel_hsmc_ros.guided.parameters import by_hand_or_derived
+from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.safety.safe_action import Authority
 from vessel_hsmc_ros.safety.supervision import Supervision
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters

@@ -8,8 +8,9 @@ from pathlib import Path
 from types import ModuleType
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.laws import LAWS, Law
-from vessel_hsmc_ros.laws.registry import Origin, is_law
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.registry import Origin, is_law
+from vessel_hsmc_ros.laws import LAWS
 
 OPTION = "--law-file"
 

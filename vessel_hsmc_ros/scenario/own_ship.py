@@ -19,8 +19,8 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.laws import KnownVessel
-from vessel_hsmc_ros.laws.guided_rule import derived_gains
+from vessel_hsmc_ros.guided.rule import derived_gains
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.parameters import VESSEL
 from vessel_hsmc_ros.scenario.ship_rules import circle_for, drift_decay, drift_ratio, loads, references, scale_of

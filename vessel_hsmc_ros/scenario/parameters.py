@@ -4,6 +4,7 @@ from collections import UserDict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, make_dataclass
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core import schema
@@ -11,21 +12,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.laws import (
-    LAWS,
-    AshrafiuonParameters,
-    BacksteppingParameters,
-    CourseLawParameters,
-    GuidedParameters,
-    HandPositionParameters,
-    HierarchicalParameters,
-    KnownVessel,
-    LosPidParameters,
-    ManoeuvreParameters,
-    NmpcParameters,
-    OpenLoopParameters,
-    PdParameters,
-)
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.plant.simulator import PlantParameters
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
@@ -80,8 +68,8 @@ def choice_of_law(names: tuple[str, ...]) -> str:
 
 
 @dataclass(frozen=True)
-class ControllerParameters(CommonParameters):
-    """Parameters of controller; `controller_parameters` adds those of the laws that are not of this package."""
+class ControlParameters(CommonParameters):
+    """Parameters of controller that concern all laws."""
 
     law: str = choice_of_law(tuple(LAWS.built_in))
     rate_hz: float = rate("Rate of the control law.")
@@ -95,17 +83,24 @@ class ControllerParameters(CommonParameters):
     safety: SafetyParameters = group(SafetyParameters)
     vessel: KnownVessel = group(KnownVessel)
     observer: ObserverParameters = group(ObserverParameters)
-    hierarchical: HierarchicalParameters = group(HierarchicalParameters)
-    guided: GuidedParameters = group(GuidedParameters)
-    course: CourseLawParameters = group(CourseLawParameters)
-    pd: PdParameters = group(PdParameters)
-    los_pid: LosPidParameters = group(LosPidParameters)
-    ashrafiuon: AshrafiuonParameters = group(AshrafiuonParameters)
-    backstepping: BacksteppingParameters = group(BacksteppingParameters)
-    hand_position: HandPositionParameters = group(HandPositionParameters)
-    nmpc: NmpcParameters = group(NmpcParameters)
-    manoeuvre: ManoeuvreParameters = group(ManoeuvreParameters)
-    open_loop: OpenLoopParameters = group(OpenLoopParameters)
+
+
+if TYPE_CHECKING:
+
+    class LawParameters(ControlParameters):
+        """The parameters of controller with a group for every law of this package, which has the law's name."""
+
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    _groups = [(name, kind.parameters, group(kind.parameters)) for name, kind in LAWS.built_in.items()]
+    LawParameters = make_dataclass("LawParameters", _groups, bases=(ControlParameters,), frozen=True)
+
+
+@dataclass(frozen=True)
+class ControllerParameters(LawParameters):
+    """Parameters of controller; `controller_parameters` adds those of the laws that are not of this package."""
+
     diagnostics: DiagnosticsParameters = group(DiagnosticsParameters)
     black_box: BlackBoxParameters = group(BlackBoxParameters)
 

@@ -13,7 +13,8 @@ from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, Sc
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.faults.fault import FaultScript
-from vessel_hsmc_ros.laws import Law, construct
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.laws import construct
 from vessel_hsmc_ros.plant.hull_check import check_hull
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.bounded_text import read_text

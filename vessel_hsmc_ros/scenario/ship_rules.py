@@ -26,7 +26,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import GRAVITY
-from vessel_hsmc_ros.laws.known_vessel import NOT_DECLARED
+from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc, Curve

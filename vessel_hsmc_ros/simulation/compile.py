@@ -12,8 +12,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.laws.kernel_law import KernelLaw
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario

@@ -11,8 +11,8 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
 from vessel_hsmc_ros.core.kinematics import Acceleration, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws import Law
-from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.law.kernel_law import KernelLaw
+from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.plant.simulator import divergence_of_ship
 from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law

@@ -9,7 +9,8 @@ from vessel_hsmc_ros.control.allocation import Allocation
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_hsmc_ros.laws import Law, Terms
+from vessel_hsmc_ros.law.law import Law
+from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.reference.factory import Reference, make_reference

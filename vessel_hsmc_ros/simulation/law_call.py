@@ -13,9 +13,9 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, VesselHsmcError
 from vessel_hsmc_ros.core.kernel import bound, kernel
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws.guard import guarded_step, named
-from vessel_hsmc_ros.laws.kernel_law import FLAGS, KernelLaw
-from vessel_hsmc_ros.laws.terms import Terms, lyapunov_function, lyapunov_rates, weight_norms
+from vessel_hsmc_ros.law.guard import guarded_step, named
+from vessel_hsmc_ros.law.kernel_law import FLAGS, KernelLaw
+from vessel_hsmc_ros.law.terms import Terms, lyapunov_function, lyapunov_rates, weight_norms
 
 Answer = tuple[tuple[float, float], Any, Any]
 

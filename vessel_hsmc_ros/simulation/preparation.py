@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, published
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.plant.sensors import sampling
 from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters

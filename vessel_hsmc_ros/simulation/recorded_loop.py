@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
-from vessel_hsmc_ros.laws.kernel_law import KernelLaw
+from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.closed_loop import law_outdated, law_step, unobserved
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.law_call import cause, is_compilable, law_call
