@@ -1,14 +1,11 @@
 """The closed loop as one kernel: plant, reference, observer and law, step by step as in the nodes."""
 
-import math
 from typing import Any
 
-from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
-from vessel_hsmc_ros.control.pivot import Carried, carry
+from vessel_hsmc_ros.control.control_period import ControlInputs, Period, control_period
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.delay_line import delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, published
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
 from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration, unforced
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure, shown
 from vessel_hsmc_ros.plant.step import advance as advance_plant
@@ -17,35 +14,6 @@ from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, Kept, State
 DONE, UNDEFINED, DIVERGED, OUTDATED = 0, 1, 2, 3
 """Why the loop has stopped: at the requested step, before a step at which the law has no finite wrench, after a step that ended
 with a motion that is not finite, or after one after which the law needs other constants."""
-
-
-@kernel
-def law_step(
-    at: Carried,
-    age: float,
-    memory: Any,
-    constants: Any,  # noqa: ARG001 - a stand-in
-) -> tuple[tuple[float, float], Any, Any]:
-    """Stands for `law_call.law_call` of a law, which takes this place where the loop is compiled."""
-    return (math.nan, math.nan), (at.motion.x, at.desired.x, age), memory
-
-
-@kernel
-def law_outdated(memory: Any, constants: Any) -> bool:  # noqa: ARG001 - a stand-in
-    """Stands for `KernelLaw.outdated` of a law."""
-    return False
-
-
-@kernel
-def unobserved(
-    stamp: int,  # noqa: ARG001 - in the place of `observe`
-    pose: Any,  # noqa: ARG001
-    wrench: Any,  # noqa: ARG001
-    state: ObserverState,
-    constants: ObserverConstants,  # noqa: ARG001
-) -> ObserverState:
-    """Takes the place of `observe` where the observer is switched off, which halves the time of compilation."""
-    return state
 
 
 @kernel
@@ -72,6 +40,20 @@ def write(row: Array, start: int, values: Any) -> None:
 def desired_motion(reference: Array, i: int) -> Motion:
     """A motion of the reference as the controller receives it."""
     return Motion(reference[i, 0], reference[i, 1], reference[i, 9], reference[i, 3], reference[i, 4], reference[i, 5])
+
+
+@kernel
+def control_inputs(k: int, measured: Motion, desired: Motion, inputs: Inputs) -> ControlInputs:
+    """What the control period of step k takes.
+
+    Args:
+        k: Index of the step.
+        measured, desired: States of ship and reference as their messages give them.
+        inputs: What is known of every step.
+    """
+    row = inputs.reference[inputs.latest[k]]
+    rate = Acceleration(row[6], row[7], row[8])
+    return ControlInputs(inputs.measured_at[k], inputs.age[k], inputs.behind[k], measured, desired, rate)
 
 
 @kernel
@@ -138,7 +120,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
     Returns:
         Why the loop has stopped, the number of rows that are done, and the state that they have left.
     """
-    periods, wrench, memory, observed, plant, delta, commands = state
+    periods, plant, controller = state
     c, last = constants.plant, len(inputs.time) - 1
     for k in range(start, stop):
         time = inputs.time[k]
@@ -146,60 +128,46 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
         sampled = inputs.sampled[k]
         plant = measure(plant, sampled[0], sampled[1], sampled[2], inputs.sensor_noise[k], time, c)
         shown, measured = received(plant, c)
-        i = inputs.latest[k]
-        desired = desired_motion(inputs.reference, i)
-        sensed, renewed = measured, False
+        desired = desired_motion(inputs.reference, inputs.latest[k])
+        renewed = False
         if inputs.due[k]:
-            if constants.observer.enabled:
-                pose = (measured.x, measured.y, measured.psi)
-                q = inputs.behind[k]
-                then = delayed(commands, q, 0), delayed(commands, q, 1)
-                observed = observe(inputs.measured_at[k], pose, then, observed, constants.observer)
-                measured = estimate(observed)
-            rate = Acceleration(inputs.reference[i, 6], inputs.reference[i, 7], inputs.reference[i, 8])
-            age = inputs.age[k]
-            at = carry(measured, extrapolate(desired, rate, -age), rate, delta, constants.pivot)
-            demand, terms, memory = law_step(at, age, memory, constants.law)
-            if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
-                return UNDEFINED, k, State(periods, wrench, memory, observed, plant, delta, commands)
-            wrench, delta = demand, at.delta
-            renewed = law_outdated(memory, constants.law)
-            if constants.observer.enabled:
-                put(commands, wrench)
-            keep_period(periods, terms, memory, measured, kept)
-            if periods < len(kept.back):
-                write(kept.back[periods], 0, at.back)
+            period = control_period(control_inputs(k, measured, desired, inputs), controller, constants.controller)
+            controller, renewed = period.state, period.is_outdated
+            if not period.is_defined:
+                return UNDEFINED, k, State(periods, plant, controller)
+            keep_period(periods, period, kept)
             periods += 1
-        plant = drive(inputs.stamp[k], plant, wrench, sensed.u, c, constants.drive)
+        plant = drive(inputs.stamp[k], plant, controller.wrench, measured.u, c, constants.drive)
         if len(kept.rows):
-            keep(kept.rows[k], time, (shown, sensed, desired), wrench, disturbing, plant, c)
+            keep(kept.rows[k], time, (shown, measured, desired), controller.wrench, disturbing, plant, c)
         else:
-            keep_brief(kept.brief, k, shown, desired, plant.tau, wrench)
+            keep_brief(kept.brief, k, shown, desired, plant.tau, controller.wrench)
         reason = OUTDATED if renewed else DONE
         if k < last:  # the last sample is the final state
             plant = advance_plant(plant, plant.tau, acceleration(disturbing, c.vessel), inputs.gust_noise[k], c)
             reason = reason if is_finite(plant.motion) else DIVERGED
         if reason != DONE:
-            return reason, k + 1, State(periods, wrench, memory, observed, plant, delta, commands)
-    return DONE, stop, State(periods, wrench, memory, observed, plant, delta, commands)
+            return reason, k + 1, State(periods, plant, controller)
+    return DONE, stop, State(periods, plant, controller)
 
 
 @kernel
-def keep_period(period: int, terms: Any, memory: Any, estimated: Motion, kept: Kept) -> None:
+def keep_period(k: int, period: Period, kept: Kept) -> None:
     """Write what the controller has computed in a control period.
 
     Args:
-        period: Its index.
-        terms: Terms of the law.
-        memory: Internal state of the law, with the weights that it has used.
-        estimated: The motion that the law has received.
+        k: Its index.
+        period: Its result; the memory of the law has the weights that it has used.
         kept: Arrays to write.
     """
-    if period < len(kept.terms):
-        write(kept.terms[period], 0, terms)
-        for i in range(len(memory.W)):
-            for j in range(memory.W.shape[1]):
-                kept.weights[period, i, j] = memory.W[i, j]
-    if period < len(kept.estimates):
-        write(kept.estimates[period], 0, estimated)
-        kept.estimates[period, 6] = published(estimated).psi
+    if k < len(kept.terms):
+        write(kept.terms[k], 0, period.terms)
+        W = period.state.memory.W
+        for i in range(len(W)):
+            for j in range(W.shape[1]):
+                kept.weights[k, i, j] = W[i, j]
+    if k < len(kept.estimates):
+        write(kept.estimates[k], 0, period.motion)
+        kept.estimates[k, 6] = published(period.motion).psi
+    if k < len(kept.back):
+        write(kept.back[k], 0, period.back)

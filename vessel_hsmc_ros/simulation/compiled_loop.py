@@ -4,22 +4,29 @@ from typing import Any
 
 import numpy as np
 
+from vessel_hsmc_ros.control.control_period import cause, period_of
 from vessel_hsmc_ros.control.observer import with_actuators
-from vessel_hsmc_ros.control.observer_filter import estimate
-from vessel_hsmc_ros.control.pivot import ERRORS, carry
+from vessel_hsmc_ros.control.pivot import ERRORS
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
-from vessel_hsmc_ros.core.kinematics import Acceleration, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.plant.simulator import divergence_of_ship
 from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
-from vessel_hsmc_ros.simulation.closed_loop import DIVERGED, OUTDATED, UNDEFINED, advance, desired_motion, received, unobserved
+from vessel_hsmc_ros.simulation.closed_loop import (
+    DIVERGED,
+    OUTDATED,
+    UNDEFINED,
+    advance,
+    control_inputs,
+    desired_motion,
+    received,
+)
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
-from vessel_hsmc_ros.simulation.law_call import all_terms, cause, is_compilable, law_call
+from vessel_hsmc_ros.simulation.law_call import all_terms, is_compilable
 from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
 from vessel_hsmc_ros.simulation.loop_state import Kept, drive_by_thrusters
 from vessel_hsmc_ros.simulation.preparation import prepare
@@ -49,11 +56,11 @@ def make_loop(
 
 def compiled_loop(law: type[KernelLaw[Any]], observed: bool, by_thrusters: bool = False) -> Compiled:
     """The loop with a law, with the observer or without, driven by a wrench or by thrusters."""
-    kernels: dict[str, Any] = {"law_outdated": law.outdated} | ({"drive": drive_by_thrusters} if by_thrusters else {})
-    title = f"the law {law.name}{' with thrusters' * by_thrusters}"
-    if observed:
-        return compiled(advance, f"{title} with the observer", law_step=law_call(law), **kernels)
-    return compiled(advance, title, allocates=False, law_step=law_call(law), observe=unobserved, **kernels)
+    kernels: dict[str, Any] = {"control_period": period_of(law, observed)}
+    if by_thrusters:
+        kernels["drive"] = drive_by_thrusters
+    title = f"the law {law.name}{' with thrusters' * by_thrusters}{' with the observer' * observed}"
+    return compiled(advance, title, allocates=observed, **kernels)
 
 
 class CompiledLoop(Loop):
@@ -78,12 +85,13 @@ class CompiledLoop(Loop):
         self._state, self._constants, self._inputs = prepare(scenario, samples, law)
         self.rows = np.empty((samples if brief is None else 0, WIDTH))
         periods = int(np.count_nonzero(self._inputs.due)) if brief is None else 0
-        estimates = np.empty((periods if self._constants.observer.enabled else 0, 7))
+        control = self._constants.controller
+        estimates = np.empty((periods if control.observer.enabled else 0, 7))
         terms, weights = np.empty((periods, len(law.terms._fields))), np.empty((periods, *law.memory.W.shape))
-        back = np.empty((periods if self._constants.pivot.x_p else 0, len(ERRORS)))
+        back = np.empty((periods if control.pivot.x_p else 0, len(ERRORS)))
         brief = np.empty((BRIEF, 0)) if brief is None else brief
         self._kept = Kept(self.rows, brief, terms, weights, estimates, back)
-        self._advance = compiled_loop(type(law), self._constants.observer.enabled, scenario.vessel_sim.by_thrusters)
+        self._advance = compiled_loop(type(law), control.observer.enabled, scenario.vessel_sim.by_thrusters)
 
     def advance(self, stop: int) -> None:
         """Go on until `stop` rows are done."""
@@ -91,12 +99,13 @@ class CompiledLoop(Loop):
         while reason == OUTDATED and self.done < stop:
             given = self._state, self._constants, self._inputs, self._kept
             reason, self.done, self._state = self._advance(self.done, stop, *given)
-            self._law.memory = self._state.memory
+            controller, c = self._state.controller, self._constants.controller
+            self._law.memory = controller.memory
             if reason == OUTDATED:
                 self._law.renew()
-                self._state = self._state._replace(memory=self._law.memory)
-                observer = with_actuators(self._constants.observer, self._scenario.controller.observer, self._law.known)
-                self._constants = self._constants._replace(law=self._law.constants, observer=observer)
+                self._state = self._state._replace(controller=controller._replace(memory=self._law.memory))
+                observer = with_actuators(c.observer, self._scenario.controller.observer, self._law.known)
+                self._constants = self._constants._replace(controller=c._replace(law=self._law.constants, observer=observer))
         if reason == UNDEFINED:
             raise self._undefined()
         if reason == DIVERGED:
@@ -106,15 +115,10 @@ class CompiledLoop(Loop):
 
     def _undefined(self) -> VesselHsmcError:
         """The error of the law at the present step: the interpreted law finds its cause."""
-        _, motion = received(self._state.plant, self._constants.plant)
-        if self._constants.observer.enabled:
-            motion = estimate(self._state.observer)
-        reference, i = self._inputs.reference, int(self._inputs.latest[self.done])
-        rate = Acceleration(*reference[i, 6:9].tolist())
-        age = float(self._inputs.age[self.done])
-        desired = extrapolate(desired_motion(reference, i), rate, -age)
-        at = carry(motion, desired, rate, self._state.delta, self._constants.pivot)
-        return cause(self._law, at, age)
+        k, inputs, controller = self.done, self._inputs, self._constants.controller
+        _, measured = received(self._state.plant, self._constants.plant)
+        desired = desired_motion(inputs.reference, int(inputs.latest[k]))
+        return cause(self._law, control_inputs(k, measured, desired, inputs), self._state.controller, controller)
 
     def control(self) -> Control:
         """What the controller has computed so far."""

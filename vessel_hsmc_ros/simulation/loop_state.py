@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.allocation import allocate, allocator, elapsed_time, new_state
-from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState
-from vessel_hsmc_ros.control.pivot import Heading, Pivot
+from vessel_hsmc_ros.control.control_period import ControlConstants, ControlState
 from vessel_hsmc_ros.control.thruster_sets import THRUST, TURN, Allocator
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.delay_line import DelayLine
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
 from vessel_hsmc_ros.plant.thruster_plant import Thrusters, ThrusterState, apply_thrusts, idle, thrusters_of
@@ -18,15 +16,13 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 
 
 class Constants(NamedTuple):
-    """What stays constant during a run: of the law, the plant, the observer and the point that the law controls.
+    """What stays constant during a run: of plant and controller.
 
     `drive` is the way from the command to the hull, with states that are written in place: nothing, or a `ThrusterDrive`.
     """
 
-    law: Any
     plant: PlantConstants
-    observer: ObserverConstants
-    pivot: Pivot
+    controller: ControlConstants
     drive: Any
 
 
@@ -65,21 +61,13 @@ class State(NamedTuple):
 
     Attributes:
         periods: Number of control periods so far.
-        wrench: Commanded surge force [N] and yaw moment [N·m].
-        memory: Internal state of the law.
-        observer: State of the observer.
         plant: State of the plant.
-        delta: State of the filter of the headings of `control.pivot`.
-        commands: The last commands, where there is an observer.
+        controller: State of the controller, with the present command.
     """
 
     periods: int
-    wrench: tuple[float, float]
-    memory: Any
-    observer: ObserverState
     plant: PlantState
-    delta: Heading
-    commands: DelayLine
+    controller: ControlState
 
 
 class Kept(NamedTuple):

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ages, past_commands
+from vessel_hsmc_ros.control.control_period import ControlConstants, ControlState
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.pivot import START
 from vessel_hsmc_ros.core.arrays import Array
@@ -65,13 +66,12 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
     plant = Simulator(sim, period)
     observer = Observer(controller.observer, controller.vessel)
-    constants = Constants(
-        law.constants, plant.constants(), observer.constants, make_pivot(controller), thruster_drive(scenario, period)
-    )
+    control = ControlConstants(law.constants, observer.constants, make_pivot(controller))
+    constants = Constants(plant.constants(), control, thruster_drive(scenario, period))
     noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)
     commands = past_commands(RateGrid(controller.rate_hz).period)
-    state = State(0, NO_WRENCH, law.memory, observer.state, plant.initial_state(), START, commands)
+    state = State(0, plant.initial_state(), ControlState(NO_WRENCH, law.memory, observer.state, START, commands))
     return Prepared(state, constants, Inputs(*instants, reference, noise, gusts))
 
 

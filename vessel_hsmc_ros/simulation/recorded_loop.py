@@ -1,23 +1,26 @@
 """The controller over recorded inputs: the law and the observer without the plant, compiled where it pays."""
 
-import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.control_period import (
+    ControlConstants,
+    ControlInputs,
+    ControlState,
+    cause,
+    control_period,
+    period_of,
+)
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
-from vessel_hsmc_ros.control.pivot import Heading, Pivot, carry
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
-from vessel_hsmc_ros.simulation.closed_loop import law_outdated, law_step, unobserved
 from vessel_hsmc_ros.simulation.compilation import available, compiled
-from vessel_hsmc_ros.simulation.law_call import cause, is_compilable, law_call
+from vessel_hsmc_ros.simulation.law_call import is_compilable
 
 FEW = 5000
 """Fewer steps are interpreted: that takes less time than to load the compiled law."""
@@ -48,17 +51,6 @@ class Recorded(NamedTuple):
     wrench: Array
 
 
-class Answered(NamedTuple):
-    """How far the controller has come, and what it leaves to the next step."""
-
-    row: int
-    wrench: tuple[float, float]
-    memory: Any
-    observer: ObserverState
-    delta: Heading
-    commands: DelayLine
-
-
 @kernel
 def motion_of(rows: Array, k: int) -> Motion:
     """A row as a motion."""
@@ -66,42 +58,40 @@ def motion_of(rows: Array, k: int) -> Motion:
 
 
 @kernel
-def answer(last: Answered, stop: int, law: Any, observer: ObserverConstants, pivot: Pivot, recorded: Recorded) -> Answered:
-    """Answer the messages from the row that the last call has come to up to row stop - 1.
+def inputs_of(recorded: Recorded, k: int) -> ControlInputs:
+    """What the control period of row k takes."""
+    rate = Acceleration(recorded.acceleration[k, 0], recorded.acceleration[k, 1], recorded.acceleration[k, 2])
+    motion, desired = motion_of(recorded.motion, k), motion_of(recorded.desired, k)
+    return ControlInputs(recorded.measured_at[k], recorded.age[k], recorded.behind[k], motion, desired, rate)
+
+
+@kernel
+def answer(
+    start: int, stop: int, state: ControlState, constants: ControlConstants, recorded: Recorded
+) -> tuple[int, ControlState]:
+    """Answer the messages of the rows start to stop - 1.
 
     Args:
-        last: What the step before has left; its arrays are written in place.
-        stop: Row to stop at.
-        law, observer: Constants of the law and of the observer.
-        pivot: The point that the law controls.
+        start, stop: Rows.
+        state: What the row before `start` has left; its arrays are written in place.
+        constants: What stays constant.
         recorded: Inputs and answers.
 
     Returns:
-        What the last step has left; its row is below `stop` where the law has no finite wrench, or needs other constants.
+        The number of rows that are done, and the state that they have left; fewer than `stop` where the law has no finite wrench,
+        or needs other constants.
     """
-    start, wrench, memory, observed, delta, commands = last
     for k in range(start, stop):
+        outdated = False
         if recorded.due[k]:
-            motion = motion_of(recorded.motion, k)
-            if observer.enabled:
-                q = recorded.behind[k]
-                then = delayed(commands, q, 0), delayed(commands, q, 1)
-                observed = observe(recorded.measured_at[k], (motion.x, motion.y, motion.psi), then, observed, observer)
-                motion = estimate(observed)
-            rate = Acceleration(recorded.acceleration[k, 0], recorded.acceleration[k, 1], recorded.acceleration[k, 2])
-            age = recorded.age[k]
-            at = carry(motion, extrapolate(motion_of(recorded.desired, k), rate, -age), rate, delta, pivot)
-            demand, _, memory = law_step(at, age, memory, law)
-            if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
-                return Answered(k, wrench, memory, observed, delta, commands)
-            wrench, delta = demand, at.delta
-            if observer.enabled:
-                put(commands, wrench)
-            if law_outdated(memory, law):
-                recorded.wrench[k, 0], recorded.wrench[k, 1] = wrench
-                return Answered(k + 1, wrench, memory, observed, delta, commands)
-        recorded.wrench[k, 0], recorded.wrench[k, 1] = wrench
-    return Answered(stop, wrench, memory, observed, delta, commands)
+            period = control_period(inputs_of(recorded, k), state, constants)
+            state, outdated = period.state, period.is_outdated
+            if not period.is_defined:
+                return k, state
+        recorded.wrench[k, 0], recorded.wrench[k, 1] = state.wrench
+        if outdated:
+            return k + 1, state
+    return stop, state
 
 
 def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
@@ -127,24 +117,26 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
     if not span:
         return
     observer = loop.observer or idle
-    kernels = {"law_step": law_call(type(law)), "law_outdated": law.outdated} | ({} if loop.observer else {"observe": unobserved})
-    run = compiled(answer, f"the law {law.name} for recorded inputs", allocates=loop.observer is not None, **kernels)
-    after = Answered(span.start, loop.wrench, law.memory, observer.state, loop.delta, loop.commands)
+    run = compiled(
+        answer,
+        f"the law {law.name} for recorded inputs",
+        allocates=loop.observer is not None,
+        control_period=period_of(type(law), loop.observer is not None),
+    )
+    row, state = span.start, ControlState(loop.wrench, law.memory, observer.state, loop.delta, loop.commands)
+    constants = ControlConstants(law.constants, observer.constants, loop.pivot)
     renewed = True
-    while renewed and after.row < span.stop:
-        after = run(after, span.stop, law.constants, observer.constants, loop.pivot, recorded)
-        law.memory = after.memory
+    while renewed and row < span.stop:
+        row, state = run(row, span.stop, state, constants, recorded)
+        law.memory = state.memory
         if renewed := law.outdated(law.memory, law.constants):
             law.renew()
             observer.take_for(law.known)
-            after = after._replace(memory=law.memory)
-    observer.state, loop.wrench, loop.delta = after.observer, after.wrench, after.delta
-    if (k := after.row) < span.stop:
-        motion = loop.observer.estimate if loop.observer else as_motion(recorded.motion[k])
-        rate = as_acceleration(recorded.acceleration[k])
-        age = float(recorded.age[k])
-        at = carry(motion, extrapolate(as_motion(recorded.desired[k]), rate, -age), rate, loop.delta, loop.pivot)
-        raise cause(law, at, age)
+            state = state._replace(memory=law.memory)
+            constants = constants._replace(law=law.constants, observer=observer.constants)
+    observer.state, loop.wrench, loop.delta = state.observer, state.wrench, state.delta
+    if row < span.stop:
+        raise cause(law, inputs_of(recorded, row), state, constants)
 
 
 def _serve_interpreted(loop: ControlLoop, recorded: Recorded, span: range, until_law: bool = False) -> range:

@@ -1,0 +1,203 @@
+"""A control period as one kernel: observer, controlled point and law.
+
+`ControlLoop.step` is the same for any law and under supervision, for the nodes. Compiled loops call the kernel, which `period_of`
+makes for one law.
+"""
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
+from vessel_hsmc_ros.control.pivot import Carried, Heading, Pivot, carry
+from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
+from vessel_hsmc_ros.core.exceptions import ControlError, VesselHsmcError
+from vessel_hsmc_ros.core.kernel import bound, kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
+from vessel_hsmc_ros.law.guard import guarded_step, named
+from vessel_hsmc_ros.law.kernel_law import KernelLaw
+
+StepOfLaw = tuple[tuple[float, float], Any, Any]
+"""Wrench, terms and memory."""
+
+
+class ControlInputs(NamedTuple):
+    """What a control period takes.
+
+    Attributes:
+        measured_at: Time of the measurement, ns.
+        age: How much older than the period it is, s.
+        behind: The same in control periods, rounded.
+        measured: State of the ship as measured.
+        desired: State of the reference as published.
+        acceleration: Derivatives of its body velocities.
+    """
+
+    measured_at: int
+    age: float
+    behind: int
+    measured: Motion
+    desired: Motion
+    acceleration: Acceleration
+
+
+class ControlState(NamedTuple):
+    """What a control period leaves to the next; arrays are written in place.
+
+    Attributes:
+        wrench: Commanded surge force [N] and yaw moment [N·m].
+        memory: Internal state of the law.
+        observer: State of the observer.
+        delta: State of the filter of the headings of `control.pivot`.
+        commands: The last commands, where there is an observer.
+    """
+
+    wrench: tuple[float, float]
+    memory: Any
+    observer: ObserverState
+    delta: Heading
+    commands: DelayLine
+
+
+class ControlConstants(NamedTuple):
+    """Constants of the law, of the observer and of the point that the law controls."""
+
+    law: Any
+    observer: ObserverConstants
+    pivot: Pivot
+
+
+class Period(NamedTuple):
+    """The result of a control period.
+
+    Attributes:
+        state: What it leaves to the next one; without a finite wrench, the present command.
+        motion: The motion that the law has taken.
+        terms: Terms of the law.
+        back: What the tracking errors of the origin exceed those of the controlled point by.
+        is_defined: Whether the law has a finite wrench.
+        is_outdated: Whether the law needs other constants from now on.
+    """
+
+    state: ControlState
+    motion: Motion
+    terms: Any
+    back: tuple[float, float, float, float]
+    is_defined: bool
+    is_outdated: bool
+
+
+@kernel
+def law_step(at: Carried, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - a stand-in
+    """Stands for the step of a law, `without_age` or `with_age`."""
+    return (math.nan, math.nan), (at.motion.x, at.desired.x, age), memory
+
+
+@kernel
+def law_outdated(memory: Any, constants: Any) -> bool:  # noqa: ARG001 - a stand-in
+    """Stands for `KernelLaw.outdated` of a law."""
+    return False
+
+
+@kernel
+def unobserved(
+    stamp: int,  # noqa: ARG001 - in the place of `observe`
+    pose: Any,  # noqa: ARG001
+    wrench: Any,  # noqa: ARG001
+    state: ObserverState,
+    constants: ObserverConstants,  # noqa: ARG001
+) -> ObserverState:
+    """Takes the place of `observe` where the observer is switched off, which halves the time of compilation."""
+    return state
+
+
+@kernel
+def law_inputs(motion: Motion, given: ControlInputs, delta: Heading, pivot: Pivot) -> Carried:
+    """The inputs of the law: the reference at the time of the measurement, both at the controlled point.
+
+    Args:
+        motion: State of the ship, measured or estimated.
+        given: Inputs of the period.
+        delta: State of the filter of the headings.
+        pivot: The point.
+    """
+    return carry(motion, extrapolate(given.desired, given.acceleration, -given.age), given.acceleration, delta, pivot)
+
+
+@kernel
+def control_period(given: ControlInputs, last: ControlState, c: ControlConstants) -> Period:
+    """Estimate the motion, and step the law at its point.
+
+    Args:
+        given: Inputs of the period.
+        last: What the last period has left; its arrays are written.
+        c: The constants.
+    """
+    wrench, memory, observed, delta, commands = last
+    motion = given.measured
+    if c.observer.enabled:
+        pose = (motion.x, motion.y, motion.psi)
+        then = delayed(commands, given.behind, 0), delayed(commands, given.behind, 1)
+        observed = observe(given.measured_at, pose, then, observed, c.observer)
+        motion = estimate(observed)
+    at = law_inputs(motion, given, delta, c.pivot)
+    demand, terms, memory = law_step(at, given.age, memory, c.law)
+    if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
+        return Period(ControlState(wrench, memory, observed, delta, commands), motion, terms, at.back, False, False)
+    if c.observer.enabled:
+        put(commands, demand)
+    is_outdated = law_outdated(memory, c.law)
+    return Period(ControlState(demand, memory, observed, at.delta, commands), motion, terms, at.back, True, is_outdated)
+
+
+@kernel
+def step(*_inputs: Any) -> StepOfLaw:
+    """Stands for the kernel of a law."""
+    return (math.nan, math.nan), (), ()
+
+
+@kernel
+def without_age(at: Carried, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - in the place of `with_age`
+    """The step of a law that takes no age."""
+    return step(at.motion, at.desired, at.acceleration, memory, constants)
+
+
+@kernel
+def with_age(at: Carried, age: float, memory: Any, constants: Any) -> StepOfLaw:
+    """The step of a law that takes the age, s."""
+    return step(at.motion, at.desired, at.acceleration, memory, constants, age)
+
+
+@functools.cache
+def period_of(law: type[KernelLaw[Any]], observed: bool) -> Callable[..., Period]:
+    """`control_period` with a law, with the observer or without: the kernel that a compiled loop calls by that name."""
+    kernels: dict[str, Callable[..., Any]] = {"law_step": _call_of(law), "law_outdated": law.outdated}
+    made = bound(control_period, **kernels | ({} if observed else {"observe": unobserved}))
+    # By which its machine code is kept.
+    made.__module__, made.__qualname__ = law.kernel.__module__, law.kernel.__qualname__ + "_observed" * observed
+    return kernel(made)
+
+
+def _call_of(law: type[KernelLaw[Any]]) -> Callable[..., StepOfLaw]:
+    """The kernel for the name `law_step`."""
+    call = bound(with_age if law.takes_age else without_age, step=law.kernel)
+    return kernel(call)
+
+
+def cause(law: KernelLaw[Any], given: ControlInputs, last: ControlState, c: ControlConstants) -> VesselHsmcError:
+    """The error of a law in a period in which its kernel has no finite wrench: the interpreted law finds its cause.
+
+    Args:
+        law: The law, with the memory that the periods before have left.
+        given: Inputs of the period.
+        last: What the period has left.
+        c: The constants.
+    """
+    motion = estimate(last.observer) if c.observer.enabled else given.measured
+    at = law_inputs(motion, given, last.delta, c.pivot)
+    try:
+        guarded_step(law, at.motion, at.desired, at.acceleration, given.age)
+    except VesselHsmcError as error:
+        return error
+    return ControlError(f"law {named(law)} commanded a wrench that is not finite")
