@@ -58,6 +58,22 @@ class Event(NamedTuple):
     text: str
 
 
+class VesselRecord(NamedTuple):
+    """What a bag has of one vessel.
+
+    Attributes:
+        topics: Its topics with messages, of `run_from_bag.TOPICS`, by their names without its namespace.
+        run: Its run.
+        start: Stamp at which the time of the run is zero, ns.
+        events: As `Bag.events`.
+    """
+
+    topics: run_from_bag.Topics
+    run: Run
+    start: int
+    events: list[Event]
+
+
 def read_events(messages: Iterable[Any], start: int) -> list[Event]:
     """The events in messages of the topic `events`, in the order of their times.
 
@@ -280,12 +296,38 @@ class Bag:
         """
         prefix = self.namespace(namespace)
         vessel = vessel or self.scenario(any_law=True, namespace=prefix).vessel_sim.vessel.coefficients()
+        topics = self._of_vessel(prefix, *run_from_bag.NEEDED)
+        return run_from_bag.run(topics, vessel, weights)
+
+    def record(self, prefix: str, vessel: Vessel | None) -> VesselRecord:
+        """All that a report takes of one vessel, without the networks' weights; of another recorder's bag, what it has.
+
+        Args:
+            prefix: The vessel's namespace, with its slashes.
+            vessel: As in `run`; None where it is not known.
+
+        Raises:
+            BagError: there is no odometry of the vessel.
+        """
+        topics = self._of_vessel(prefix, "odom")
+        if vessel and all(name in topics for name in run_from_bag.NEEDED):
+            run, start = run_from_bag.run(topics, vessel, weights=False), run_from_bag.first_row(topics)
+        else:
+            run, start = run_from_bag.partial_run(topics), int(topics["odom"].stamp.min())
+        return VesselRecord(topics, run, start, self.events(prefix))
+
+    def _of_vessel(self, prefix: str, *needed: str) -> dict[str, Series]:
+        """The topics of a vessel that have messages, with their narrow columns.
+
+        Raises:
+            BagError: one of those that are needed is not among them.
+        """
         names = [name for name in run_from_bag.TOPICS if self.topics.get(prefix + name)]
-        for name in run_from_bag.NEEDED:
+        for name in needed:
             if name not in names:
                 raise BagError(f"bag {self.path} has no message on {prefix}{name}")
         self.load(*(prefix + name for name in names))
-        return run_from_bag.run({name: self.topics[prefix + name] for name in names}, vessel, weights)
+        return {name: self.topics[prefix + name] for name in names}
 
     def load(self, *names: str) -> None:
         """Read the narrow columns of several topics, of all if none is given, in one pass over the bag."""

@@ -5,6 +5,7 @@ The results are bit-identical to what the nodes compute from single messages.
 
 import math
 from collections.abc import Callable, Mapping
+from functools import reduce
 from typing import Any, cast
 
 import numpy as np
@@ -14,7 +15,7 @@ from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.run_data import Run, held
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration
 
@@ -22,6 +23,9 @@ Stamps = NDArray[np.int64]
 
 PAUSE = 500_000_000
 """Age of a reference from which on a pause is assumed, ns."""
+
+Topics = Mapping[str, Series]
+"""The topics of one vessel that have messages, by their names without its namespace."""
 
 NEEDED = ("odom", "reference", "applied_wrench", "disturbance")
 TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate", "cmd_wrench")
@@ -48,6 +52,11 @@ def accelerations(series: Series, group: str) -> Array:
 def wrenches(series: Series) -> Array:
     """Surge force, sway force and yaw moment of wrench messages, (n, 3)."""
     return series.stack("wrench.force.x", "wrench.force.y", "wrench.torque.z")
+
+
+def forces(series: Series) -> Array:
+    """Surge force and yaw moment of wrench messages, (n, 2): the ship has no sway actuator."""
+    return wrenches(series)[:, [0, 2]]
 
 
 def control(series: Series, start: int, lists: bool, estimates: Series | None) -> dict[str, Array]:
@@ -79,7 +88,7 @@ def _filled(column: Array) -> Array:
     return rows
 
 
-def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> Run:
+def run(topics: Topics, vessel: Vessel, weights: bool = True) -> Run:
     """The run of one vessel, with a row for each stamp that odometry, disturbance and applied wrench have in common.
 
     Args:
@@ -111,16 +120,50 @@ def run(topics: Mapping[str, Series], vessel: Vessel, weights: bool = True) -> R
         _optional(stamps, topics.get("odom/truth"), states, measured),  # without sensor noise there is no truth apart
         measured,
         references_at(stamps, topics["reference"]),
-        wrenches(topics["applied_wrench"])[wrench[rows]][:, [0, 2]],
+        forces(topics["applied_wrench"])[wrench[rows]],
         _accelerations(wrenches(topics["disturbance"])[disturbance[rows]], vessel),
         _optional(stamps, topics.get("dynamics/truth"), lambda series: accelerations(series, "accel"), no_acceleration),
         {} if terms is None else control(terms, start, weights, topics.get("controller/estimate")) | _commanded(topics),
     )
 
 
-def _accelerations(forces: Array, vessel: Vessel) -> Array:
+def first_row(topics: Topics) -> int:
+    """The stamp at which the time of a complete run is zero: the first one with odometry, applied wrench and disturbance, ns."""
+    # Messages before it belong to the start-up: their columns cannot form a row.
+    return int(reduce(np.intersect1d, (topics[name].stamp for name in ("odom", "applied_wrench", "disturbance")))[0])
+
+
+def partial_run(topics: Topics) -> Run:
+    """A run with a row for each odometry message; other topics are held, those that the bag lacks are NaN."""
+    odometry = topics["odom"]
+    order = np.argsort(odometry.stamp, kind="stable")
+    stamps = odometry.stamp[order]
+    start = int(stamps[0])
+
+    def latest(name: str, columns_of: Callable[[Series], Array], width: int) -> Array:
+        if name not in topics:
+            return np.full((len(stamps), width), np.nan)
+        return held(topics[name].stamp, columns_of(topics[name]), stamps)
+
+    pose = states(odometry)[order]
+    estimates = topics.get("controller/estimate")
+    terms = topics.get("controller/state")
+    return Run(
+        time=seconds_of(stamps - start),
+        state=latest("odom/truth", states, 6) if "odom/truth" in topics else pose,
+        measured=pose,
+        reference=latest("reference", states, 6),
+        wrench=latest("applied_wrench", forces, 2),
+        # The bag contains forces, the report shows accelerations: the masses for the conversion are known from a scenario only.
+        disturbance=np.full((len(stamps), 3), np.nan),
+        unforced_acceleration=np.full((len(stamps), 3), np.nan),
+        control={} if terms is None else control(terms, start, lists=False, estimates=estimates),
+    )
+
+
+def _accelerations(wrench: Array, vessel: Vessel) -> Array:
     """The accelerations of the hull by wrenches, row by row, (n, 3)."""
-    X, Y, N = cast("Any", forces.T)  # the kernel takes arrays as well
+    X, Y, N = cast("Any", wrench.T)  # the kernel takes arrays as well
     return np.column_stack(cast("tuple[Array, ...]", acceleration((X, Y, N), vessel)))
 
 
@@ -129,7 +172,7 @@ def _commanded(topics: Mapping[str, Series]) -> dict[str, Array]:
     if "cmd_wrench" not in topics:
         return {}
     commands = topics["cmd_wrench"]
-    return {"commanded": at_stamps(topics["controller/state"].stamp, commands, wrenches(commands)[:, [0, 2]], np.nan)}
+    return {"commanded": at_stamps(topics["controller/state"].stamp, commands, forces(commands), np.nan)}
 
 
 def _optional(stamps: Stamps, series: Series | None, values: Callable[[Series], Array], otherwise: Array) -> Array:

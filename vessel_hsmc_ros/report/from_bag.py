@@ -1,8 +1,7 @@
 """Reads the record of a run from a bag: of this package completely, of another recorder as far as its topics allow."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
-from vessel_hsmc_ros.bags.topic_columns import Series
-from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.messages.goals import path_event
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, stretches_of
@@ -22,12 +20,6 @@ from vessel_hsmc_ros.report.verdict import with_verdict
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
-Topics = Mapping[str, Series]
-"""The topics of one vessel that have messages, by their names without its namespace."""
-
-FORCES = [0, 2]
-"""Indices of the actuated components among surge force, sway force and yaw moment: the ship has no sway actuator."""
-
 WITH_VALUES = ("parameter", "goal", "path", "fault")
 """Kinds of events whose text has values; that of the others repeats their kind."""
 
@@ -73,20 +65,14 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
     Raises:
         BagError: the bag has no odometry of the vessel.
     """
-    topics = {name: bag.topics[prefix + name] for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)}
-    if "odom" not in topics:
-        raise BagError(f"bag {bag.path} has no message on {prefix}odom")
-    bag.load(*(prefix + name for name in topics))
     scenario = _scenario(bag, prefix)
-    if scenario and all(name in topics for name in run_from_bag.NEEDED):
-        run, start = bag.run(scenario.vessel_sim.vessel.coefficients(), prefix, weights=False), _first_row(topics)
-    else:
-        run, start = _partial_run(topics), int(topics["odom"].stamp.min())
+    vessel = scenario.vessel_sim.vessel.coefficients() if scenario else None
+    topics, run, start, events = bag.record(prefix, vessel)
     run = _with_commands(run, topics, start)
     # In a run folder the bag is named `bag`, and the folder bears the name of the run.
     folder = bag.path.absolute()
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
-    marks = _marks(bag.events(prefix))
+    marks = _marks(events)
     track = _track(bag, prefix, scenario, marks, start)
     metrics = measured(run, scenario, marks, track=track)
     record = Record(name, run, metrics, {}, scenario, _origin(bag, origin or {}), marks, track=track)
@@ -126,45 +112,7 @@ def _origin(bag: Bag, known: Mapping[str, Any]) -> dict[str, Any]:
     return origin if bag.complete else {**origin, "state": "cut off, read as far as it is intact"}
 
 
-def _first_row(topics: Topics) -> int:
-    """The stamp at which the time of a complete run is zero: the first one with odometry, applied wrench and disturbance, ns."""
-    # Messages before it belong to the start-up: their columns cannot form a row.
-    return int(reduce(np.intersect1d, (topics[name].stamp for name in ("odom", "applied_wrench", "disturbance")))[0])
-
-
-def _partial_run(topics: Topics) -> Run:
-    """A run with a row for each odometry message; other topics are held, those that the bag lacks are NaN."""
-    odometry = topics["odom"]
-    order = np.argsort(odometry.stamp, kind="stable")
-    stamps = odometry.stamp[order]
-    start = int(stamps[0])
-
-    def latest(name: str, columns_of: Callable[[Series], Array], width: int) -> Array:
-        if name not in topics:
-            return np.full((len(stamps), width), np.nan)
-        return held(topics[name].stamp, columns_of(topics[name]), stamps)
-
-    pose = run_from_bag.states(odometry)[order]
-    estimates = topics.get("controller/estimate")
-    control = topics.get("controller/state")
-    return Run(
-        time=run_from_bag.seconds_of(stamps - start),
-        state=latest("odom/truth", run_from_bag.states, 6) if "odom/truth" in topics else pose,
-        measured=pose,
-        reference=latest("reference", run_from_bag.states, 6),
-        wrench=latest("applied_wrench", _forces, 2),
-        # The bag contains forces, the report shows accelerations: the masses for the conversion are known from a scenario only.
-        disturbance=np.full((len(stamps), 3), np.nan),
-        unforced_acceleration=np.full((len(stamps), 3), np.nan),
-        control={} if control is None else run_from_bag.control(control, start, lists=False, estimates=estimates),
-    )
-
-
-def _forces(series: Series) -> Array:
-    return run_from_bag.wrenches(series)[:, FORCES]
-
-
-def _with_commands(run: Run, topics: Topics, start: int) -> Run:
+def _with_commands(run: Run, topics: run_from_bag.Topics, start: int) -> Run:
     """Add the commanded wrench to the terms of the law, held at their times.
 
     Args:
@@ -176,11 +124,11 @@ def _with_commands(run: Run, topics: Topics, start: int) -> Run:
     if commands is None:
         return run
     if "controller/state" in topics:
-        values = held(commands.stamp, _forces(commands), topics["controller/state"].stamp)
+        values = held(commands.stamp, run_from_bag.forces(commands), topics["controller/state"].stamp)
         return replace(run, control={**run.control, "commanded": values})
     order = np.argsort(commands.stamp, kind="stable")
     times = run_from_bag.seconds_of(commands.stamp[order] - start)
-    return replace(run, control={"time": times, "commanded": _forces(commands)[order]})
+    return replace(run, control={"time": times, "commanded": run_from_bag.forces(commands)[order]})
 
 
 def _marks(events: Sequence[Event]) -> tuple[Mark, ...]:
