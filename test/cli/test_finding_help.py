@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.cli.verbs import GROUPS, VERBS
+from vessel_hsmc_ros.cli.command import GROUPS, VERBS, cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names
 

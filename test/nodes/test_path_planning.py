@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import GoalError
-from vessel_hsmc_ros.nodes.path_planning import FIRST_LEAD, PathPlanning
+from vessel_hsmc_ros.nodes.reference_ship import FIRST_LEAD, PathPlanning
 from vessel_hsmc_ros.reference import path_reference
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
 from vessel_hsmc_ros.reference.path import plan_path

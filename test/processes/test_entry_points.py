@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vessel_hsmc_ros.cli.verbs import VERBS
+from vessel_hsmc_ros.cli.command import VERBS
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.install_paths import require, share_directory
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS

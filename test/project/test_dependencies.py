@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
-from vessel_hsmc_ros.cli.verbs import LIBRARIES
+from vessel_hsmc_ros.cli.command import LIBRARIES
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 
 ROOT = Path(__file__).resolve().parents[2]
