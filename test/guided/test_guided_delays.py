@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guided.controller import GuidedController
-from vessel_hsmc_ros.guided.delays import ahead, delays
 from vessel_hsmc_ros.guided.parameters import GuidedParameters
+from vessel_hsmc_ros.guided.predictor import ahead, delays
 from vessel_hsmc_ros.law.applied_wrench import arriving, channel
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.law.network import Estimates

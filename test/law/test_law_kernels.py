@@ -14,7 +14,7 @@ from vessel_hsmc_ros.law.guard import guarded_step
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws import LAWS, make_controller
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 from vessel_hsmc_ros.laws.manoeuvre import KINDS
 from vessel_hsmc_ros.simulation.compilation import compiled
 

@@ -16,8 +16,7 @@ from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.network import Estimates
 from vessel_hsmc_ros.law.switching import sign
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical import adaptation, control
-from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import Gains, HierarchicalParameters, adaptation, control
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 
 SHIP = VesselParameters().coefficients()

@@ -10,7 +10,7 @@ from independent_law import IndependentLaw
 from vessel_hsmc_ros.core.schema import entries, symbols
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 
 PERIOD = 0.01
 SYMBOLS = {

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, transform, 
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
 
 SHIP = symbols(VesselParameters())

@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 from vessel_hsmc_ros.paper.case_run import ExactModelLaw
 from vessel_hsmc_ros.paper.measure import measure, reduced_error, settling_time
 from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error, on_surfaces

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.law.network import NetworkParameters, activations
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 from vessel_hsmc_ros.plant.disturbance import PeriodicParameters, periodic_wrench
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate

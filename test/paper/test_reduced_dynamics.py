@@ -10,7 +10,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, transform, transform_acceleration, transform_rate
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 

@@ -1,4 +1,4 @@
-"""Prediction of the ship's motion over one control period, corrected by the measurements.
+"""Prediction of the ship's motion: over one control period, corrected by the measurements, and over their delays.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -11,12 +11,18 @@
 Between two steps nu- = nu + T·(f + b). At a step the innovation e = nu_measured - nu- gives nu = nu- + (1 - z²)·e and
 f += (1 - z)²/T·e: a critically damped observer with both poles at z for every T; in continuous time its gains are 2·w and w².
 Position and heading have one pole each.
+
+Dead times, and the age of a measurement, are bridged by the wrench that is already on its way to the hull.
 """
 
 import math
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Motion
+from vessel_hsmc_ros.guided.parameters import Gains
+from vessel_hsmc_ros.guided.state import Memory
+from vessel_hsmc_ros.law.applied_wrench import applied, arriving
+from vessel_hsmc_ros.law.network import Estimates
 
 
 @kernel
@@ -69,3 +75,52 @@ def predict(motion: Motion, du: float, dv: float, dr: float, T: float) -> Motion
         v + T * dv,
         r + T * dr,
     )
+
+
+LONGEST_ROLL = 12
+"""Number of prediction steps through a delay, however many periods it has."""
+
+
+@kernel
+def delays(age: float, m: Memory, g: Gains) -> tuple[int, int]:
+    """The periods from a measurement until the present commands of force and moment arrive at the hull.
+
+    For the law, the age of a measurement is a dead time: it lets the ship act on the command of that long ago.
+
+    Args:
+        age: Age of the measurement, s.
+        m: Internal state with the queue of commands.
+        g: Gains.
+    """
+    late, most = int(age / g.T + 0.5), m.queue.shape[1] - 1 - max(g.surge.delay, g.yaw.delay)
+    late = late if late < most else most
+    return g.surge.delay + late, g.yaw.delay + late
+
+
+@kernel
+def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, x: float, m: Memory, g: Gains) -> tuple[Motion, float, float]:
+    """The motion at which the present command arrives at the hull, and the wrench that acts just before.
+
+    All commands that arrive until then are known, and the networks' outputs are held: the motion is predicted through the delay
+    of the slower input.
+
+    Args:
+        motion: State of the ship at the time of the measurement.
+        f: Outputs of the networks.
+        n_1, n_2: Delays of force and moment from `delays`.
+        x: Distance of the pivot ahead of the controlled point, m.
+        m: Internal state with the queue of commands.
+        g: Gains.
+    """
+    tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
+    stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
+    for i in range(n):
+        # The faster input's command of periods to come is not known: its last one is held.
+        tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(n_1 - i, 1)), g.surge)
+        tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
+        count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
+        if count == stride or i == n - 1:
+            turning = sum_2 / count / g.m33
+            motion = predict(motion, f.fu + sum_1 / count / g.m11, f.fv - x * turning, f.fr + turning, g.T * count)
+            count, sum_1, sum_2 = 0, 0.0, 0.0
+    return motion, tau_1, tau_2

@@ -19,8 +19,7 @@ from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.network import Estimates
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, StepTerms, control
-from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
+from vessel_hsmc_ros.laws.hierarchical import Gains, HierarchicalController, HierarchicalParameters, StepTerms, control, gains
 from vessel_hsmc_ros.paper.cases import Case
 from vessel_hsmc_ros.paper.measure import measure, reduced_error
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers

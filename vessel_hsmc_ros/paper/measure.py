@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.law.network import activations
-from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
 from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error
 from vessel_hsmc_ros.plant.dynamics import Vessel
