@@ -11,7 +11,7 @@ from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import qos, watchdog
+from vessel_hsmc_ros.nodes import qos, stop_latch
 from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 
 WARN, ERROR, OK = DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.OK
@@ -66,7 +66,7 @@ def test_a_command_that_is_not_fresh_is_not_passed_on(bench: Any, force: float, 
 
 
 class SteadyClock:
-    """Stands for the module `time` in the watchdog, so that its ramp does not depend on the load of the machine."""
+    """Stands for the module `time` in the ramp, so that its ramp does not depend on the load of the machine."""
 
     now = 100.0
 
@@ -78,7 +78,7 @@ def test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return(
     bench: Any, simulated_time: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steady = SteadyClock()
-    monkeypatch.setattr(watchdog, "time", steady)
+    monkeypatch.setattr(stop_latch, "time", steady)
     simulated_time.now = 10**9
     watched = Watched(bench, command_timeout=0.5, ramp_time=0.5, use_sim_time=True)
     simulated_time.run(0.01)

@@ -9,7 +9,6 @@ from typing import Any
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from rclpy.duration import Duration
 from std_msgs.msg import Float64, UInt16
-from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -22,6 +21,7 @@ from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, Conc
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.scenario.watcher_parameters import DriveParameters
 
 
@@ -120,8 +120,7 @@ class DriveNode(VesselNode):
         )
         self._state: ControlState | None = None
         self._command: tuple[float, ...] = (0.0,) * (len(p.pwm.thrusters) if p.form == "pwm" else 2)
-        self._share, self._shared_at = 0.0, time.monotonic()
-        self._is_stopped = False
+        self._latch = StopLatch(self, "the output", self._send_zero)
         self._zeros = LAST_COMMANDS
         self._sent = 0
         self._problem = RecentProblem()
@@ -131,8 +130,6 @@ class DriveNode(VesselNode):
         if p.form == "cmd_vel":
             self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
-        self.create_service(Trigger, "~/stop", self._stop)
-        self.create_service(Trigger, "~/rearm", self._rearm)
 
     def _advertise(self, form: str) -> dict[str, Any]:
         kinds = {
@@ -169,7 +166,7 @@ class DriveNode(VesselNode):
     def _wanted(self) -> tuple[float, ...] | None:
         """The command in the units of the form and within its limits; None if there is none that counts."""
         wrench, p = self._input.present(), self.parameters
-        if wrench is None or self._is_stopped:
+        if wrench is None or self._latch.stopped:
             return None
         if p.form == "pwm":
             least, most = min(self._curve.thrusts[0], 0.0), max(self._curve.thrusts[-1], 0.0)
@@ -200,20 +197,17 @@ class DriveNode(VesselNode):
         return clip(u, p.surge_speed_limit), clip(r, p.yaw_rate_limit)
 
     def _on_timer(self) -> None:
-        wanted, now = self._wanted(), time.monotonic()
-        p = self.parameters
-        change = (now - self._shared_at) / p.ramp_time if p.ramp_time else 1.0
-        self._shared_at = now
-        self._share = 0.0 if self._is_stopped else between(self._share + (change if wanted else -change), 0.0, 1.0)
+        wanted = self._wanted()
+        share = self._latch.update(wanted is not None)
         if wanted is not None:
             self._command = wanted
-        if wanted is None and not self._share and not self._is_stopped:
+        if wanted is None and not share and not self._latch.stopped:
             if self._zeros >= LAST_COMMANDS:
                 return
             self._zeros += 1
         else:
             self._zeros = 0
-        self._publish(tuple(self._share * part for part in self._command))
+        self._publish(tuple(share * part for part in self._command))
 
     def _publish(self, command: tuple[float, ...]) -> None:
         p = self.parameters
@@ -243,20 +237,11 @@ class DriveNode(VesselNode):
             self.send(self._outputs["steering"], Float64(data=float(b) * p.steering_sign))
         self._sent += 1
 
-    # -- services and diagnostics -------------------------------------------------------------------------------------
+    # -- diagnostics and the end -------------------------------------------------------------------------------------
 
-    def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._is_stopped, self._share, self._command = True, 0.0, (0.0,) * len(self._command)
+    def _send_zero(self) -> None:
+        self._command = (0.0,) * len(self._command)
         self._publish(self._command)
-        response.success, response.message = True, "stopped: the output is zero until ~/rearm"
-        self.get_logger().warning(response.message)
-        return response
-
-    def _rearm(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._is_stopped = False
-        response.success, response.message = True, "rearmed: fresh commands are passed on"
-        self.get_logger().info(response.message)
-        return response
 
     def _report(self, text: str) -> None:
         self._problem.report(ERROR, text)
@@ -268,22 +253,21 @@ class DriveNode(VesselNode):
 
     def close(self) -> None:
         """Leave the drives without a command: zero, several times."""
-        if self.connected and (self._share or self._zeros < LAST_COMMANDS):
-            self._is_stopped = True
+        if self.connected and (self._latch.share or self._zeros < LAST_COMMANDS):
             for _ in range(LAST_COMMANDS):
-                self._publish((0.0,) * len(self._command))
+                self._send_zero()
             for publisher in self._outputs.values():
                 publisher.wait_for_all_acked(Duration(nanoseconds=round(ACKNOWLEDGE_LIMITS["real time"] * NANOSECONDS)))
         super().close()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Whether commands are passed on."""
-        values = {"share": self._share, "sent": self._sent, "stopped": self._is_stopped}
-        if self._is_stopped:
-            return WARN, "stopped: the output is zero until ~/rearm", values
+        values = {"share": self._latch.share, "sent": self._sent, "stopped": self._latch.stopped}
+        if self._latch.stopped:
+            return WARN, self._latch.text, values
         if self._problem.current:
             return *self._problem.current, values
-        return OK, "passing commands on" if self._share == 1.0 else "the output is zero or on its way", values
+        return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
 
     def concerns(self) -> list[Concern]:
         """The status, and that of the commands."""

@@ -9,11 +9,10 @@ from typing import Any, ClassVar
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.limits import between
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.mavlink import (
@@ -32,6 +31,7 @@ from vessel_hsmc_ros.nodes.mavlink_commands import Commands
 from vessel_hsmc_ros.nodes.mavlink_link import Link
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.safety.handover import Handover, Sticks
 from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
 
@@ -79,8 +79,7 @@ class MavlinkNode(VesselNode):
         self._filter = ""
         self._problem = RecentProblem()
         self._command: tuple[float, ...] = ()
-        self._share, self._shared_at = 0.0, time.monotonic()
-        self._is_stopped, self._zeros, self._releases, self._reported = False, LAST_COMMANDS, 0, ""
+        self._zeros, self._releases, self._reported = LAST_COMMANDS, 0, ""
         self._create_topics()
         self.create_timer(POLL_PERIOD, self._poll, clock=self.wall)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
@@ -96,8 +95,7 @@ class MavlinkNode(VesselNode):
         self._commands = Commands(self, self._link, self._sticks, self._refuse)
         self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
         self._standby = self.create_client(SetBool, "controller/enable")
-        self.create_service(Trigger, "~/stop", self._stop)
-        self.create_service(Trigger, "~/rearm", self._rearm)
+        self._latch = StopLatch(self, "the output", self._give_back)
 
     def describe(self) -> str:
         """The connection, the form and its mode."""
@@ -255,24 +253,21 @@ class MavlinkNode(VesselNode):
 
     def _give_back(self) -> None:
         """Send zero, and give the channels back to the radio, several times: a packet may be lost."""
-        self._share, self._zeros, self._releases = 0.0, LAST_COMMANDS, LAST_COMMANDS - 1
+        self._latch.share, self._zeros, self._releases = 0.0, LAST_COMMANDS, LAST_COMMANDS - 1
         self._commands.send(self._commands.nothing)
         self._commands.give_back()
 
     # -- commands -----------------------------------------------------------------------------------------------------
 
     def _on_timer(self) -> None:
-        now, p = time.monotonic(), self.parameters
-        allowed = self._handover.passes(now) and not self._is_stopped
+        allowed = self._handover.passes(time.monotonic()) and not self._latch.stopped
         wanted = self._commands.present() if allowed else None
-        change = (now - self._shared_at) / p.ramp_time if p.ramp_time else 1.0
-        self._shared_at = now
-        self._share = between(self._share + (change if wanted else -change), 0.0, 1.0) if allowed else 0.0
+        share = self._latch.update(wanted is not None, allowed)
         if wanted is not None:
             self._command, self._zeros = wanted, 0
-        if self._share and self._command:
+        if share and self._command:
             self._releases = 0
-            self._commands.send(tuple(self._share * value for value in self._command))
+            self._commands.send(tuple(share * value for value in self._command))
         elif self._zeros < LAST_COMMANDS:
             self._zeros += 1
             self._commands.send(self._commands.nothing)
@@ -282,20 +277,7 @@ class MavlinkNode(VesselNode):
             self._releases -= 1
             self._commands.give_back()
 
-    # -- services and diagnostics -------------------------------------------------------------------------------------
-
-    def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._is_stopped = True
-        self._give_back()
-        response.success, response.message = True, "stopped: the output is zero until ~/rearm"
-        self.get_logger().warning(response.message)
-        return response
-
-    def _rearm(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._is_stopped = False
-        response.success, response.message = True, "rearmed: fresh commands are passed on"
-        self.get_logger().info(response.message)
-        return response
+    # -- diagnostics and the end -------------------------------------------------------------------------------------
 
     def _refuse(self, text: str) -> None:
         self._problem.report(ERROR, text)
@@ -307,7 +289,7 @@ class MavlinkNode(VesselNode):
 
     def close(self) -> None:
         """Leave the autopilot without a command: zero, several times, and the channels given back."""
-        if self._zeros < LAST_COMMANDS or self._share:
+        if self._zeros < LAST_COMMANDS or self._latch.share:
             for _ in range(LAST_COMMANDS):
                 self._give_back()
         super().close()
@@ -315,17 +297,17 @@ class MavlinkNode(VesselNode):
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Whether commands are passed on, and what is awaited."""
-        values: dict[str, Any] = {"share": self._share, "stopped": self._is_stopped, "system": self._link.target}
+        values: dict[str, Any] = {"share": self._latch.share, "stopped": self._latch.stopped, "system": self._link.target}
         values |= {name.lower(): count for name, count in sorted(self._received.items()) if name in (*STREAMS, "HEARTBEAT")}
         if self._origin is not None:
             values |= {"origin_latitude": self._origin[0], "origin_longitude": self._origin[1]}
-        if self._is_stopped:
-            return WARN, "stopped: the output is zero until ~/rearm", values
+        if self._latch.stopped:
+            return WARN, self._latch.text, values
         if missing := self._missing():
             return WARN, missing, values
         if self._problem.current:
             return *self._problem.current, values
-        return OK, "passing commands on" if self._share == 1.0 else "the output is zero or on its way", values
+        return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
 
     def concerns(self) -> list[Concern]:
         """The status, that of the autopilot, and that of the commands."""

@@ -6,15 +6,15 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.limits import between, clip
+from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.scenario.watcher_parameters import WatchdogParameters
 
 
@@ -38,18 +38,14 @@ class WatchdogNode(VesselNode):
             raise ParameterError("watchdog.lockstep = True is not allowed: a watchdog works in real time")
         self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
         self._command: Command = (0.0, 0.0)
-        self._share = 1.0
-        self._is_stopped = False
-        self._shared_at = time.monotonic()
         self._prefix = f"{self.get_namespace().strip('/')}/".lstrip("/")
         self._heard_at = {name: time.monotonic() for name in p.watched_nodes if name}
         self._wrench_out = self.advertise(WrenchStamped, "watched_wrench", qos.offered(False, p.rate_hz))
         self._wrench = self.framed(conversions.new_wrench())
+        self._latch = StopLatch(self, "the wrench", self._publish, share=1.0)
         self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
-        self.create_service(Trigger, "~/stop", self._stop)
-        self.create_service(Trigger, "~/rearm", self._rearm)
 
     def describe(self) -> str:
         """The time-outs and the watched nodes."""
@@ -67,40 +63,19 @@ class WatchdogNode(VesselNode):
 
     def _on_timer(self) -> None:
         """Publish on the way to zero and at zero; fresh commands are published as they come."""
-        self._update_share()
         if not self._is_fresh():
             self._publish()
 
     def _is_fresh(self) -> bool:
-        return not self._is_stopped and self._input.present() is not None
-
-    def _update_share(self) -> None:
-        fresh, now = self._is_fresh(), time.monotonic()
-        change = (now - self._shared_at) / self.parameters.ramp_time if self.parameters.ramp_time else 1.0
-        self._share = 0.0 if self._is_stopped else between(self._share + (change if fresh else -change), 0.0, 1.0)
-        self._shared_at = now
+        return not self._latch.stopped and self._input.present() is not None
 
     def _publish(self) -> None:
-        self._update_share()
-        force, moment = self._command
+        share, (force, moment) = self._latch.update(self._is_fresh()), self._command
         stamp = conversions.time_message(self.now())
-        conversions.write_wrench(self._wrench, stamp, (self._share * force, self._share * moment))
+        conversions.write_wrench(self._wrench, stamp, (share * force, share * moment))
         self.send(self._wrench_out, self._wrench)
 
-    # -- services and heartbeats --------------------------------------------------------------------------------------
-
-    def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._is_stopped = True
-        self._publish()
-        response.success, response.message = True, "stopped: the wrench is zero until ~/rearm"
-        self.get_logger().warning(response.message)
-        return response
-
-    def _rearm(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._is_stopped = False
-        response.success, response.message = True, "rearmed: fresh commands are passed on"
-        self.get_logger().info(response.message)
-        return response
+    # -- heartbeats and diagnostics --------------------------------------------------------------------------------------
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for name in conversions.read_status(message, self._prefix).keys() & self._heard_at.keys():
@@ -112,9 +87,9 @@ class WatchdogNode(VesselNode):
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Whether commands are passed on; an error names the nodes that are silent."""
-        values = {"share": self._share, "stopped": self._is_stopped}
-        if self._is_stopped:
-            return WARN, "stopped: the wrench is zero until ~/rearm", values
+        values = {"share": self._latch.share, "stopped": self._latch.stopped}
+        if self._latch.stopped:
+            return WARN, self._latch.text, values
         return OK, "passing commands on" if self._is_fresh() else "the wrench is zero or on its way there", values
 
     def concerns(self) -> list[Concern]:

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import FIXED, ThrusterLayout
 from vessel_hsmc_ros.messages.mavlink import OVERRIDDEN, SURFACE_MODES
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
-from vessel_hsmc_ros.scenario.common_parameters import CommonParameters
+from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time
 
 MODES = {"manual": "MANUAL", "channels": "MANUAL", "guided": "GUIDED"}
 """The forms of command, and the mode of ArduPilot's surface vehicles in which each is carried out."""
@@ -88,12 +88,8 @@ class MavlinkParameters(CommonParameters):
     stream_rate: float = parameter(
         30.0, "Rate requested for position, attitude and outputs; 0: request nothing.", unit="Hz", low=0.0, high=200.0
     )
-    command_timeout: float = parameter(
-        0.5, "Age of a command after which the output ramps to zero.", unit="s", low=0.01, high=60.0, tunable=True
-    )
-    ramp_time: float = parameter(
-        2.0, "Time in which the output goes from its limit to zero, and back; 0: at once.", unit="s", low=0.0, high=600.0
-    )
+    command_timeout: float = command_timeout()
+    ramp_time: float = ramp_time()
     rate_hz: float = parameter(25.0, "Rate of the output.", unit="Hz", low=2.0, high=200.0)
     freshness: FreshnessParameters = group(FreshnessParameters)
     vessel: DrivenThrusters = group(DrivenThrusters)

@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST, ThrustCurve, thrust_curve
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
-from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, rate
+from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time, rate
 from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
 
 
@@ -150,12 +150,8 @@ class DriveParameters(CommonParameters):
     steering_sign: float = parameter(
         1.0, "With helm, 1 where a positive steering turns to port, -1 where to starboard.", low=-1.0, high=1.0
     )
-    command_timeout: float = parameter(
-        0.5, "Age of a command after which the output ramps to zero.", unit="s", low=0.01, high=60.0, tunable=True
-    )
-    ramp_time: float = parameter(
-        2.0, "Time in which the output goes from its limit to zero, and back; 0: at once.", unit="s", low=0.0, high=600.0
-    )
+    command_timeout: float = command_timeout()
+    ramp_time: float = ramp_time()
     rate_hz: float = parameter(20.0, "Rate of the output.", unit="Hz", low=1.0, high=1000.0)
     pwm: PulseParameters = group(PulseParameters)
     freshness: FreshnessParameters = group(FreshnessParameters)
@@ -218,12 +214,8 @@ def passed_on(what: str, unit: str) -> float:
 class WatchdogParameters(CommonParameters):
     """Parameters of watchdog, which passes commands on in real time while they are fresh."""
 
-    command_timeout: float = parameter(
-        0.5, "Age of a command after which the wrench ramps to zero.", unit="s", low=0.01, high=60.0, tunable=True
-    )
-    ramp_time: float = parameter(
-        2.0, "Time in which the wrench then goes to zero; 0: at once.", unit="s", low=0.0, high=600.0, tunable=True
-    )
+    command_timeout: float = command_timeout()
+    ramp_time: float = ramp_time()
     rate_hz: float = parameter(50.0, "Rate of the wrench on its way to zero and at zero.", unit="Hz", low=1.0, high=1000.0)
     surge_force_limit: float = passed_on("surge force", "N")
     yaw_moment_limit: float = passed_on("yaw moment", "N·m")
