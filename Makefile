@@ -24,7 +24,7 @@ LOCKED = @mkdir -p build && exec 9> build/.lock && { flock --nonblock 9 || { \
 	echo "Another make sets this folder up: waiting for it ..."; flock 9; }; } && $(MAKE) --no-print-directory --silent
 
 .DEFAULT_GOAL := help
-.PHONY: help setup tools laws wheels try-wheels demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
+.PHONY: help setup tools laws definitions wheels try-wheels demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
 	benchmark benchmark-page benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site dev lock clean
 
 help:  ## list the targets
@@ -38,6 +38,9 @@ tools:  ## setup, and what tests, checks, wheels and studies need: campaigns, tu
 
 laws: setup  ## compile the control laws beforehand, about two minutes; otherwise the first simulation of each does
 	@$(BIN)/python -m vessel_hsmc_ros.simulation.compile
+
+definitions: tools  ## compile the messages of other packages that tests speak, about a minute; otherwise their tests do
+	@$(BIN)/python test/support/definitions.py
 
 wheels: tools  ## build the wheels of package and messages into dist, for this version of Python, and the source archive
 	@$(BIN)/python tools/messages.py --wheel
@@ -60,7 +63,7 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 
 # Two processes share the tests file by file, because fixtures live as long as their file. Each has a ROS domain of its own.
 # One that ends, by a crash or because a test hangs, ends the run: what is left would not be scheduled.
-test: tools laws  ## run all tests
+test: tools laws definitions  ## run all tests
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
 coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor

@@ -141,6 +141,7 @@ setup(
             "navsat_odom_node = vessel_hsmc_ros.nodes.entry_points:navsat_odom_node",
             "drive_node = vessel_hsmc_ros.nodes.entry_points:drive_node",
             "mavlink_node = vessel_hsmc_ros.nodes.entry_points:mavlink_node",
+            "px4_node = vessel_hsmc_ros.nodes.entry_points:px4_node",
             "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ]

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from rich.console import Console
@@ -26,6 +26,11 @@ from rich.table import Table
 from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "test" / "support"))
+
+import definitions  # noqa: E402
+
+EMPTY: Mapping[str, str] = {}
 BOAT = ROOT / "test" / "support" / "foreign_boat.py"
 SHIP = ["--length", "5", "--mass", "520", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--speed", "2"]
 THRUSTERS = ["--thruster=-1.5,0.8,150,150", "--thruster=-1.5,-0.8,150,150"]
@@ -46,6 +51,7 @@ STACKS: dict[str, tuple[str, list[str]]] = {
         shlex.split("--state pose_twist --frame base_link --twist parent --best-effort --rate 28 32 --command cmd_vel"),
     ),
     "mavlink": ("mavlink", ["--state", "mavlink", "--command", "mavlink"]),
+    "px4": ("px4", ["--state", "px4", "--command", "px4"]),
     "otter": ("otter", ["--state", "navsat", "--best-effort", "--rate", "9", "11", "--command", "normalised"]),
     "vrx": ("vrx", ["--state", "navsat", "--best-effort", "--rate", "14", "16", "--command", "thrusters"]),
     "pwm": ("pwm", ["--rate", "50", "50", "--command", "pwm"]),
@@ -89,7 +95,8 @@ def run(stack: str, boat: list[str], seconds: float) -> list[float]:
         remaps = [f"{own}:={other}" for topics in interfaces()[stack].nodes.values() for own, other in topics.items()]
         ros = ["--ros-args", *(word for remap in remaps for word in ("-r", remap))]
         nodes = [program(shlex.split(line)) for line in commands(interfaces()[stack], "boat")]
-        running = [start(folder, command, folder / f"{k}.txt") for k, command in enumerate(nodes)]
+        messages = definitions.environment("px4_msgs") if stack == "px4" else {}
+        running = [start(folder, command, folder / f"{k}.txt", messages or {}) for k, command in enumerate(nodes)]
         running.append(start(folder, [sys.executable, str(BOAT), *boat, *ros], output))
         try:
             wait_for(lambda: bool(REPORT.search(output.read_text())), 30.0)
@@ -110,10 +117,10 @@ def program(command: list[str]) -> list[str]:
     return [str(Path(sys.executable).parent / command[0]), *command[1:]]
 
 
-def start(folder: Path, command: list[str], output: Path) -> "subprocess.Popen[bytes]":
+def start(folder: Path, command: list[str], output: Path, variables: Mapping[str, str] = EMPTY) -> "subprocess.Popen[bytes]":
     """Start a process whose output goes to a file."""
     output.touch()
-    environment = {"FASTRTPS_DEFAULT_PROFILES_FILE": str(ROOT / "config" / "fastdds.xml"), **os.environ}
+    environment = {"FASTRTPS_DEFAULT_PROFILES_FILE": str(ROOT / "config" / "fastdds.xml"), **os.environ, **variables}
     return subprocess.Popen(command, cwd=folder, stdout=output.open("wb"), stderr=subprocess.STDOUT, env=environment)
 
 

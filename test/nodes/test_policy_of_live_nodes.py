@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 from bag_making import write_run
+from definitions import module
 from thruster_layouts import LAYOUTS
 
 from vessel_hsmc_ros.bags.reader import open_bag
@@ -58,6 +59,11 @@ CONFIGURATIONS: dict[Any, list[dict[str, Any]]] = {
     FaultRelayNode: [SIMULATED | {"topics": ["odom", "reference", "cmd_wrench", *DEMANDS]}],
 }
 """Settings of each node that together need everything that it may do."""
+
+if module("px4_msgs.msg"):
+    from vessel_hsmc_ros.nodes.px4 import Px4Node
+
+    CONFIGURATIONS[Px4Node] = [SIMULATED]
 
 PASSES = 4
 

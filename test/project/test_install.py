@@ -22,6 +22,7 @@ EXECUTABLES = (
     "watchdog_node",
     "drive_node",
     "mavlink_node",
+    "px4_node",
     "navsat_odom_node",
     "vessel-hsmc",
 )

@@ -39,6 +39,7 @@ def test_every_node_is_one_of_the_package_and_is_started_by_a_command(name: str)
         "thruster_allocation",
         "drive",
         "mavlink",
+        "px4",
         "navsat_odom",
     }
     started = [line.split()[0] for line in commands(stack, "boat")]

@@ -1,4 +1,4 @@
-"""A boat and its stack in plain rclpy, without code of the package: physics, sensors and drives as other programs have them.
+"""A boat and its stack without code of the package: physics, sensors and drives as other programs have them.
 
     python test/support/foreign_boat.py --state odometry --frame map --best-effort --rate 5 20 --loss 0.1 --command wrench
 
@@ -52,16 +52,11 @@ class Boat(Node):
         for name, (kind, take) in COMMANDS[options.command].items():
             self.create_subscription(kind, name, lambda m, take=take: self._take(take(self, m)), self.sensor)
         self.create_subscription(PoseStamped, "reference/pose", self._on_reference, 10)
-        self.autopilot = self._autopilot() if options.state == "mavlink" else None
+        self.autopilot = AUTOPILOTS[options.state](self) if options.state in AUTOPILOTS else None
         self.stepped = self._seconds()
         self.begun = self.next = self.stepped
         self.create_timer(STEP, self._run)
         self.create_timer(1.0, self._report)
-
-    def _autopilot(self) -> Any:
-        from mavlink_autopilot import Autopilot  # needs pymavlink
-
-        return Autopilot(*self.o.address)
 
     def _seconds(self) -> float:
         return float(self.get_clock().now().nanoseconds) * 1e-9
@@ -75,10 +70,8 @@ class Boat(Node):
     def _run(self) -> None:
         now = self._seconds()
         if self.autopilot:
-            self.autopilot.receive()
-            left, right = self.autopilot.step(self.state[3], -self.state[5])
+            left, right = self.autopilot(self.state)
             self._take((0.5 * (left + right), 0.5 * (right - left)))
-            self.autopilot.report(tuple(self.state))
         while self.stepped < now:
             self._step()
             self.stepped += STEP
@@ -190,10 +183,43 @@ def thrust_of(pulse: int) -> float:
     return math.copysign(THRUST * (way - DEADBAND) / (SPAN - DEADBAND), pulse - NEUTRAL) if way > DEADBAND else 0.0
 
 
+def ardupilot(boat: Boat) -> Any:
+    """An autopilot that speaks MAVLink, by what it does in a step: it takes commands, reports, and gives two thrusts."""
+    from mavlink_autopilot import Autopilot  # needs pymavlink
+
+    autopilot = Autopilot(*boat.o.address)
+
+    def step(state: list[float]) -> Any:
+        autopilot.receive()
+        thrusts = autopilot.step(state[3], -state[5])
+        autopilot.report(tuple(state))
+        return thrusts
+
+    return step
+
+
+def px4(boat: Boat) -> Any:
+    """The same of PX4 over DDS, in which a person selects Offboard as soon as it accepts that."""
+    from px4_autopilot import OFFBOARD, Autopilot  # needs px4_msgs
+
+    autopilot = Autopilot(boat)
+    chosen = False
+
+    def step(state: list[float]) -> Any:
+        nonlocal chosen
+        chosen = chosen or autopilot.mode == OFFBOARD or autopilot.select_offboard()
+        autopilot.report(state)
+        return autopilot.thrusts()
+
+    return step
+
+
+AUTOPILOTS = {"mavlink": ardupilot, "px4": px4}
 STATES: dict[str, dict[str, Any]] = {
     "odometry": {"odom": Odometry},
     "pose_twist": {"pose": PoseStamped, "twist": TwistStamped},
     "mavlink": {},
+    "px4": {},
     "navsat": {"fix": NavSatFix, "imu": Imu, "course": Float64, "speed": Float64},
 }
 PUBLISH = {"odometry": publish_odometry, "pose_twist": publish_pose_and_twist, "navsat": publish_satellite_fix}
@@ -203,6 +229,7 @@ COMMANDS: dict[str, dict[str, Any]] = {
     "cmd_vel": {"cmd_vel": (TwistStamped, lambda _, m: (m.twist.linear.x, m.twist.angular.z))},
     "twist": {"cmd_vel": (Twist, lambda _, m: (m.linear.x, m.angular.z))},
     "mavlink": {},
+    "px4": {},
     "thrusters": {
         "thrusters/port/thrust": (Float64, lambda boat, m: (m.data, boat.drive[1])),
         "thrusters/starboard/thrust": (Float64, lambda boat, m: (boat.drive[0], m.data)),

@@ -19,6 +19,7 @@ RANGE, PEERS, TRANSPORTS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", 
 """Environment variables by which a user chooses which machines the nodes discover, and how."""
 
 MESSAGES = "vessel_hsmc_msgs"
+PX4_MESSAGES = "px4_msgs"
 
 DISTRIBUTIONS = {"foxglove": "foxglove-sdk", "mcap_ros2": "mcap-ros2-support", "yaml": "pyyaml"}
 """Packages of PyPI that are not named like their module."""
@@ -105,6 +106,8 @@ def _not_installed(names: Sequence[str]) -> str:
     """One line on libraries that are missing: those of a workspace without an environment above it come from apt and PyPI."""
     if names[0] == MESSAGES:
         remedy = messages_remedy()
+    elif names[0] == PX4_MESSAGES:
+        remedy = "build the px4_msgs of your firmware's release with `colcon build`, and source the workspace"
     elif ROS.match(names[0]):
         remedy = ROS_REMEDY
     elif os.environ.get("AMENT_PREFIX_PATH") and sys.prefix == sys.base_prefix:

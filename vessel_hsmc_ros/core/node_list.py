@@ -53,6 +53,7 @@ WATCHERS = {
     "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "NavsatOdometryNode", "navsat_odom_node", ("geographiclib",)),
     "drive": NodeProgram("vessel_hsmc_ros.nodes.drive", "DriveNode", "drive_node"),
     "mavlink": NodeProgram("vessel_hsmc_ros.nodes.mavlink", "MavlinkNode", "mavlink_node", ("pymavlink",)),
+    "px4": NodeProgram("vessel_hsmc_ros.nodes.px4", "Px4Node", "px4_node", ("px4_msgs",)),
 }
 """Nodes outside the closed loop: a run takes place without them."""
 

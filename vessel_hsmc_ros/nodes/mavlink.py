@@ -9,8 +9,6 @@ from typing import Any, ClassVar
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
-from std_srvs.srv import SetBool
-from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
@@ -32,6 +30,7 @@ from vessel_hsmc_ros.nodes.mavlink_link import Link
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
+from vessel_hsmc_ros.nodes.takeover import Takeover
 from vessel_hsmc_ros.safety.handover import Handover, Sticks
 from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
 
@@ -42,7 +41,7 @@ LAST_COMMANDS = 3
 """How often zero is sent before the autopilot is left to others, as in standby and at the end."""
 
 REPEAT = 2.0
-"""Time after which a message that does not come is requested again, s; for the standby of the controller a tenth of it."""
+"""Time after which a message that does not come is requested again, s."""
 
 STREAMS = ("ATTITUDE", "LOCAL_POSITION_NED", "EKF_STATUS_REPORT", "SERVO_OUTPUT_RAW", "RC_CHANNELS")
 NEEDED = ("HEARTBEAT", "LOCAL_POSITION_NED", "ATTITUDE")
@@ -74,12 +73,12 @@ class MavlinkNode(VesselNode):
         self._attitude: Attitude | None = None
         self._last: dict[str, float] = {}
         self._received: dict[str, int] = {}
-        self._requested = self._disabled_at = -math.inf
+        self._requested = -math.inf
         self._origin: tuple[float, float] | None = None
         self._filter = ""
         self._problem = RecentProblem()
         self._command: tuple[float, ...] = ()
-        self._zeros, self._releases, self._reported = LAST_COMMANDS, 0, ""
+        self._zeros, self._releases = LAST_COMMANDS, 0
         self._create_topics()
         self.create_timer(POLL_PERIOD, self._poll, clock=self.wall)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
@@ -93,8 +92,7 @@ class MavlinkNode(VesselNode):
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
         self._commands = Commands(self, self._link, self._sticks, self._refuse)
-        self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
-        self._standby = self.create_client(SetBool, "controller/enable")
+        self._takeover = Takeover(self, self._handover, self._give_back, self._sticks.rest)
         self._latch = StopLatch(self, "the output", self._give_back)
 
     def describe(self) -> str:
@@ -113,7 +111,7 @@ class MavlinkNode(VesselNode):
             if take := self._takers.get(name):
                 take(self, message, now)
         self._handover.check(time.monotonic())
-        self._end_if_taken()
+        self._takeover.act()
 
     def _on_heartbeat(self, message: Any, now: float) -> None:
         armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
@@ -227,29 +225,6 @@ class MavlinkNode(VesselNode):
         return f"waiting for {', '.join(names)} of system {self._link.target}" if names else ""
 
     # -- takeover -----------------------------------------------------------------------------------------------------
-
-    def _on_state(self, message: ControlState) -> None:
-        standby = message.operation in (ControlState.STANDBY, ControlState.STOPPED)
-        if standby:
-            self._sticks.rest()
-            self._reported = ""
-        self._handover.controller(standby, time.monotonic())
-        self._end_if_taken()
-
-    def _end_if_taken(self) -> None:
-        """After a takeover, end the commands and put the controller into standby; again until it is."""
-        if not (reason := self._handover.taken):
-            return
-        if reason != self._reported:
-            self._reported = reason
-            self._give_back()
-            self.get_logger().error(f"{reason}: commands end, and the controller goes to standby until a person enables it")
-            self.reporter.event("handover", reason)
-        now = time.monotonic()
-        if now - self._disabled_at > 0.1 * REPEAT:
-            self._disabled_at = now
-            if self._standby.service_is_ready():
-                self._standby.call_async(SetBool.Request(data=False))
 
     def _give_back(self) -> None:
         """Send zero, and give the channels back to the radio, several times: a packet may be lost."""

@@ -222,6 +222,10 @@ services       ~/stop, ~/rearm""",
 subscribes to  cmd_wrench, thrusters/<name>/thrust or cmd_vel, by its form; controller/state
 publishes      odom, applied_wrench, events
 services       ~/stop, ~/rearm; it calls controller/enable""",
+    "px4": """\
+subscribes to  fmu/out/vehicle_odometry, fmu/out/vehicle_status; cmd_wrench, controller/state
+publishes      odom, events, fmu/in/offboard_control_mode, fmu/in/rover_throttle_setpoint, fmu/in/rover_steering_setpoint
+services       ~/stop, ~/rearm; it calls controller/enable""",
     "live": """\
 subscribes to  every topic of the run, and serves it to Foxglove""",
 }

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 from vessel_hsmc_ros.core.schema import suggestion
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
-FIRST = ("navsat_odom", "mavlink", "reference_ship", "controller", "thruster_allocation", "drive")
+FIRST = ("navsat_odom", "mavlink", "px4", "reference_ship", "controller", "thruster_allocation", "drive")
 """The nodes in the order of their start."""
 
 

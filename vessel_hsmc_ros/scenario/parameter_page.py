@@ -41,8 +41,8 @@ Read [safety](safety.md) first, and have the hardware stop within reach. What st
   the safe action begins.
 - **Other names of topics** are given by `-r OURS:=THEIRS`; another quality of service by `-p
   qos_overrides./topic.subscription.reliability:=reliable`.
-- **Forms.** `controller.odometry.form`, `navsat_odom_node`, `drive_node` and `mavlink_node` convert; each is described in
-  [parameters](parameters.md).
+- **Forms.** `controller.odometry.form`, `navsat_odom_node`, `drive_node`, `mavlink_node` and `px4_node` convert; each is
+  described in [parameters](parameters.md).
 
 `python benchmarks/boats.py` steers a simulated boat whose stack is a program of plain rclpy or pymavlink, without code of this
 package, through the interface of each section along a survey path of 20 m legs with a lane distance of 8 m. Measured over 90 s on

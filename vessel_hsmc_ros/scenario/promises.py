@@ -44,6 +44,7 @@ CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
     for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
 )
 MAVLINK = "nodes/test_mavlink_node.py"
+PX4 = "nodes/test_px4_node.py"
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 
 
@@ -307,6 +308,15 @@ PROMISES: tuple[Promise, ...] = (
             f"{MAVLINK}::test_after_standby_a_person_enables_it_again",
             f"{MAVLINK}::test_a_stick_takes_over_in_guided",
         ),
+    ),
+    Promise(
+        "PX4 leaves Offboard, is disarmed, restarts, reports a failsafe or falls silent",
+        "at once with its message; silence after {px4.heartbeat_timeout}",
+        "steady clock",
+        "px4: zero, for as long as Offboard lasts; standby of the controller",
+        "by a person",
+        (Reason.IN_STANDBY,),
+        (f"{PX4}::test_a_takeover_is_zero_for_good", f"{PX4}::test_a_process_that_dies_ends_offboard"),
     ),
 )
 

@@ -11,6 +11,7 @@ from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time, rate
 from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
+from vessel_hsmc_ros.scenario.px4_parameters import Px4Parameters
 
 
 @dataclass(frozen=True)
@@ -235,6 +236,7 @@ WATCHERS: dict[str, type] = {
     "navsat_odom": NavsatOdometryParameters,
     "drive": DriveParameters,
     "mavlink": MavlinkParameters,
+    "px4": Px4Parameters,
 }
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
