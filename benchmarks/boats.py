@@ -52,8 +52,8 @@ STACKS: dict[str, tuple[str, list[str]]] = {
     ),
     "mavlink": ("mavlink", ["--state", "mavlink", "--command", "mavlink"]),
     "px4": ("px4", ["--state", "px4", "--command", "px4"]),
-    "otter": ("otter", ["--state", "navsat", "--best-effort", "--rate", "9", "11", "--command", "normalised"]),
-    "vrx": ("vrx", ["--state", "navsat", "--best-effort", "--rate", "14", "16", "--command", "thrusters"]),
+    "otter": ("otter", ["--state", "otter", "--rate", "9", "11", "--command", "otter"]),
+    "vrx": ("vrx", ["--state", "navsat", "--rate", "19", "21", "--command", "thrusters"]),
     "pwm": ("pwm", ["--rate", "50", "50", "--command", "pwm"]),
     "heron": ("heron", ["--rate", "28", "32", "--command", "twist"]),
 }
@@ -88,8 +88,8 @@ def run(stack: str, boat: list[str], seconds: float) -> list[float]:
         call(folder, "init", "boat", *SHIP, *by_thrusters, "--interface", stack, "--no-check")
         (folder / "legs.csv").write_text(LEGS)
         connection = folder / f"boat_{stack}.yaml"  # what the page has a person write into it
-        text = connection.read_text().replace("velocity: course", f"velocity: course, {MOUNTED}")
-        text += f"/**/navsat_odom: {{ros__parameters: {{{MOUNTED}}}}}\n" if stack == "vrx" else ""
+        text = connection.read_text().replace("heading: imu_euler", f"heading: imu_euler, {MOUNTED}")
+        text = text.replace("antenna: [-0.85, 0.0]", MOUNTED.replace(", datum", "\n    datum"))
         connection.write_text(text.replace("curve_thrusts: [-30.0, 40.0]", "curve_thrusts: [-150.0, 150.0]"))
         output = folder / "boat.txt"
         remaps = [f"{own}:={other}" for topics in interfaces()[stack].nodes.values() for own, other in topics.items()]

@@ -76,6 +76,7 @@ GUIDANCE = {"commanded_surge_velocity": 1.5, "commanded_yaw_rate": -0.2, "surge_
     [
         ("normalised", {}, (100.0, -25.0), (0.5, -0.5)),
         ("normalised", {}, (1e4, -1e4), (1.0, -1.0)),
+        ("normalised", {"steering_sign": -1.0}, (100.0, -25.0), (0.5, 0.5)),
         ("helm", {"steering_sign": -1.0}, (-50.0, 10.0), (-0.25, -0.2)),
         ("cmd_vel", {}, (1.0, 1.0), (1.5, -0.2)),
         ("cmd_vel", {"response_time": 0.5, "surge_inertia": 100.0, "yaw_inertia": 50.0}, (100.0, 10.0), (2.0, -0.11)),

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import pytest
+from definitions import module
 from geometry_msgs.msg import QuaternionStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import qos_profile_sensor_data
@@ -64,6 +65,22 @@ class Sensors:
 
         self.bench.until(published)
         return conv.read_odometry(self.odometry[-1])
+
+
+def test_a_yaw_in_degrees_in_place_of_the_quaternion_and_a_fix_of_unknown_status_are_taken(bench: Any) -> None:
+    sensors = Sensors(bench, heading="imu_euler")
+    psi, r = 2.3, 0.2
+
+    def send() -> None:
+        imu, fix = Imu(), sensors.fix(300.0, -200.0, psi, *ANTENNA)
+        imu.orientation.z, imu.angular_velocity.z = math.degrees(0.5 * math.pi - psi), -math.degrees(r)
+        fix.status.status = -2
+        sensors.send("imu", imu)
+        sensors.send("fix", fix)
+
+    motion = sensors.answer(send)
+    assert motion[:3] == pytest.approx((300.0, -200.0, psi), abs=2e-2), "the heading is extrapolated to the time of the fix"
+    assert motion.r == pytest.approx(r)
 
 
 @pytest.mark.parametrize("kind", ["imu", "quaternion"])
@@ -138,10 +155,31 @@ def test_a_velocity_that_ends_leaves_none_not_that_of_the_turn_at_the_antenna(be
     bench.until(lambda: sensors.answer(send)[3:5] == (0.0, 0.0))
 
 
+def test_the_services_of_robot_localization_convert_both_ways_once_there_is_a_datum(bench: Any) -> None:
+    services = module("robot_localization.srv")
+    if services is None:
+        pytest.skip("robot_localization is not installed, and nothing is there to compile its services")
+    node = bench.start(NavsatOdometryNode, lockstep=False)
+    there = services.FromLL.Request()
+    there.ll_point.latitude, there.ll_point.longitude = Plane(*DATUM).coordinates(1234.5, -678.9)
+    answer = bench.call(services.FromLL, "fromLL", there)
+    assert (answer.map_point.x, answer.map_point.y) == (0.0, 0.0)
+    assert node.status()[1] == "fromLL without a datum: there has been no fix"
+    bench.stop(node)
+
+    bench.start(NavsatOdometryNode, lockstep=False, namespace="boat", datum=list(DATUM))
+    answer = bench.call(services.FromLL, "boat/fromLL", there)
+    assert (answer.map_point.x, answer.map_point.y) == pytest.approx((1234.5, -678.9), abs=1e-6)
+    back = bench.call(services.ToLL, "boat/toLL", services.ToLL.Request(map_point=answer.map_point))
+    found, given = back.ll_point, there.ll_point
+    assert (found.latitude, found.longitude) == pytest.approx((given.latitude, given.longitude), abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
         ({"latitude": math.nan}, "fix at nan"),
+        ({}, "fix at 0.0, 0.0"),
         ({"latitude": 10.0, "longitude": 5.0}, "fix without a heading of its time on /imu, within 0.5 s"),
         ({"bad": True}, "fix without a satellite fix (status -1)"),
     ],

@@ -23,7 +23,7 @@ STACKS = {
     "ardupilot_dds": "--state pose_twist --frame base_link --twist parent --best-effort --rate 28 32 --command cmd_vel",
     "mavlink": "--state mavlink --command mavlink",
     "px4": "--state px4 --command px4",
-    "otter": "--state navsat --best-effort --rate 9 11 --command normalised",
+    "otter": "--state otter --rate 9 11 --command otter",
 }
 
 HOLD = 4
@@ -51,7 +51,7 @@ def test_a_foreign_boat_follows_a_path_and_stops(start: Callable[..., Command], 
     assert written.wait(60.0) == 0, written.text
     (tmp_path / "legs.csv").write_text("x,y\n0,0\n20,0\n")
     connection = tmp_path / f"boat_{stack}.yaml"  # with the place of the antenna, as the page has a person write it
-    text = connection.read_text().replace("velocity: course", f"velocity: course, {MOUNTED}")
+    text = connection.read_text().replace("heading: imu_euler", f"heading: imu_euler, {MOUNTED}")
     port, station = free_port(), free_port()
     connection.write_text(text.replace(MAVLINK, f"{MAVLINK}connection: 'udpin:127.0.0.1:{port}', "))
     addresses = [f"udpout:127.0.0.1:{port}", f"udpin:127.0.0.1:{station}"] if stack == "mavlink" else []

@@ -234,7 +234,7 @@ def test_each_planted_mistake_is_named(mistake: str) -> None:
     assert any(expected in each for each in wrong), wrong
 
 
-def with_sensors(**changes: Any) -> Connection:
+def with_sensors(heading: str = "imu", **changes: Any) -> Connection:
     """The healthy connection with navsat_odom and its inputs beside the odometry, some of whose columns are changed."""
     connection = healthy()
     odometry = connection.topics["/odom"]
@@ -257,7 +257,7 @@ def with_sensors(**changes: Any) -> Connection:
         )
         for name, (kind, made) in sent.items()
     }
-    values = values_of(None, {"controller": {"vessel.length": 5.0}, "navsat_odom": {"velocity": "course"}})
+    values = values_of(None, {"controller": {"vessel.length": 5.0}, "navsat_odom": {"velocity": "course", "heading": heading}})
     return connection_of(values, {}, topics={**connection.topics, **topics}, events=("stop",), reasons=("OVERDUE",))
 
 
@@ -282,6 +282,15 @@ SENSORS: dict[str, tuple[dict[str, Any], str]] = {
 
 def test_sensors_without_a_mistake_have_none() -> None:
     assert of(judge(with_sensors()), WRONG) == []
+
+
+def test_a_driver_of_angles_without_a_status_is_one_where_it_is_declared() -> None:
+    angles = {
+        "imu": {"norm": lambda c: 70.0 * c["norm"], "r": lambda c: 57.3 * c["r"]},
+        "fix": {"status": lambda c: c["status"] - 2},
+    }
+    assert of(judge(with_sensors("imu_euler", **angles)), WRONG) == []
+    assert any("is an angle in place of a quaternion" in each for each in of(judge(with_sensors(**angles)), WRONG))
 
 
 @pytest.mark.parametrize("mistake", SENSORS)

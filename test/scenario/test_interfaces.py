@@ -53,7 +53,7 @@ def test_the_file_has_the_commands_and_the_limits_of_the_ship() -> None:
     text = interface_text(interface("otter"), "boat", SHIP)
     sections = yaml.safe_load(text)
     assert sections["/**/drive"]["ros__parameters"]["surge_force_limit"] == 300.0
-    assert sections["/**/navsat_odom"]["ros__parameters"]["velocity"] == "course"
+    assert sections["/**/navsat_odom"]["ros__parameters"]["heading"] == "imu_euler"
     assert "# drive_node --ros-args --params-file boat.yaml --params-file boat_otter.yaml -r normalised_wrench:=" in text
 
 

@@ -168,6 +168,17 @@ def publish_satellite_fix(boat: Boat, stamp: Any) -> None:
     boat.outputs["fix"].publish(fix)
 
 
+def publish_otter(boat: Boat, stamp: Any) -> None:
+    """A fix of unknown status, and an Imu whose orientation has roll, pitch and yaw in degrees, clockwise from north."""
+    x, y, psi, _, _, r = boat.state
+    fix, imu = NavSatFix(), Imu()
+    fix.header.stamp = imu.header.stamp = stamp
+    fix.latitude, fix.longitude = place(x + ANTENNA * math.cos(psi), y + ANTENNA * math.sin(psi))
+    imu.orientation.z, imu.angular_velocity.z = math.degrees(0.5 * math.pi - psi), -math.degrees(r)
+    boat.outputs["imu"].publish(imu)
+    boat.outputs["fix"].publish(fix)
+
+
 def place(east: float, north: float) -> tuple[float, float]:
     """Latitude and longitude near ORIGIN, by the radii of curvature of WGS84 there."""
     phi = math.radians(ORIGIN[0])
@@ -221,11 +232,18 @@ STATES: dict[str, dict[str, Any]] = {
     "mavlink": {},
     "px4": {},
     "navsat": {"fix": NavSatFix, "imu": Imu, "course": Float64, "speed": Float64},
+    "otter": {"fix": NavSatFix, "imu": Imu},
 }
-PUBLISH = {"odometry": publish_odometry, "pose_twist": publish_pose_and_twist, "navsat": publish_satellite_fix}
+PUBLISH = {
+    "odometry": publish_odometry,
+    "pose_twist": publish_pose_and_twist,
+    "navsat": publish_satellite_fix,
+    "otter": publish_otter,
+}
 COMMANDS: dict[str, dict[str, Any]] = {
     "wrench": {"cmd_wrench": (WrenchStamped, lambda _, m: (m.wrench.force.x, m.wrench.torque.z))},
     "normalised": {"normalised_wrench": (WrenchStamped, lambda _, m: (m.wrench.force.x, m.wrench.torque.z))},
+    "otter": {"normalised_wrench": (WrenchStamped, lambda _, m: (m.wrench.force.x, -m.wrench.torque.z))},
     "cmd_vel": {"cmd_vel": (TwistStamped, lambda _, m: (m.twist.linear.x, m.twist.angular.z))},
     "twist": {"cmd_vel": (Twist, lambda _, m: (m.linear.x, m.angular.z))},
     "mavlink": {},

@@ -221,7 +221,7 @@ class DriveNode(VesselNode):
         stamp = self.get_clock().now().to_msg()
         if p.form == "normalised":
             message = self.framed(conversions.new_wrench())
-            conversions.write_wrench(message, stamp, (float(a), float(b)))
+            conversions.write_wrench(message, stamp, (float(a), float(b) * p.steering_sign))
             self.send(self._outputs["normalised_wrench"], message)
         elif p.form == "cmd_vel":
             twist = Twist()

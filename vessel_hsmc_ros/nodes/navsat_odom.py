@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from geometry_msgs.msg import QuaternionStamped, TwistStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, NavSatFix
+from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -24,7 +24,7 @@ from vessel_hsmc_ros.scenario.watcher_parameters import NavsatOdometryParameters
 RATE = 10.0
 """Rate of fixes that the deadline of the odometry is offered for, Hz."""
 
-EXPECTED = {"imu": "imu", "quaternion": "heading", "antennas": "fix_2"}
+EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading", "antennas": "fix_2"}
 """The topic of each source of the heading."""
 
 
@@ -72,8 +72,8 @@ class NavsatOdometryNode(VesselNode):
             self.listen(NavSatFix, "fix_2", self._on_second_fix, qos.NEWEST)
         elif heading == "quaternion":
             self.listen(QuaternionStamped, "heading", self._on_quaternion, qos.NEWEST)
-        if heading == "imu":
-            self.listen(Imu, "imu", self._on_imu, qos.NEWEST)
+        if heading in ("imu", "imu_euler"):
+            self.listen(Imu, "imu", self._on_imu if heading == "imu" else self._on_angles, qos.NEWEST)
         if velocity == "twist":
             self.listen(TwistStamped, "fix_velocity", self._on_velocity, qos.NEWEST)
         elif velocity == "course":
@@ -90,6 +90,15 @@ class NavsatOdometryNode(VesselNode):
 
     def _on_imu(self, message: Imu) -> None:
         self._take_heading(message.header.stamp, message.orientation, message.angular_velocity.z)
+
+    def _on_angles(self, message: Imu) -> None:
+        """Take a yaw in degrees, clockwise from north, from the place of the quaternion's z, and its rate in degrees a second."""
+        yaw, rate = math.radians(message.orientation.z), math.radians(message.angular_velocity.z)
+        if not (math.isfinite(yaw) and math.isfinite(rate)):
+            self._refuse("yaw or yaw rate that is not finite is not allowed")
+            return
+        psi = 0.5 * math.pi - yaw + self.parameters.heading_offset
+        self._heading = Heading(conversions.nanoseconds(message.header.stamp), psi, -rate)
 
     def _on_quaternion(self, message: QuaternionStamped) -> None:
         stamp, last = conversions.nanoseconds(message.header.stamp), self._heading
@@ -143,12 +152,14 @@ class NavsatOdometryNode(VesselNode):
         self._publish(message, stamp, heading)
 
     def _is_good(self, message: NavSatFix, name: str) -> bool:
-        """Whether a message has a fix."""
-        if message.status.status < 0:
+        """Whether a message has a fix; drivers that leave the status unknown have a position."""
+        if message.status.status == NavSatStatus.STATUS_NO_FIX:
             self._refuse(f"{name} without a satellite fix (status {message.status.status}) is not published")
             return False
-        if not (abs(message.latitude) < 90.0 and abs(message.longitude) <= 360.0):
-            self._refuse(f"{name} at {message.latitude}, {message.longitude} is not allowed: it takes degrees, without the poles")
+        if not (abs(message.latitude) < 90.0 and abs(message.longitude) <= 360.0 and (message.latitude or message.longitude)):
+            self._refuse(
+                f"{name} at {message.latitude}, {message.longitude} is not allowed: it takes degrees, without the poles and 0, 0"
+            )
             return False
         return True
 

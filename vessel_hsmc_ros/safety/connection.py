@@ -45,6 +45,10 @@ class Topic(NamedTuple):
     columns: Mapping[str, Array] = {}
 
 
+EULER = "euler angles"
+"""The role of an IMU whose driver publishes roll, pitch and yaw in degrees in place of the quaternion."""
+
+
 class Role(NamedTuple):
     """A topic that the connection needs.
 

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
+from vessel_hsmc_ros.safety.connection import EULER, OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
 from vessel_hsmc_ros.safety.motion_rules import judge_motion, means, motions_of, times_of
 
 STEP = 0.5
@@ -31,6 +31,9 @@ OUTPUTS = ("force", "moment", "u", "r", "value")
 """The columns of commands."""
 
 TIMEOUTS = ("OVERDUE", "STAMP_OLD")
+
+NO_FIX = -1
+"""The status of sensor_msgs/NavSatStatus without a fix; -2 is unknown, which drivers have that do not fill it in."""
 
 
 def judge_signs(connection: Connection) -> Iterator[Finding]:
@@ -138,7 +141,7 @@ def judge_sensors(connection: Connection) -> Iterator[Finding]:
 def judge_fix(topic: Topic) -> Iterator[str]:
     """That a receiver has a fix, at latitude and longitude."""
     c = topic.columns
-    if (c["status"] < 0).mean() > 0.5:
+    if (c["status"] == NO_FIX).mean() > 0.5:
         yield f"{topic.name} has no satellite fix (status {int(c['status'][-1])}): antenna, cable, sky"
         return
     latitude, longitude = float(np.median(c["latitude"])), float(np.median(c["longitude"]))
@@ -229,7 +232,7 @@ def judge_topic(connection: Connection, role: Role) -> Iterator[Finding]:
         wrong += [*judge_rate(role, topic)]
         wrong += [*judge_stamps(connection, role, topic)]
         wrong += [*judge_frames(role, topic)]
-        wrong += [*judge_numbers(connection, topic)]
+        wrong += [*judge_numbers(connection, topic, role.name != EULER)]
     yield from (Finding(WRONG, role.name, text) for text in wrong)
 
 
@@ -331,15 +334,15 @@ def judge_frames(role: Role, topic: Topic) -> Iterator[str]:
             yield f"{topic.name} is in {names[0]!r}, and {' or '.join(map(repr, accepted))} is accepted: {change}"
 
 
-def judge_numbers(connection: Connection, topic: Topic) -> Iterator[str]:
-    """That numbers are finite, orientations of length 1 and upright, and covariances possible."""
+def judge_numbers(connection: Connection, topic: Topic, oriented: bool = True) -> Iterator[str]:
+    """That numbers are finite, orientations, where it has them, of length 1 and upright, and covariances possible."""
     columns = topic.columns
     bad = [
         name for name, values in columns.items() if values.dtype.kind == "f" and name in STATE and not np.isfinite(values).all()
     ]
     if bad:
         yield f"{topic.name} has numbers that are not finite: {', '.join(bad)}"
-    if "norm" in columns:
+    if "norm" in columns and oriented:
         norm = float(np.median(columns["norm"]))
         if norm < 1e-6:
             yield f"{topic.name} has orientations of zeros: its publisher does not fill them in"

@@ -5,7 +5,7 @@ from typing import Any
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.safety.connection import Connection, Role
+from vessel_hsmc_ros.safety.connection import EULER, Connection, Role
 from vessel_hsmc_ros.scenario.interfaces import Interface
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS
@@ -24,6 +24,7 @@ STATES = {
 
 HEADINGS = {
     "imu": {"imu": ("imu", types.IMU)},
+    "imu_euler": {EULER: ("imu", types.IMU)},
     "quaternion": {"heading": ("heading", types.QUATERNION)},
     "antennas": {"fix_2": ("fix_2", types.FIX)},
 }

@@ -59,7 +59,7 @@ class PulseParameters:
         return self.reversed * len(self.thrusters) if len(self.reversed) == 1 else self.reversed
 
 
-HEADINGS = ("imu", "quaternion", "antennas")
+HEADINGS = ("imu", "imu_euler", "quaternion", "antennas")
 VELOCITIES = ("none", "twist", "course")
 
 
@@ -72,7 +72,9 @@ class NavsatOdometryParameters(CommonParameters):
     )
     heading: str = parameter(
         "imu",
-        "Source of the heading: orientation on imu, quaternion on heading, or the fixes of two antennas, fix and fix_2.",
+        "Source of the heading: orientation on imu, quaternion on heading, or the fixes of two antennas, fix and fix_2."
+        " imu_euler: on imu too, from drivers that publish roll, pitch and yaw in degrees, clockwise from north, in place of the"
+        " quaternion.",
         choices=HEADINGS,
     )
     heading_offset: float = parameter(
@@ -149,7 +151,10 @@ class DriveParameters(CommonParameters):
     yaw_inertia: float = parameter(1.0, "With a response_time, m33 of the vessel.", unit="kg·m²", low=1e-3, high=1e15)
     stamped: bool = parameter(True, "With cmd_vel, TwistStamped; false: Twist.")
     steering_sign: float = parameter(
-        1.0, "With helm, 1 where a positive steering turns to port, -1 where to starboard.", low=-1.0, high=1.0
+        1.0,
+        "With helm and normalised, 1 where a positive steering or moment turns to port, -1 where to starboard.",
+        low=-1.0,
+        high=1.0,
     )
     command_timeout: float = command_timeout()
     ramp_time: float = ramp_time()
