@@ -200,18 +200,3 @@ def test_the_last_command_at_the_end_is_zero(bench: Any) -> None:
     stack.until((1.0, 1.0), 200.0, 50.0)
     stack.node.close()
     bench.until(lambda: stack.values()[-1] == (0.0, 0.0))
-
-
-@pytest.mark.parametrize("wrong", [{"frame": "odom"}, {"force": math.nan}])
-def test_a_command_that_does_not_count_is_refused_as_the_wrench_is(bench: Any, wrong: dict[str, Any]) -> None:
-    stack = Stack(bench, "normalised")
-
-    def refused() -> bool:
-        wrench = conv.new_wrench()
-        conv.write_wrench(wrench, bench.probe.get_clock().now().to_msg(), (wrong.get("force", 1.0), 0.0))
-        wrench.header.frame_id = wrong.get("frame", conv.BODY)
-        stack.commands.publish(wrench)
-        return any(concern.values.get("refused") for concern in stack.node.concerns())
-
-    bench.until(refused)
-    assert not [value for value in stack.values() if any(value)]

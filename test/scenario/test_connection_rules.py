@@ -285,7 +285,7 @@ def test_sensors_without_a_mistake_have_none() -> None:
 
 
 def test_a_driver_of_angles_without_a_status_is_one_where_it_is_declared() -> None:
-    angles = {
+    angles: Any = {
         "imu": {"norm": lambda c: 70.0 * c["norm"], "r": lambda c: 57.3 * c["r"]},
         "fix": {"status": lambda c: c["status"] - 2},
     }

@@ -45,6 +45,7 @@ CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
 )
 MAVLINK = "nodes/test_mavlink_node.py"
 PX4 = "nodes/test_px4_node.py"
+FORMS = "nodes/test_faults_of_forms.py"
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 
 
@@ -60,6 +61,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{FRESH}::test_an_input_is_overdue_by_its_receipt_and_by_its_stamp",
             f"{STATES}::test_the_law_commands_again_after_enough_good_periods_without_a_bump",
             "nodes/test_controller_real_time.py::test_an_input_that_ends_makes_the_wrench_zero_after_the_timeout",
+            f"{FORMS}::test_each_fault_of_a_state_leads_to_the_safe_action_and_back",
         ),
     ),
     Promise(
@@ -262,9 +264,10 @@ PROMISES: tuple[Promise, ...] = (
     ),
     Promise(
         "the controller is killed or stopped by SIGKILL, SIGSTOP",
-        "{vessel_sim.command_timeout}, {thruster_allocation.command_timeout}, {watchdog.command_timeout}",
+        "{vessel_sim.command_timeout}, {thruster_allocation.command_timeout}, {watchdog.command_timeout},"
+        " {drive.command_timeout}",
         "ROS time by the stamp, and steady clock",
-        "plant and thrust allocation: zero; watchdog: ramp of {watchdog.ramp_time}",
+        "plant and thrust allocation: zero; watchdog and drive: ramp of {watchdog.ramp_time}",
         "with the next fresh command; those that waited are refused",
         (Reason.OVERDUE, Reason.STAMP_OLD),
         (
@@ -272,6 +275,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{PLANT}::test_commands_of_a_controller_that_was_stopped_and_continues_are_refused",
             f"{THRUSTERS}::test_without_a_command_for_the_time_out_the_thrust_is_zero",
             f"{WATCHDOG}::test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return",
+            "nodes/test_drive_node.py::test_without_commands_the_output_ramps_to_zero_and_then_ends",
         ),
     ),
     Promise(
@@ -285,6 +289,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{PLANT}::test_in_real_time_a_command_that_is_not_fresh_is_refused_named_and_counted",
             f"{THRUSTERS}::test_a_command_that_is_not_finite_is_ignored_and_counted",
             f"{WATCHDOG}::test_a_command_that_is_not_fresh_is_not_passed_on",
+            f"{FORMS}::test_each_fault_of_a_command_ends_the_output_and_a_good_one_goes_on",
         ),
     ),
     Promise(
