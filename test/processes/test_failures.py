@@ -241,3 +241,25 @@ def test_a_second_run_and_a_second_plant_in_the_same_domain_are_refused_and_the_
     run.popen.send_signal(signal.SIGINT)
     assert run.wait(20.0) == 128 + signal.SIGINT
     check_bag(folder)
+
+
+HANGS = """\
+import sys, time
+from vessel_hsmc_ros.nodes import process
+from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
+
+class Hanging(WatchdogNode):
+    def destroy_node(self):
+        time.sleep(600.0)
+
+process.DESTROYED_WITHIN = 1.0
+sys.exit(process.run_node(Hanging))
+"""
+
+
+def test_a_node_that_the_middleware_does_not_let_go_ends_with_its_stacks(start: Any) -> None:
+    command = start("python", "-c", HANGS)
+    command.until(lambda: "watches" in command.text, 60.0)
+    command.popen.send_signal(signal.SIGINT)
+    assert command.wait(60.0) == 1
+    assert "in destroy_node" in command.text

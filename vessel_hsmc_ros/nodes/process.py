@@ -35,6 +35,12 @@ STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 FAILED, CANNOT_START = 1, 2
 """Exit codes: the node failed at work; it could not start, for instance because a parameter is not allowed."""
 
+DESTROYED_WITHIN = 20.0
+"""Time after which a process ends whose middleware does not let the node be destroyed, s, with the stacks and exit code 1.
+
+Fast DDS 2.14 can block itself while publishers with a liveliness lease leave: discovery waits for a timer, which waits for it.
+"""
+
 
 def run_node(
     node_class: type[VesselNode],
@@ -120,8 +126,11 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
         spare_collections()
         return _work(node, running)
     finally:
+        # By now the node has left the ship without a command, and published its last messages.
+        faulthandler.dump_traceback_later(DESTROYED_WITHIN, exit=True)
         node.destroy_node()
         rclpy.shutdown(uninstall_handlers=False)
+        faulthandler.cancel_dump_traceback_later()
 
 
 def _work(node: VesselNode, running: Callable[[], bool]) -> int:
