@@ -35,6 +35,9 @@ BOAT = ROOT / "test" / "support" / "foreign_boat.py"
 SHIP = ["--length", "5", "--mass", "520", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--speed", "2"]
 THRUSTERS = ["--thruster=-1.5,0.8,150,150", "--thruster=-1.5,-0.8,150,150"]
 LEGS = "x,y\n0,0\n20,0\n20,8\n0,8\n0,16\n20,16\n"
+READY = 90.0
+"""Longest time in which nodes and boat are ready, s."""
+
 SETTLED = 10.0
 """Time after enabling from which errors count, s."""
 
@@ -99,7 +102,7 @@ def run(stack: str, boat: list[str], seconds: float) -> list[float]:
         running = [start(folder, command, folder / f"{k}.txt", messages or {}) for k, command in enumerate(nodes)]
         running.append(start(folder, [sys.executable, str(BOAT), *boat, *ros], output))
         try:
-            wait_for(lambda: bool(REPORT.search(output.read_text())), 30.0)
+            wait_for(lambda: bool(REPORT.search(output.read_text())), READY)
             enable(folder)
             began = len(REPORT.findall(output.read_text()))
             call(folder, "path", "legs.csv")
@@ -109,7 +112,7 @@ def run(stack: str, boat: list[str], seconds: float) -> list[float]:
             for process in running:
                 process.send_signal(signal.SIGINT)
             for process in running:
-                process.wait(20.0)
+                process.wait(40.0)  # a node ends by itself within 20 s, whatever the middleware does
 
 
 def program(command: list[str]) -> list[str]:
@@ -140,7 +143,7 @@ def enable(folder: Path) -> None:
             return False
         return True
 
-    wait_for(done, 40.0)
+    wait_for(done, READY)
 
 
 def wait_for(condition: Callable[[], bool], limit: float) -> None:

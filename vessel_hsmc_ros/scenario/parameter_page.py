@@ -55,12 +55,10 @@ a machine of two cores, root mean square of the distance from the reference:
 | mavros, cmd_vel | 0.041 | 0.097 |
 | ardupilot_dds, cmd_vel | 0.035 | 0.088 |
 | mavlink: position and attitude at 30 Hz, MANUAL_CONTROL | 0.018 | 0.039 |
-| otter: fixes at 10 Hz with antenna and datum written in, normalised wrench | 0.039 | 0.093 |
 | heron, cmd_vel | 0.050 | 0.179 |
-| vrx: fixes at 15 Hz without velocity, thrusts of two thrusters | 0.069 | 0.208 |
 | pwm: odometry at 50 Hz, pulse widths of two thrusters | 0.023 | 0.165 |
 
-The last two by `python benchmarks/boats.py --seconds 90 robot_localization vrx pwm`, in which robot_localization has 0.026 m.
+The last one by `python benchmarks/boats.py --seconds 90 robot_localization vrx pwm`, in which robot_localization has 0.026 m.
 
 The simulated boat has loops for speed and turn rate with a time constant of 0.5 and 0.3 s, and instant actuators.
 """
