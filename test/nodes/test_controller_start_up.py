@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from driving import STEP, RealTimePlant
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Log
+from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
@@ -71,3 +72,20 @@ def test_the_law_commands_only_after_enough_samples_of_each_input(bench: Any, si
     sea.run(0.2)
     active = [conv.nanoseconds(state.header.stamp) for state in sea.states if state.operation == ControlState.ACTIVE]
     assert began + 9 * STEP <= active[0] <= began + 13 * STEP
+
+
+@pytest.mark.parametrize("order", ["stop", "disable"])
+def test_a_person_who_was_there_before_the_inputs_has_the_last_word(bench: Any, simulated_time: Any, order: str) -> None:
+    sea = RealTimePlant(bench, simulated_time)
+    state, sea.state = sea.state, None
+    sea.start(ControllerNode, law="guided")
+    sea.run(0.1)
+    if order == "stop":
+        assert bench.call(Trigger, "/controller/stop", Trigger.Request()).success
+        assert bench.call(Trigger, "/controller/rearm", Trigger.Request()).success
+    else:
+        bench.call(SetBool, "/controller/enable", SetBool.Request(data=False))
+    sea.state = state
+    sea.run(0.3)
+    assert {state.operation for state in sea.states} == {ControlState.STANDBY}
+    assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success

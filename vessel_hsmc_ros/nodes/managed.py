@@ -109,6 +109,7 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
         if self.lifecycle == "active":
             self.trigger_deactivate()
         else:
+            self.pause()  # before the node has begun, too: it must not begin by itself then
             self.reporter.event("disable", STANDBY)
         return True
 
