@@ -165,3 +165,30 @@ def test_while_a_file_is_closed_with_more_than_its_reserve_takes_every_state_is_
     found = [count_by_any_reader(bytes(content)) for number, content in enumerate(states(calls)) if number >= begun]
     assert found == sorted(found)
     assert found[-1] == 2
+
+
+def summary_of(content: bytes) -> bytes:
+    """What the footer of a complete file points to, up to the footer."""
+    start = FOOTER.unpack(content[-FOOTER.size - len(MAGIC) : -len(MAGIC)])[2]
+    return content[start:]
+
+
+@pytest.mark.parametrize("pages", [0, 1, 3, 9, 100])
+@pytest.mark.parametrize("summaries", [1, 2, 3])
+def test_while_a_file_is_closed_its_last_summary_holds_to_the_end(
+    tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch, pages: int, summaries: int
+) -> None:
+    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)
+    builder = RecordBuilder()
+    Header(profile="", library="").write(builder)
+    file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
+    file.append([metadata_record(100)])
+    for number in range(summaries):
+        file.set_summary([metadata_record(200 + number)])
+    begun = len(calls)
+    footer = FOOTER.pack(Opcode.FOOTER, FOOTER.size - HEADER, 0, 0, 0)
+    file.close([metadata_record(100 + pages * PAGE), DATA_END, footer, MAGIC])
+    summary, before = metadata_record(199 + summaries), sum(1 for _ in states(calls[:begun]))
+    every = [bytes(content) for number, content in enumerate(states(calls)) if number >= before]
+    assert all(summary_of(content).startswith(summary) for content in every[:-1] if content.endswith(MAGIC))
+    assert every[-1] == (tmp_path / "file.mcap").read_bytes()

@@ -5,8 +5,8 @@ import struct
 from pathlib import Path
 
 import pytest
+from bag_making import CLOCK, clock, topic, write_run
 from bag_making import write_clock as write
-from bag_making import write_run
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
@@ -128,3 +128,20 @@ def test_a_bag_cut_within_the_last_message_indexes_gets_those_that_are_missing(t
     indexes = chunk_indexes(path)
     assert indexes[-1].chunk_start_offset == last.chunk_start_offset
     assert [indexed_messages(path, index) for index in indexes] == messages_in_chunks(path)
+
+
+def test_a_bag_whose_later_file_is_being_recorded_is_left_as_it_is(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1e-3))
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    for k in range(3):
+        writer.write(ticks, clock(k * 2_000_000), k * 2_000_000, k * 2_000_000)
+    writer.flush()
+    files = sorted((tmp_path / "bag").iterdir())
+    assert len(files) == 4, "three files and their description"
+    before = [file.read_bytes() for file in files]
+    with pytest.raises(BagError, match="is being recorded"):
+        repair(tmp_path / "bag")
+    assert [file.read_bytes() for file in files] == before
+    writer.close()
+    assert is_complete(tmp_path / "bag")

@@ -1,3 +1,6 @@
+import re
+
+import pytest
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import cli
@@ -36,3 +39,23 @@ def test_margins_of_three_loops_are_printed_and_small_ones_warned_of() -> None:
 
 def test_another_law_is_named_with_how_to_use_these_gains() -> None:
     assert "controller.law is hierarchical: --set controller.law=guided" in gains().output
+
+
+POWERS = {"": 1, "²": 2, "⁻¹": -1, "⁻²": -2}
+
+
+@pytest.mark.parametrize("lag", [0.0, 12.0])
+def test_each_value_is_its_number_in_the_units_that_are_named(lag: float) -> None:
+    declared = [f"controller.vessel.{axis}_{what}" for axis in ("surge", "yaw") for what in ("lag", "dead_time")]
+    result = gains("controller.law=guided", *(f"{name}={lag if name.endswith('lag') else 0.1}" for name in declared)).output
+    (units,) = (line for line in result.splitlines() if line.startswith("L = "))
+    length, time = (float(re.findall(rf"{name} = ([\d.]+) ", units)[0]) for name in "LT")
+    (stretch,) = re.findall(r"times ([\d.]+) for rates", units) or ["1"]
+    assert (stretch == "1") is (lag == 0.0)
+    for name, rule in RULES.items():
+        cells = line_of(result, name).split()
+        at = next(i for i in range(len(cells) - 1, 0, -1) if cells[i][0].isdigit() or cells[i][0] == "-")
+        value, number, shown = float(cells[at - 1]), float(cells[at]), "".join(cells[at + 1 :])
+        for unit, power in re.findall(r"([LT])(²|⁻¹|⁻²)?", shown):
+            number *= (length if unit == "L" else time * (float(stretch) if rule.stretches else 1.0)) ** POWERS[power]
+        assert number == pytest.approx(value, rel=2e-2), name

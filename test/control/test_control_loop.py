@@ -11,6 +11,7 @@ from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.safety.reasons import Reason
 
 STATE, REFERENCE = Motion(0.0, 0.0, 0.2, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NONE = Acceleration(0.0, 0.0, 0.0)
@@ -42,6 +43,30 @@ def test_a_clock_that_is_set_back_misses_no_period(loop: ControlLoop) -> None:
     for milliseconds in (500, 510, 100, 110, 140):
         step(loop, milliseconds)
     assert loop.missed_periods == 2  # those that began at 120 and 130 ms
+
+
+def test_periods_that_are_counted_anew_miss_none_across_the_step(loop: ControlLoop) -> None:
+    for milliseconds in (0, 10, 30):
+        step(loop, milliseconds)
+    loop.begin()
+    assert loop.due(30_000_000), "a period of the new count"
+    for milliseconds in (9_000, 9_010, 9_040):
+        step(loop, milliseconds)
+    assert loop.missed_periods == 3  # those that began at 20, 9020 and 9030 ms
+
+
+@pytest.mark.parametrize("order", ["standby", "stop", "fault"])
+def test_the_observer_predicts_with_the_wrench_that_is_commanded_whatever_the_law_gives(order: str) -> None:
+    loop, observer = ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed()), observed()
+    if order != "fault":
+        getattr(loop.supervision, order)()
+    reason = Reason.JUMP if order == "fault" else Reason.NONE
+    for milliseconds in range(0, 200, 10):
+        terms = loop.step(milliseconds * 1_000_000, STATE, REFERENCE, NONE, reason=reason)
+        assert loop.wrench == (0.0, 0.0)
+        expected = observer.update(milliseconds * 1_000_000, STATE, (0.0, 0.0))
+    assert terms.yaw_surface
+    np.testing.assert_array_equal(loop.estimate, expected)
 
 
 def test_a_period_without_inputs_is_served_with_a_zero_wrench_and_is_not_missed(loop: ControlLoop) -> None:

@@ -83,6 +83,15 @@ def test_the_age_of_a_measurement_is_no_dead_time() -> None:
     assert model_after(bank(declared(0.0, 0.06, 0.0), PERIOD), 0.0, 0.5, 0.0, late=late) > 0
 
 
+@pytest.mark.parametrize("late", [4, 6, 9, 11])
+def test_an_age_that_is_no_whole_number_of_intervals_counts_as_the_nearest_one(late: int) -> None:
+    c = bank(declared(0.0, 0.06, 0.0), PERIOD)
+    assert c.every == 5
+    whole = 5 * round(late / 5)
+    found = [model_after(c, 0.0, 0.4, 0.3, late=periods) for periods in (late, whole)]
+    assert found[0] == found[1] > 0
+
+
 def test_a_ship_that_hardly_turns_shows_nothing() -> None:
     assert model_after(bank(UNDECLARED, PERIOD), 0.0, 0.25, 1.2, size=0.001) == 0
 

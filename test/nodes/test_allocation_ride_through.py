@@ -19,13 +19,13 @@ from vessel_sim_node.node import VesselSimNode
 class Steps:
     """The node in lockstep, which rides through missing commands, and the demands that it publishes."""
 
-    def __init__(self, bench: Any) -> None:
+    def __init__(self, bench: Any, **parameters: Any) -> None:
         self.bench = bench
         self.thrust = bench.collect(Float64, "thrusters/left/thrust")
         bench.collect(Float64, "thrusters/right/thrust")
         self.commands = bench.publisher(WrenchStamped, "cmd_wrench")
         bench.publisher(Odometry, "odom")  # the node waits for a plant
-        node = bench.start(ThrusterAllocationNode, ride_through=True, command_timeout=0.3, **layout("twin"))
+        node = bench.start(ThrusterAllocationNode, ride_through=True, command_timeout=0.3, **layout("twin"), **parameters)
         bench.until(lambda: node.connected and self.commands.get_subscription_count())
 
     def answer(self, step: int, force: float | None) -> float:
@@ -49,6 +49,16 @@ def test_in_lockstep_a_missing_command_is_passed_on_until_the_timeout_then_the_t
     assert [math.isnan(answer) for answer in answers] == [True, True, True, False, False]
     assert answers[3:] == [0.0, 0.0]
     assert steps.answer(6, 40.0) == pytest.approx(20.0)
+
+
+def test_in_lockstep_the_thrust_rises_from_zero_after_a_time_out_and_again(bench: Any) -> None:
+    steps = Steps(bench, vessel__thrusters__thrust_rate=[50.0])
+    for begin in (0, 20):
+        rise = [steps.answer(begin + step, 200.0) for step in range(4)]
+        assert rise[1:] == pytest.approx([rise[0] + 5.0, rise[0] + 10.0, rise[0] + 15.0])
+        assert [steps.answer(begin + step, None) for step in range(4, 9)][3:] == [0.0, 0.0]
+        assert steps.answer(begin + 9, 200.0) == pytest.approx(30.0), "of the 0.6 s since the last command"
+        assert [steps.answer(begin + step, None) for step in range(10, 15)][3:] == [0.0, 0.0]
 
 
 def test_in_lockstep_a_delayed_command_is_allocated_in_the_step_in_which_it_comes(bench: Any) -> None:

@@ -65,6 +65,16 @@ def test_the_first_sample_decides_which_of_several_frames_is_taken_until_a_reset
     assert odom.accept(odometry(frame="odom"), NOW, 0) is Reason.NONE
 
 
+def test_the_first_sample_decides_which_of_several_child_frames_is_taken_until_a_reset() -> None:
+    odom = Freshness(0.5, FreshnessParameters(), ("odom", "map"), ("base_link", "imu_link"))
+    given = [("odom", "imu_link"), ("odom", "base_link"), ("", "imu_link"), ("odom", ""), ("odom", "base_link")]
+    taken = [odom.accept(odometry(NOW + k, frame=frame, child_frame=child), NOW, 0) for k, (frame, child) in enumerate(given)]
+    assert taken == [Reason.NONE, Reason.WRONG_FRAME, Reason.NONE, Reason.NONE, Reason.WRONG_FRAME]
+    odom.reset()
+    assert odom.accept(odometry(frame="map", child_frame="base_link"), NOW, 0) is Reason.NONE
+    assert odom.accept(odometry(NOW + 1, frame="map", child_frame="imu_link"), NOW, 0) is Reason.WRONG_FRAME
+
+
 def test_a_covariance_of_zero_is_not_known_and_counts() -> None:
     assert fresh(covariance_limit=0.1).accept(odometry(covariance=0.0), NOW, 0) is Reason.NONE
 

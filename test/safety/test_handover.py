@@ -6,7 +6,7 @@ import pytest
 
 from vessel_hsmc_ros.safety.handover import Handover, Sticks
 
-MANUAL, HOLD, ACTIVE, CRITICAL = 0, 4, 4, 5
+MANUAL, HOLD, ACTIVE, CRITICAL, EMERGENCY = 0, 4, 4, 5, 6
 READY: dict[str, Any] = {"armed": True, "mode": MANUAL, "state": ACTIVE}
 
 
@@ -26,6 +26,7 @@ def commanding() -> Handover:
         ({"mode": 42}, "mode 42, commands take MANUAL"),
         ({"armed": False}, "the autopilot is disarmed"),
         ({"state": CRITICAL}, "the autopilot reports a failsafe"),
+        ({"state": EMERGENCY}, "the autopilot reports a failsafe"),
     ],
 )
 def test_a_change_ends_the_commands_until_the_controller_was_in_standby(change: dict[str, Any], text: str) -> None:
@@ -85,6 +86,22 @@ def test_an_overridden_channel_must_show_what_was_sent() -> None:
         assert not watched.moved(0.1 * k, [1500, 0, 1500 + 10 * max(k - 5, 0)]), "half a second late"
     assert watched.moved(4.0, [1500, 0, 1500]) == "channel 3 of the radio is at 1500 µs"
     assert not watched.moved(9.0, [1500, 0, 1500]), "commands have ended: the stick is the pilot's"
+
+
+@pytest.mark.parametrize("pause", ["commands end", "standby"])
+def test_commands_that_begin_again_have_the_same_time_to_show_as_at_first(pause: str) -> None:
+    watched = sticks()
+    for begin in (0.0, 10.0, 20.0):
+        for k in range(25):
+            now = begin + 0.1 * k
+            watched.sent(now, {1: 1500, 3: 1900})
+            shown = 1500 if k < 10 else 1900
+            assert not watched.moved(now, [1500, 0, shown]), "a second late"
+        assert watched.moved(begin + 2.5, [1500, 0, 1500])
+        if pause == "standby":
+            watched.rest()
+        else:
+            assert not watched.moved(begin + 5.0, [1500, 0, 1500])
 
 
 @pytest.mark.parametrize("width", [0, 65535])

@@ -1,0 +1,279 @@
+"""The MAVLink node step by step: each state of controller and autopilot, each input that falls silent, and the second time."""
+
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import pytest
+from geometry_msgs.msg import TwistStamped
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+from stepped_node import SteppedNode
+from vessel_hsmc_msgs.msg import ControlState
+
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import command_input
+
+pytest.importorskip("pymavlink", exc_type=ImportError)
+
+import itertools
+
+from vessel_hsmc_ros.nodes import mavlink, mavlink_commands
+from vessel_hsmc_ros.nodes.mavlink import LAST_COMMANDS, MavlinkNode
+
+STANDBY, ACTIVE, SAFE, STOPPED = ControlState.STANDBY, ControlState.ACTIVE, ControlState.SAFE, ControlState.STOPPED
+PERIOD, RAMP, TIMEOUT = 0.04, 0.4, 0.3
+MANUAL, HOLD = 0, 4
+UNLIKE = {"surge_force_limit": 200.0, "yaw_moment_limit": 50.0}
+THRUSTERS = {
+    "vessel__thrusters__names": ["left", "right"],
+    "vessel__thrusters__y": [0.5, -0.5],
+    "vessel__thrusters__thrust_ahead": [100.0],
+    "vessel__thrusters__thrust_astern": [50.0],
+    "channels": [2.0, 4.0],
+}
+FULL = {"manual": ("manual", 500, 500), "channels": ("override", {2: 1700, 4: 1300}), "guided": ("velocity", 0.5, 0.2)}
+ZERO = {"manual": ("manual", 0, 0), "channels": ("override", {2: 1500, 4: 1500}), "guided": ("velocity", 0.0, 0.0)}
+RELEASE = {"manual": ("override", {1: 0, 3: 0}), "channels": ("override", {2: 0, 4: 0})}
+
+
+class Recording:
+    """Stands for the connection: gives the messages that a test has put in, and notes what is sent."""
+
+    made: ClassVar[list["Recording"]] = []
+
+    def __init__(self, *_: Any) -> None:
+        self.target, self.broken, self.waiting, self.sent = 1, "", [], []
+        Recording.made.append(self)
+
+    waiting: list[Any]
+    sent: list[tuple[Any, ...]]
+
+    def receive(self) -> list[Any]:
+        waiting, self.waiting = self.waiting, []
+        return waiting
+
+    def manual(self, y: int, z: int) -> None:
+        self.sent.append(("manual", y, z))
+
+    def override(self, channels: dict[int, int]) -> None:
+        self.sent.append(("override", channels))
+
+    def velocity(self, speed: float, yaw_rate: float) -> None:
+        self.sent.append(("velocity", pytest.approx(speed), pytest.approx(yaw_rate)))
+
+    def request(self, *_: Any) -> None:
+        """Nothing comes."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+class Boat(SteppedNode):
+    """An autopilot, a controller and its commands around the node."""
+
+    def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, form: str = "manual", ramp_time: float = 0.0) -> None:
+        monkeypatch.setattr(mavlink, "Link", Recording)
+        more = THRUSTERS if form == "channels" else {}
+        given = {"form": form, "ramp_time": ramp_time, "command_timeout": TIMEOUT, "mode": "MANUAL", **UNLIKE, **more}
+        super().__init__(bench, monkeypatch, MavlinkNode, (mavlink, mavlink_commands, command_input), **given)
+        self.form, self.link, self.silent = form, Recording.made[-1], ""
+        self.autopilot = {"base_mode": 128, "custom_mode": MANUAL, "system_status": 4}
+        self.standby_requests: list[bool] = []
+        self.events: list[str] = []
+        client = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda r: self.standby_requests.append(r.data))
+        monkeypatch.setattr(self.node, "_standby", client)
+        monkeypatch.setattr(self.node.reporter, "event", lambda _, text: self.events.append(text))
+
+    def receive(self, name: str, **fields: Any) -> None:
+        self.link.waiting.append(SimpleNamespace(get_type=lambda: name, **fields))
+
+    def step(self, operation: int = ACTIVE, steps: int = 1) -> list[tuple[Any, ...]]:
+        """Some periods of everything; returns what has been sent to the autopilot in them."""
+        count = len(self.link.sent)
+        for _ in range(steps):
+            self.wait(PERIOD)
+            self.receive("HEARTBEAT", **self.autopilot)
+            self.node._poll()
+            self.node._on_state(ControlState(operation=operation))
+            self.command()
+            self.node._on_timer()
+        return self.link.sent[count:]
+
+    def command(self) -> None:
+        commands = self.node._commands
+        if self.form == "manual" and self.silent != "all":
+            commands._on_wrench(self.wrench(100.0, -25.0))
+        elif self.form == "guided" and self.silent != "all":
+            twist = TwistStamped()
+            twist.twist.linear.x, twist.twist.angular.z = 1.0, -0.2
+            commands._on_velocity(twist)
+        for index, (name, thrust) in enumerate({"left": 50.0, "right": -25.0}.items()):
+            if self.form == "channels" and self.silent not in (name, "all"):
+                commands._on_thrust(index, Float64(data=thrust))
+
+    def driven(self) -> "Boat":
+        """The same while it carries out its commands."""
+        self.step(STANDBY)
+        assert self.step(ACTIVE, 30)[-1] == FULL[self.form]
+        return self
+
+    def stop(self, rearm: bool = False) -> None:
+        serve = self.node._rearm if rearm else self.node._stop
+        assert serve(Trigger.Request(), Trigger.Response()).success
+
+
+@pytest.fixture
+def boat(bench: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    return lambda *given, **more: Boat(bench, monkeypatch, *given, **more)
+
+
+@pytest.mark.parametrize("operation", [ACTIVE, SAFE])
+def test_the_law_and_its_safe_action_reach_the_autopilot(boat: Any, operation: int) -> None:
+    made = boat()
+    made.step(STANDBY)
+    assert made.step(operation)[-1] == FULL["manual"]
+
+
+@pytest.mark.parametrize("form", FULL)
+@pytest.mark.parametrize("operation", [STANDBY, STOPPED])
+def test_a_controller_in_standby_or_stopped_leaves_the_autopilot_to_others(boat: Any, form: str, operation: int) -> None:
+    made = boat(form).driven()
+    ending = made.step(operation, 10)
+    assert ending[:LAST_COMMANDS] == [ZERO[form]] * LAST_COMMANDS
+    assert all(each in (ZERO[form], RELEASE.get(form)) for each in ending), "and the channels are given back"
+    assert not made.step(operation, 10)
+
+
+@pytest.mark.parametrize("operation", [STANDBY, STOPPED])
+def test_after_each_takeover_a_person_may_enable_the_controller_that_was_stood_down(boat: Any, operation: int) -> None:
+    made = boat().driven()
+    for number in (1, 2):
+        made.autopilot["custom_mode"] = HOLD
+        made.step()
+        assert len(made.events) == number, "each takeover is reported"
+        made.autopilot["custom_mode"] = MANUAL
+        assert FULL["manual"] not in made.step(ACTIVE, 20), "it does not come back by itself"
+        assert len(made.events) == number
+        made.step(operation)
+        assert made.step()[-1] == FULL["manual"]
+
+
+def test_while_it_is_not_obeyed_standby_is_requested_again_and_again_and_no_longer(boat: Any) -> None:
+    made = boat().driven()
+    made.autopilot["custom_mode"] = HOLD
+    made.step(ACTIVE, 25)
+    assert 3 <= len(made.standby_requests) <= 6, "five times a second"
+    assert not any(made.standby_requests)
+    count = len(made.standby_requests)
+    made.step(STANDBY, 25)
+    assert len(made.standby_requests) == count
+
+
+@pytest.mark.parametrize(("state", "fails"), [(0, False), (3, False), (4, False), (5, True), (6, True)])
+def test_a_failsafe_of_the_autopilot_ends_the_commands(boat: Any, state: int, fails: bool) -> None:
+    made = boat().driven()
+    made.autopilot["system_status"] = state
+    made.step()
+    assert (FULL["manual"] in made.step()) is not fails
+
+
+@pytest.mark.parametrize(("form", "silent"), [("manual", "all"), ("guided", "all"), ("channels", "left"), ("channels", "right")])
+def test_each_command_that_falls_silent_ends_all_of_them_and_again(boat: Any, form: str, silent: str) -> None:
+    made = boat(form).driven()
+    for _ in range(2):
+        made.silent = silent
+        assert made.step(ACTIVE, round(TIMEOUT / PERIOD) - 1)[-1] == FULL[form], "a command holds for the time-out"
+        ending = made.step(ACTIVE, 12)
+        assert ZERO[form] in ending
+        assert FULL[form] not in ending[3:]
+        made.silent = ""
+        assert made.step()[-1] == FULL[form]
+
+
+@pytest.mark.parametrize("form", FULL)
+def test_a_changed_time_out_holds_for_each_form(boat: Any, form: str) -> None:
+    made = boat(form).driven()
+    made.node.retune(made.node.parameters.__class__(**{**vars(made.node.parameters), "command_timeout": 3.0}))
+    made.silent = "all"
+    assert made.step(ACTIVE, 50)[-1] == FULL[form]
+    assert made.step(ACTIVE, 30)[-1] != FULL[form]
+
+
+def test_the_output_ramps_at_both_ends_and_turns_round_on_its_way(boat: Any) -> None:
+    made = boat(ramp_time=2.0 * RAMP)
+    made.step(STANDBY)
+    shares = [0.0] + [each[2] / 500 for each in made.step(ACTIVE, 5)]
+    made.silent = "all"
+    shares += [each[2] / 500 for each in made.step(ACTIVE, 12)]
+    made.silent = ""
+    shares += [each[2] / 500 for each in made.step(ACTIVE, 20)]
+    changes = [after - before for before, after in itertools.pairwise(shares)]
+    assert max(map(abs, changes)) <= PERIOD / (2.0 * RAMP) + 3e-3
+    assert shares[-1] == 1.0
+    turns = [before * after < 0.0 for before, after in itertools.pairwise(changes)]
+    assert sum(turns) == 2, "up, down after the time-out, up again from where it is"
+    assert min(shares[12:]) > 0.2
+
+
+@pytest.mark.parametrize("form", FULL)
+def test_a_stop_is_zero_at_once_each_time_and_what_follows_begins_at_zero(boat: Any, form: str) -> None:
+    made = boat(form, ramp_time=RAMP).driven()
+    for _ in range(2):
+        count = len(made.link.sent)
+        made.stop()
+        assert made.link.sent[count] == ZERO[form]
+        assert FULL[form] not in made.step(ACTIVE, 20)
+        made.stop(rearm=True)
+        begun = made.step()
+        assert begun
+        assert FULL[form] not in begun
+        assert made.step(ACTIVE, 20)[-1] == FULL[form]
+
+
+@pytest.mark.parametrize("form", FULL)
+@pytest.mark.parametrize("silent_for", [0, 9])
+def test_at_its_end_it_leaves_zero_whether_it_commands_or_ramps(boat: Any, form: str, silent_for: int) -> None:
+    made = boat(form, ramp_time=RAMP).driven()
+    made.silent = "all"
+    made.step(ACTIVE, silent_for)
+    count = len(made.link.sent)
+    made.node.close()
+    assert made.link.sent[count:].count(ZERO[form]) == LAST_COMMANDS
+    assert made.link.sent[count:].count(RELEASE.get(form)) == (LAST_COMMANDS if form in RELEASE else 0)
+
+
+def test_at_its_end_in_standby_nothing_is_sent(boat: Any) -> None:
+    made = boat()
+    made.step(STANDBY, 5)
+    made.node.close()
+    assert not made.link.sent
+
+
+def test_an_attitude_of_before_a_restart_makes_no_odometry(boat: Any) -> None:
+    made = boat()
+    zero = dict.fromkeys(("roll", "pitch", "yaw", "rollspeed", "pitchspeed", "yawspeed"), 0.0)
+    place = {"x": 3.0, "y": 4.0, "vx": 0.0, "vy": 0.0}
+    made.receive("ATTITUDE", time_boot_ms=5000, **zero)
+    made.receive("LOCAL_POSITION_NED", time_boot_ms=5000, **place)
+    made.node._poll()
+    assert [conv.read_odometry(m)[:2] for _, m in made.sent] == [(4.0, 3.0)]
+    made.receive("LOCAL_POSITION_NED", time_boot_ms=900, **place)
+    made.receive("LOCAL_POSITION_NED", time_boot_ms=4900, **place)
+    made.node._poll()
+    assert len(made.sent) == 1
+    made.receive("ATTITUDE", time_boot_ms=4900, **zero)
+    made.receive("LOCAL_POSITION_NED", time_boot_ms=4950, **place)
+    made.node._poll()
+    assert len(made.sent) == 2
+
+
+def test_two_restarts_end_the_commands_each_time(boat: Any) -> None:
+    made = boat().driven()
+    for boots in (1, 2):
+        made.receive("LOCAL_POSITION_NED", time_boot_ms=9000, x=0.0, y=0.0, vx=0.0, vy=0.0)
+        made.step()
+        made.receive("LOCAL_POSITION_NED", time_boot_ms=500, x=0.0, y=0.0, vx=0.0, vy=0.0)
+        made.step()
+        assert made.events == ["the autopilot has been restarted"] * boots
+        made.step(STANDBY)
+        assert made.step()[-1] == FULL["manual"]

@@ -1,0 +1,139 @@
+"""Odometry from satellite fixes step by step: inputs that are late, ahead of time, silent, or come again."""
+
+import math
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import QuaternionStamped, TwistStamped
+from sensor_msgs.msg import Imu, NavSatFix
+from std_msgs.msg import Float64
+from stepped_node import SteppedNode
+
+from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.messages.geodesy import Plane
+from vessel_hsmc_ros.nodes.navsat_odom import NavsatOdometryNode
+
+DATUM, TIMEOUT = (-33.9, 18.4), 0.5
+
+
+class Receiver(SteppedNode):
+    """A receiver with its antenna at the vessel's origin, and what else the node takes."""
+
+    def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, **parameters: Any) -> None:
+        given = {"datum": list(DATUM), "timeout": TIMEOUT, **parameters}
+        super().__init__(bench, monkeypatch, NavsatOdometryNode, (), **given)
+
+    def fix(self, east: float = 0.0, north: float = 0.0, late: float = 0.0) -> NavSatFix:
+        message = self.stamped(NavSatFix(), late)
+        message.status.status = 0
+        message.latitude, message.longitude = Plane(*DATUM).coordinates(east, north)
+        return message
+
+    def imu(self, psi: float, r: float = 0.0, late: float = 0.0) -> None:
+        message = self.stamped(Imu(), late)
+        message.orientation.z, message.orientation.w, message.angular_velocity.z = math.sin(0.5 * psi), math.cos(0.5 * psi), r
+        self.node._on_imu(message)
+
+    def answer(self, fix: NavSatFix) -> Any:
+        """The motion that answers a fix; None if none does."""
+        count = len(self.sent)
+        self.node._on_fix(fix)
+        return conv.read_odometry(self.sent[-1][1]) if len(self.sent) > count else None
+
+
+@pytest.fixture
+def receiver(bench: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    return lambda **parameters: Receiver(bench, monkeypatch, **parameters)
+
+
+@pytest.mark.parametrize("late", [0.45, 0.1, -0.1, -0.45])
+def test_a_heading_before_or_after_the_fix_is_turned_to_its_time(receiver: Any, late: float) -> None:
+    made = receiver()
+    made.imu(3.0, r=0.5, late=late)
+    psi = math.remainder(3.0 + 0.5 * late, 2.0 * math.pi)
+    assert made.answer(made.fix())[2] == pytest.approx(psi, abs=1e-6)
+
+
+@pytest.mark.parametrize("late", [0.55, 30.0, -0.55, -30.0])
+def test_a_heading_of_another_time_counts_for_no_fix_and_a_new_one_does_again(receiver: Any, late: float) -> None:
+    made = receiver()
+    for _ in range(2):
+        made.imu(1.0, late=late)
+        assert made.answer(made.fix()) is None
+        assert "without a heading of its time" in made.node.status()[1]
+        made.imu(1.0)
+        assert made.answer(made.fix()) is not None
+
+
+def test_the_yaw_rate_of_orientations_is_that_between_the_last_two_across_a_half_turn_and_a_gap(receiver: Any) -> None:
+    made = receiver(heading="quaternion", heading_offset=0.5)
+    rates = []
+    for gap, psi in ((0.1, 3.0), (0.1, 3.05), (0.2, -3.1 + 2.0 * math.pi), (0.1, 3.1), (5.0, -3.0), (0.1, -3.02)):
+        made.wait(gap)
+        message = made.stamped(QuaternionStamped())
+        message.quaternion.z, message.quaternion.w = math.sin(0.5 * psi), math.cos(0.5 * psi)
+        made.node._on_quaternion(message)
+        motion = made.answer(made.fix())
+        assert motion.psi == pytest.approx(math.remainder(psi + 0.5, 2.0 * math.pi), abs=1e-6)
+        rates.append(motion.r)
+    turned = 2.0 * math.pi - 3.1 - 3.05
+    assert rates == pytest.approx([0.0, 0.5, turned / 0.2, (3.1 - 2.0 * math.pi + 3.1) / 0.1, 0.0, -0.2], abs=1e-6)
+
+
+def test_two_antennas_give_heading_and_yaw_rate_only_of_fixes_of_one_time(receiver: Any) -> None:
+    made = receiver(heading="antennas")
+    found = []
+    for gap, psi, late in ((0.1, 0.4, 0.0), (0.2, 0.3, 0.05), (0.2, 0.2, 0.15), (0.2, 0.1, 0.0)):
+        made.wait(gap)
+        made.node._on_second_fix(made.fix(2.0 * math.cos(psi), 2.0 * math.sin(psi), late=late))
+        motion = made.answer(made.fix())
+        found.append(None if motion is None else (motion.psi, motion.r))
+    assert found[2] is None, "the second fix is too old"
+    headings, rates = zip(*(each for each in found if each is not None), strict=True)
+    assert headings == pytest.approx((0.4, 0.3, 0.1), abs=1e-4)
+    assert rates == pytest.approx((0.0, -0.5, -0.5), abs=1e-3)
+
+
+@pytest.mark.parametrize("velocity", ["twist", "course"])
+def test_a_velocity_counts_for_the_time_out_and_again_when_it_returns(receiver: Any, velocity: str) -> None:
+    made = receiver(velocity=velocity)
+    for _ in range(2):
+        if velocity == "twist":
+            message = made.stamped(TwistStamped())
+            message.twist.linear.x, message.twist.linear.y = -0.6, 0.8
+            made.node._on_velocity(message)
+        else:
+            made.node._on_course(Float64(data=math.atan2(-0.6, 0.8)))
+            made.node._on_speed(Float64(data=1.0))
+        speeds = []
+        for _ in range(8):
+            made.wait(0.1)
+            made.imu(0.5 * math.pi)
+            speeds.append(made.answer(made.fix())[3:5])
+        assert speeds[:4] == [pytest.approx((0.8, 0.6), abs=1e-6)] * 4
+        assert speeds[5:] == [(0.0, 0.0)] * 3
+
+
+def test_without_a_datum_the_first_fix_is_the_origin_for_good(receiver: Any) -> None:
+    made = receiver(datum=[])
+    places = []
+    for east in (100.0, 130.0, 80.0):
+        made.wait(0.1)
+        made.imu(0.0)
+        places.append(made.answer(made.fix(east, 50.0))[:2])
+    assert places == [pytest.approx(place, abs=1e-3) for place in ((0.0, 0.0), (30.0, 0.0), (-20.0, 0.0))]
+
+
+@pytest.mark.parametrize(("kind", "variances"), [(0, (0.0, 0.0)), (1, (4.0, 9.0)), (3, (4.0, 9.0))])
+def test_a_covariance_that_is_not_known_is_zero_and_none_of_an_earlier_fix(
+    receiver: Any, kind: int, variances: tuple[float, float]
+) -> None:
+    made = receiver()
+    for each, expected in ((2, (4.0, 9.0)), (kind, variances)):
+        made.wait(0.1)
+        made.imu(0.0)
+        fix = made.fix()
+        fix.position_covariance, fix.position_covariance_type = [4.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 1.0], each
+        made.answer(fix)
+        covariance = made.sent[-1][1].pose.covariance
+        assert (covariance[0], covariance[7]) == expected
