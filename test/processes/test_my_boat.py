@@ -22,8 +22,8 @@ def test_the_boat_of_the_example_follows_its_reference(start: Callable[..., Comm
         found = REPORT.findall(command.text)
         return tuple(map(float, found[-1])) if found else (0.0, 0.0, 0.0)
 
-    command.until(lambda: latest()[0] > 4.0, 60.0)
-    assert latest()[2] < 0.5
+    # On a busy machine it may be farther away for a moment.
+    command.until(lambda: latest()[0] > 4.0 and latest()[2] < 0.5, 60.0)
     nodes = children(command.popen.pid)
     assert len(nodes) == 2
     command.popen.send_signal(signal.SIGINT)
