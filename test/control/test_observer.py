@@ -126,6 +126,29 @@ def test_a_position_that_stays_away_is_followed_though_the_headings_between_are_
     assert observer.estimate.x == pytest.approx(jump, abs=1.0)
 
 
+def test_after_each_jump_that_is_followed_the_headings_before_the_next_position_are_accepted() -> None:
+    observer, per_position, accepted = Observer(ObserverParameters(), KnownVessel()), 10, []
+    for k in range(0, 900):
+        number = k // per_position
+        there = 500.0 * (number // 30)
+        observer.update(k * STEP, (there + 1e-6 * number, 0.0, 1e-6 * k), (0.0, 0.0))
+        accepted.append(observer.accepts)
+    refused = [k for k, good in enumerate(accepted) if not good]
+    longest = round(LONGEST_HOLD / (STEP * 1e-9)) + per_position
+    assert {k // 300 for k in refused} == {1, 2}, "both jumps are refused at first"
+    assert all(k % 300 <= longest for k in refused)
+
+
+def test_a_measurement_that_comes_late_does_not_set_the_time_of_the_filter_back() -> None:
+    estimates = []
+    for third in (STEP, 2 * STEP):
+        observer = Observer(ObserverParameters(), KnownVessel())
+        for k, stamp in enumerate((0, STEP, 2 * STEP, third, 3 * STEP, 4 * STEP)):
+            estimate = observer.update(stamp, (1.0 + 0.1 * k, 0.0, 0.02 * k), (1e5, 1e6))
+        estimates.append(estimate)
+    assert estimates[0] == estimates[1]
+
+
 def test_learned_damping_stays_within_a_factor_of_ten() -> None:
     """A force that never arrives looks like damping without bound."""
     observer = Observer(ObserverParameters(), KnownVessel())

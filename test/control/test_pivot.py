@@ -84,8 +84,13 @@ def test_errors_of_the_point_are_carried_back_to_the_origin(desired: Motion) -> 
     assert math.isnan(at_origin(Terms(), at.back).sway_error)
 
 
-def test_on_the_way_from_station_keeping_the_carried_velocity_is_the_derivative_of_the_carried_position() -> None:
-    slow, rate = DESIRED._replace(u=0.08, v=0.02), Acceleration(0.03, -0.02, 0.01)
+SLOW = [(0.08, 0.03), (0.08, -0.03), (-0.08, 0.03), (-0.08, -0.03)]
+"""Surge speed and acceleration: to station keeping and from it, ahead and astern."""
+
+
+@pytest.mark.parametrize(("u", "du"), SLOW)
+def test_near_station_keeping_the_carried_velocity_is_the_derivative_of_the_carried_position(u: float, du: float) -> None:
+    slow, rate = DESIRED._replace(u=u, v=0.02), Acceleration(du, -0.02, 0.01)
     (a, _), (b, _), (c, _) = carried_over(3, slow, rate)
     c_psi, s_psi = math.cos(b.psi), math.sin(b.psi)
     over_ground = np.subtract(c[:2], a[:2]) / (2.0 * POINT.T)
@@ -123,8 +128,9 @@ def test_a_difference_of_the_headings_that_grows_steadily_is_followed_without_la
     assert at.delta == pytest.approx(1e-4 * 3000, abs=1e-6)
 
 
-def test_on_the_way_from_station_keeping_the_velocity_of_the_ships_point_is_the_derivative_of_its_position() -> None:
-    slow, rate, ship, found = DESIRED._replace(u=0.08, v=0.02), Acceleration(0.03, -0.02, 0.01), SHIP, []
+@pytest.mark.parametrize(("u", "du"), SLOW)
+def test_near_station_keeping_the_velocity_of_the_ships_point_is_the_derivative_of_its_position(u: float, du: float) -> None:
+    slow, rate, ship, found = DESIRED._replace(u=u, v=0.02), Acceleration(du, -0.02, 0.01), SHIP, []
     for _ in range(3):
         found.append(carry(ship, slow, rate, Heading(0.2), POINT).motion)
         ship, slow = extrapolate(ship, Acceleration(0.0, 0.0, 0.0), POINT.T), extrapolate(slow, rate, POINT.T)

@@ -7,7 +7,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern, summarised
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern, Reporter, summarised
+from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
 OWN = Concern("", OK, "running", {"steps": 3})
 
@@ -54,3 +55,14 @@ def test_a_change_of_level_is_published_at_once_and_named_after_node_and_concern
     assert (whole.name, whole.message) == ("reference_ship", "pace: as set")
     assert (concern.name, concern.level, concern.message) == ("reference_ship: pace", WARN, "as set")
     assert [(pair.key, pair.value) for pair in concern.values] == [("late", "2")]
+
+
+def test_each_change_of_a_level_is_published_at_once_and_nothing_else_is(bench: Any) -> None:
+    reporter, published = Reporter(bench.probe, lambda: 7, RecorderParameters), []
+    reporter.keep = lambda _, array: published.append([status.level for status in array.status])
+    for first, second in (b"\0\0", b"\0\0", b"\0\2", b"\0\2", b"\0\0", b"\0\0", b"\1\0", b"\0\2", b"\0\2", b"\0\0"):
+        reporter.diagnose([Concern("", bytes([first]), "", {}), Concern("a", bytes([second]), "", {})], only_changes=True)
+    assert [(a[0], b[0]) for a, b in published] == [(0, 0), (0, 2), (0, 0), (1, 0), (0, 2), (0, 0)]
+    reporter.diagnose([Concern("", b"\0", "", {})])
+    reporter.diagnose([Concern("", b"\0", "", {})])
+    assert len(published) == 8, "the periodic ones always"

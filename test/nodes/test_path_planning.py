@@ -86,6 +86,18 @@ def test_the_reference_goes_on_until_a_late_plan_is_made_again_and_joins_it_with
     assert states[-1, :2] == pytest.approx(ASIDE[0], abs=0.05)
 
 
+def test_a_plan_that_takes_long_each_time_is_given_more_time_until_it_fits(sailing: Sailing) -> None:
+    sailing.go_on(200)
+    sailing.planning.start(ASIDE)
+    taken = []
+    for _ in range(4):
+        assert sailing.go_on(50) == []  # each plan takes 2.5 s
+        sailing.finish_plan()
+        taken += sailing.go_on(1)
+    assert taken == [(), (), ()]
+    assert sailing.go_on(40) == [ASIDE]
+
+
 def test_a_path_that_cannot_be_sailed_is_refused_and_the_present_one_goes_on(sailing: Sailing) -> None:
     sailing.go_on(200)
     sailing.planning.start([(60.0, 0.0), (60.0, 0.2), (60.2, 0.2), (60.0, 0.4)])

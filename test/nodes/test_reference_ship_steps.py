@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ReferenceState
 
@@ -117,3 +118,24 @@ def test_each_reset_returns_to_the_start_without_an_earlier_goal(reference: Any)
         made.node._reset()
         made.run(5.0)
         assert conv.read_reference(made.references[-1])[0] == pytest.approx((1.0, 2.0, 0.5, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("waiting", [1, 2])
+def test_a_reset_discards_the_path_that_is_planned_and_the_one_that_waits_for_it(reference: Any, waiting: int) -> None:
+    made = reference(mode="path", initial_pose=[1.0, 2.0, 0.0])
+    for x in (60.0, 90.0)[:waiting]:
+        message = Path()
+        message.header.frame_id = "odom"
+        message.poses = [PoseStamped()]
+        message.poses[0].pose.position.x = x
+        made.node._on_path(message)
+        if x == 60.0:
+            made.node._on_timer()
+            assert made.node._planning.busy
+    plan = made.node._planning._plan
+    made.node._reset()
+    plan.result(60.0)
+    made.run(3.0)
+    assert not made.node._planning.busy
+    assert conv.read_reference(made.references[-1])[0] == pytest.approx((1.0, 2.0, 0.0, 0.0, 0.0, 0.0))
+    assert [kind for kind, _ in made.events] == []

@@ -1,4 +1,4 @@
-"""A real-time node whose callbacks a test calls itself, on a clock of the test: what it sends, and when, is exact."""
+"""A node whose callbacks a test calls itself, on a clock of the test: what it sends, and when, is exact."""
 
 from copy import deepcopy
 from types import ModuleType
@@ -22,6 +22,8 @@ class SteppedTime:
     def monotonic(self) -> float:
         """The present time, s."""
         return self.seconds
+
+    time = monotonic
 
     def monotonic_ns(self) -> int:
         """The present time, ns."""
@@ -51,7 +53,7 @@ class SteppedNode:
         self.sent: list[tuple[str, Any]] = []
         for module in modules:
             monkeypatch.setattr(module, "time", self.time)
-        self.node = bench.start(kind, lockstep=False, **parameters)
+        self.node = bench.start(kind, **{"lockstep": False, **parameters})
         self.node.connected = True
         monkeypatch.setattr(self.node, "now", self.time.monotonic_ns)
         monkeypatch.setattr(self.node, "send", self._note)

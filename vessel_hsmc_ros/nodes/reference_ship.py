@@ -282,6 +282,7 @@ class ReferenceShipNode(VesselNode):
 
     def _reset(self) -> str:
         self._planning.cancel()
+        self._path = None
         self._ship.reset()
         return "the virtual ship is back at its start; time goes on"
 
