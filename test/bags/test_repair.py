@@ -1,5 +1,6 @@
 """`repair`: bags that were cut off anywhere become complete, with indexes that lead to every message."""
 
+import fcntl
 import itertools
 import struct
 from pathlib import Path
@@ -59,6 +60,22 @@ def test_a_recovered_bag_has_the_latest_notes(tmp_path: Path) -> None:
     (tmp_path / "bag" / "metadata.yaml").unlink()
     repair(tmp_path / "bag")
     assert open_bag(tmp_path / "bag").information["custom_data"]["messages_dropped"] == "3"
+
+
+@pytest.mark.parametrize("files", [1, 2])
+def test_a_recovered_bag_has_the_notes_that_only_its_description_has(tmp_path: Path, files: int) -> None:
+    """Between two files the notes are brought up to date in metadata.yaml alone."""
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1e-3))
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    for k in range(files):
+        writer.write(ticks, clock(k * 2_000_000), k * 2_000_000, k * 2_000_000)
+        writer.notes["messages_dropped"] = str(3 + k)
+    writer.flush_metadata()
+    fcntl.flock(writer._file._file._fd, fcntl.LOCK_UN)  # as the end of its process does
+    assert len(list((tmp_path / "bag").glob("*.mcap"))) == files
+    repair(tmp_path / "bag")
+    assert open_bag(tmp_path / "bag").information["custom_data"]["messages_dropped"] == str(2 + files)
 
 
 def test_a_second_repair_changes_nothing(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def _write_metadata(directory: Path, files: Sequence[Contents]) -> None:
     topics: dict[str, Topic] = {}
     entries = []
     before = bag_information(directory, strict=False)
-    notes = dict(before.get("custom_data") or {})
+    notes: dict[str, str] = {}
     for contents in files:
         for channel in contents.channels.values():
             if (schema := contents.schemas.get(channel.schema_id)) is None:
@@ -112,6 +112,8 @@ def _write_metadata(directory: Path, files: Sequence[Contents]) -> None:
         for _, _, record in contents.metadata:
             if record.name == RECORDING:
                 notes |= record.metadata
+    # The notes in a file are those of its beginning or its end; metadata.yaml is brought up to date in between.
+    notes |= before.get("custom_data") or {}
     information = metadata(list(topics.values()), entries, notes | {"recovered": "true"})
     # How rosbag2 compressed each message is written nowhere else.
     kept = {key: before[key] for key in ("compression_format", "compression_mode") if key in before}
