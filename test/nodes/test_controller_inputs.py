@@ -9,8 +9,10 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from safety_sequences import FRESH_SAMPLES, Machine
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist
+from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING
 from vessel_hsmc_ros.safety.freshness import Sample
 from vessel_hsmc_ros.safety.reasons import Reason
 
@@ -102,3 +104,17 @@ def test_a_controller_that_is_disabled_before_its_start_does_not_begin_by_itself
         machine.node._begun = False
         machine.step("good", "good", "slow")
         assert begun
+
+
+def test_each_standstill_of_a_simulated_clock_is_named_after_its_time_until_the_clock_goes_on() -> None:
+    node = ControllerWithoutRos(True, True, {})
+    with node.on_its_clock():
+        node.timer._check()
+        assert node.clock_problem == WAITING
+        for begun in (5, 60):
+            node.ros_time = begun * NANOSECONDS
+            node.timer._check()
+            for steady, problem in ((STANDSTILL - 0.1, ""), (0.2, STANDING), (100.0, STANDING)):
+                node.steady.now += round(steady * NANOSECONDS)
+                node.timer._check()
+                assert node.clock_problem == problem

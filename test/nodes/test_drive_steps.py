@@ -9,11 +9,13 @@ import pytest
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
+from thruster_layouts import layout
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import command_input, drive, thrust_input, watchdog
 from vessel_hsmc_ros.nodes.drive import LAST_COMMANDS, DriveNode
+from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 
 PERIOD, RAMP, TIMEOUT = 0.02, 0.2, 0.3
@@ -202,3 +204,47 @@ def test_the_watchdog_ramps_down_and_up_from_where_it_is_however_often_commands_
     lowest = [force for before, force, after in zip(forces, forces[1:], forces[2:], strict=False) if before > force < after]
     assert len(lowest) == 3
     assert min(lowest) > 20.0, "it turns round before zero"
+
+
+@pytest.mark.parametrize("kind", ["drive", "watchdog", "allocation"])
+def test_of_two_publishers_no_command_is_taken_not_even_the_first(bench: Any, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    modules = (drive, watchdog, command_input)
+    made = {
+        "drive": lambda: SteppedNode(bench, monkeypatch, DriveNode, modules, ramp_time=0.0, **GIVEN["normalised"]),
+        "watchdog": lambda: SteppedNode(bench, monkeypatch, WatchdogNode, modules, ramp_time=0.0),
+        "allocation": lambda: SteppedNode(bench, monkeypatch, ThrusterAllocationNode, modules, **layout("twin")),
+    }[kind]()
+    shared = ["/cmd_wrench has 2 publishers."]
+    monkeypatch.setattr(made.node._input._publishers, "conflict", lambda: shared[0])
+    for taken in (0, 1, 1, 2):
+        made.wait(PERIOD)
+        count = len(made.sent)
+        made.node._on_command(made.wrench(50.0, 0.0))
+        if kind == "drive":
+            made.node._on_timer()
+        values = [m.data if kind == "allocation" and isinstance(m, Float64) else m for _, m in made.sent[count:]]
+        driven = [v for v in values if (conv.read_wrench(v)[0] if hasattr(v, "wrench") else v)]
+        assert bool(driven) is not bool(shared[0])
+        assert made.node._input.values()["taken"] == taken
+        shared[0] = "" if shared[0] else "/cmd_wrench has 2 publishers."
+
+
+def test_after_each_stop_of_the_watchdog_the_output_begins_at_zero(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, command_input), ramp_time=1.0)
+
+    def run(steps: int) -> list[float]:
+        count = len(made.sent)
+        for _ in range(steps):
+            made.wait(PERIOD)
+            made.node._on_command(made.wrench(100.0, 0.0))
+            made.node._on_timer()
+        return [conv.read_wrench(message)[0] for _, message in made.sent[count:]]
+
+    run(60)
+    for _ in range(2):
+        count = len(made.sent)
+        assert made.node._stop(Trigger.Request(), Trigger.Response()).success
+        assert [conv.read_wrench(m) for _, m in made.sent[count:]] == [(0.0, 0.0)]
+        assert set(run(10)) == {0.0}
+        assert made.node._rearm(Trigger.Request(), Trigger.Response()).success
+        assert run(60) == pytest.approx([min(100.0, 2.0 * (k + 1)) for k in range(60)])

@@ -1,10 +1,12 @@
 """The MAVLink node step by step: each state of controller and autopilot, each input that falls silent, and the second time."""
 
+import time
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import pytest
 from geometry_msgs.msg import TwistStamped
+from sockets import free_port
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
@@ -17,8 +19,11 @@ pytest.importorskip("pymavlink", exc_type=ImportError)
 
 import itertools
 
+from mavlink_autopilot import Autopilot
+
 from vessel_hsmc_ros.nodes import mavlink, mavlink_commands
 from vessel_hsmc_ros.nodes.mavlink import LAST_COMMANDS, MavlinkNode
+from vessel_hsmc_ros.nodes.mavlink_link import Link
 
 STANDBY, ACTIVE, SAFE, STOPPED = ControlState.STANDBY, ControlState.ACTIVE, ControlState.SAFE, ControlState.STOPPED
 PERIOD, RAMP, TIMEOUT = 0.04, 0.4, 0.3
@@ -265,6 +270,42 @@ def test_an_attitude_of_before_a_restart_makes_no_odometry(boat: Any) -> None:
     made.receive("LOCAL_POSITION_NED", time_boot_ms=4950, **place)
     made.node._poll()
     assert len(made.sent) == 2
+
+
+@pytest.mark.parametrize(("attitude", "counts"), [(4600, True), (5400, True), (4400, False), (1000, False), (5600, False)])
+def test_an_attitude_of_another_time_makes_no_odometry_and_the_next_one_does(boat: Any, attitude: int, counts: bool) -> None:
+    made = boat()
+    zero = dict.fromkeys(("roll", "pitch", "yaw", "rollspeed", "pitchspeed", "yawspeed"), 0.0)
+    place = {"x": 3.0, "y": 4.0, "vx": 0.0, "vy": 0.0}
+    for offset in (0, 20_000):
+        count = len(made.sent)
+        made.receive("ATTITUDE", time_boot_ms=attitude + offset, **zero)
+        made.receive("LOCAL_POSITION_NED", time_boot_ms=5000 + offset, **place)
+        made.node._poll()
+        assert (len(made.sent) > count) is counts
+        made.receive("ATTITUDE", time_boot_ms=6000 + offset, **zero)
+        made.receive("LOCAL_POSITION_NED", time_boot_ms=6000 + offset, **place)
+        made.node._poll()
+        assert len(made.sent) == count + 1 + counts
+
+
+def test_only_the_autopilot_that_was_heard_first_is_heard() -> None:
+    port = free_port()
+    link = Link(f"udpin:127.0.0.1:{port}", 115200, 255, 0)
+    first, other = (Autopilot(f"udpout:127.0.0.1:{port}", system=system) for system in (7, 8))
+    try:
+        heard: list[Any] = []
+        deadline = time.monotonic() + 20.0
+        while len(heard) < 3:
+            assert time.monotonic() < deadline
+            first.heartbeat()
+            other.heartbeat()
+            heard += link.receive()
+        assert link.target == 7
+        assert {message.get_srcSystem() for message in heard} == {7}
+    finally:
+        for each in (link, first, other):
+            each.close()
 
 
 def test_two_restarts_end_the_commands_each_time(boat: Any) -> None:

@@ -94,6 +94,21 @@ def test_two_antennas_give_heading_and_yaw_rate_only_of_fixes_of_one_time(receiv
     assert rates == pytest.approx((0.0, -0.5, -0.5), abs=1e-3)
 
 
+def test_two_antennas_give_the_heading_and_the_yaw_rate_of_each_interval(receiver: Any) -> None:
+    made = receiver(heading="antennas")
+    psi, found, expected = 3.0, [], []
+    for k in range(30):
+        made.wait(0.1)
+        turned = 0.03 * math.sin(k) + 0.02
+        psi += turned
+        made.node._on_second_fix(made.fix(2.0 * math.cos(psi), 2.0 * math.sin(psi)))
+        motion = made.answer(made.fix())
+        assert motion.psi == pytest.approx(math.remainder(psi, 2.0 * math.pi), abs=1e-4)
+        found.append(motion.r)
+        expected.append(turned / 0.1)
+    assert found[1:] == pytest.approx(expected[1:], abs=1e-3)
+
+
 @pytest.mark.parametrize("velocity", ["twist", "course"])
 def test_a_velocity_counts_for_the_time_out_and_again_when_it_returns(receiver: Any, velocity: str) -> None:
     made = receiver(velocity=velocity)

@@ -133,6 +133,20 @@ def test_a_stop_holds_until_it_is_rearmed_and_then_waits_in_standby() -> None:
     assert s.activate() is OK
 
 
+@pytest.mark.parametrize("why", [Reason.IN_STOP, Reason.SHUTTING_DOWN])
+def test_a_stop_keeps_its_reason_until_it_is_rearmed(why: Reason) -> None:
+    made = running()
+    for _ in range(2):
+        made.stop(why)
+        made.standby()
+        made.activate()
+        made.step(GOOD, OK, T)
+        assert (made.operation, made.reason) == (Operation.STOPPED, why)
+        made.rearm()
+        assert made.reason is Reason.IN_STANDBY
+        made.activate()
+
+
 def test_rearming_what_is_not_stopped_changes_nothing() -> None:
     s = running()
     s.rearm()

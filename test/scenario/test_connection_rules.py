@@ -168,7 +168,9 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     "gaps": (times(gap), "silent for 2"),
     "no stamps": (columns(stamp=lambda c: 0.0 * c["stamp"]), "no stamps (0)"),
     "old stamps": (columns(stamp=lambda c: c["stamp"] - 3.0), "older than the time-out"),
+    "stamps a little old": (columns(stamp=lambda c: c["stamp"] - 0.6), "older than the time-out"),
     "clock ahead": (columns(stamp=lambda c: c["stamp"] + 3.0), "ahead of the clock here"),
+    "clock a little ahead": (columns(stamp=lambda c: c["stamp"] + 0.15), "ahead of the clock here"),
     "stamps go back": (columns(stamp=lambda c: c["stamp"] - 0.1 * (np.arange(len(c["x"])) % 2)), "stamps that go back"),
     "stamps repeat": (columns(stamp=lambda c: np.repeat(c["stamp"][::2], 2)[: len(c["x"])]), "repeats its stamps"),
     "frame": (columns(frame=text("world")), "'world', and 'odom' or 'map' is accepted"),
@@ -232,6 +234,12 @@ def test_each_planted_mistake_is_named(mistake: str) -> None:
     plant, expected = MISTAKES[mistake]
     wrong = of(judge(plant(healthy())), WRONG)
     assert any(expected in each for each in wrong), wrong
+
+
+@pytest.mark.parametrize("offset", [0.05, -0.4])
+def test_a_clock_within_its_tolerance_is_no_mistake(offset: float) -> None:
+    wrong = of(judge(columns(stamp=lambda c: c["stamp"] + offset)(healthy())), WRONG)
+    assert not [each for each in wrong if "stamps" in each]
 
 
 def with_sensors(heading: str = "imu", **changes: Any) -> Connection:
