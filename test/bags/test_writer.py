@@ -148,3 +148,25 @@ def test_each_file_of_a_split_bag_has_all_topics_and_the_latest_attachments(tmp_
         alone = open_bag(path)
         assert {name: series.count for name, series in alone.topics.items()} == {"/first": 1, "/second": 1}
         assert alone.attachments["scenario.yaml"] == b"new: 2"
+
+
+def test_wherever_a_record_ends_before_a_page_the_index_leads_to_all_that_follows(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", "none")
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    path, texts = tmp_path / "bag" / "bag_0.mcap", {}
+    writer.flush()
+    for number, gap in enumerate(range(10)):
+        before = writer._file._file.end
+        writer.attach(f"a{number}", "")
+        overhead = writer._file._file.end - before
+        texts[f"a{number}"] = "x" * (8192 - (writer._file._file.end + overhead + gap) % 4096)
+        writer.attach(f"a{number}", texts[f"a{number}"])  # ends so many bytes before a page, but for what fills it up
+        writer.write(ticks, clock(number), number, number)
+        writer.flush()
+    writer.close()
+    with path.open("rb") as stream:
+        reader = make_reader(stream)
+        found = {each.name: each.data.decode() for each in reader.iter_attachments()}
+        assert {name: text for name, text in found.items() if text} == texts
+        assert [message.log_time for _, _, message in reader.iter_messages()] == list(range(10))

@@ -71,6 +71,7 @@ def test_laws_are_compared_draw_by_draw() -> None:
     assert (found.better, found.worse, found.equal) == (3, 2, 1)
     assert found.share == clopper_pearson(3, 5)
     assert found.ratio.value == 0.5
+    assert paired(np.array([1.0, math.inf, math.inf]), np.array([2.0, 1.0, 1.0])).ratio.value == 0.5, "of draws with two values"
 
 
 def test_the_share_of_runs_above_a_value_counts_those_that_ended_early() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,11 @@ from bag_making import STORE, message, serialized, topic
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.bags.writer import BagWriter
+from vessel_hsmc_ros.cli import check as check_verb
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
+from vessel_hsmc_ros.nodes import connection_check
+from vessel_hsmc_ros.safety.connection import Connection
 
 ODOMETRY, WRENCH = "nav_msgs/msg/Odometry", "geometry_msgs/msg/WrenchStamped"
 NAME = "/mavros/local_position/odom"
@@ -94,3 +98,29 @@ def test_a_pulse_is_two_numbers_other_than_zero(pulse: str) -> None:
 def test_a_bag_takes_no_pulse(tmp_path: Path) -> None:
     result = check(tmp_path, "--pulse", "30,20")
     assert isinstance(result.exception, ParameterError)
+
+
+@pytest.mark.parametrize("answer", ["y", "n"])
+def test_a_pulse_of_force_and_moment_is_commanded_after_a_confirmation(monkeypatch: pytest.MonkeyPatch, answer: str) -> None:
+    done: list[Any] = []
+
+    class Observed:
+        """Stands for the connection with running nodes."""
+
+        def __init__(self, *_: Any) -> None:
+            pass
+
+        def listen(self, limit: float) -> None:
+            done.append(limit)
+
+        def pulse(self, force: float, moment: float) -> None:
+            done.append((force, moment))
+
+        def connection(self) -> Connection:
+            return Connection(())
+
+    monkeypatch.setattr(check_verb, "running_vessel", nullcontext)
+    monkeypatch.setattr(connection_check, "LiveConnection", Observed)
+    result = CliRunner().invoke(cli, ["check", "--seconds", "3", "--pulse", "30,-20"], input=answer)
+    assert "30 N for 2 s, then -20 N·m for 2 s" in result.output
+    assert done == ([3.0, (30.0, -20.0)] if answer == "y" else [])

@@ -64,3 +64,14 @@ def test_a_known_dead_time_removes_the_error_that_it_causes() -> None:
             x, u = x + 0.05 * u + 0.5 * 0.0025 * force / 1e5, u + 0.05 * force / 1e5
         errors.append(float(np.std(error[200:])))
     assert errors[1] < 0.2 * errors[0]
+
+
+def test_the_observer_follows_each_change_of_the_actuators_that_the_law_takes() -> None:
+    declared, found = KnownVessel(), KnownVessel(yaw_lag=2.0, yaw_dead_time=1.0)
+    observer = Observer(ObserverParameters(), declared)
+    first = observer.constants.actuators
+    for _ in range(2):
+        observer.take_for(found)
+        assert observer.constants.actuators == actuators(ObserverParameters(), found) != first
+        observer.take_for(declared)
+        assert observer.constants.actuators == first

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import TwistStamped, WrenchStamped
@@ -119,6 +120,10 @@ def test_a_pulse_reaches_the_drive_and_its_time_out_is_seen(bench: Any) -> None:
     assert output is not None
     assert max(output.columns["force"]) == pytest.approx(0.1)
     assert max(output.columns["moment"]) == pytest.approx(0.1)
+    force, moment = output.columns["force"], output.columns["moment"]
+    first = int(np.flatnonzero(moment)[0])
+    assert not force[first:].any(), "the force has ended before the moment begins"
+    assert int(np.flatnonzero(force)[-1]) < first - 1, "and nothing is commanded in between"
     assert ("time-out", "ok") in {(f.about, f.level) for f in judge(connection)}
 
 

@@ -8,6 +8,7 @@ import pytest
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.run_from_bag import shown_at
 from vessel_hsmc_ros.bags.run_to_bag import write_bag
+from vessel_hsmc_ros.identification.measurements import from_bag
 from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.runs.verification import verify
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -40,6 +41,15 @@ def test_the_stamps_of_late_odometry_are_those_of_its_measurements(tmp_path: Pat
     truth, odometry = bag["/odom/truth"], bag["/odom"]
     assert odometry.stamp[5:].tolist() == truth.stamp[:-5].tolist()
     np.testing.assert_array_equal(odometry["pose.pose.position.x"][5:], truth["pose.pose.position.x"][:-5])
+
+
+def test_what_is_identified_from_a_late_bag_is_each_measurement_once_with_its_own_time(tmp_path: Path) -> None:
+    _, loop = written(tmp_path, 4.0)
+    run, found = loop.result(), from_bag(tmp_path / "bag")
+    late = 5
+    np.testing.assert_allclose(found.time, run.time[: len(found.time)], atol=1e-9)
+    assert len(found.time) == len(run.time) - late
+    np.testing.assert_array_equal(found.pose[:, :2], run.measured[late:, :2])
 
 
 def test_a_late_bag_is_verified_to_the_bit(tmp_path: Path) -> None:
