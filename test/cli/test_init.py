@@ -144,7 +144,7 @@ def test_init_takes_thrusters_lag_current_and_noise_into_the_scenario(tmp_path: 
     assert [t.lag for t in plant.vessel.thrusters.thrusters()] == [0.2, 0.2]
     assert (plant.vessel.surge_force_limit, plant.vessel.yaw_moment_limit) == (120.0, 48.0)
     assert (controller.vessel.surge_lag, controller.vessel.yaw_lag) == (0.2, 0.2)
-    assert plant.disturbance.current.east == 0.1
+    assert plant.disturbance.current.east == scenario.reference_ship.motion.current == 0.1
     assert plant.sensors.position_noise == controller.observer.position_noise == 0.3
     assert controller.observer.enabled
     assert "top speed 1.8 m/s" in (tmp_path / "boat.yaml").read_text()

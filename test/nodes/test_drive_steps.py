@@ -13,7 +13,7 @@ from thruster_layouts import layout
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input, drive, thrust_input, watchdog
+from vessel_hsmc_ros.nodes import command_input, drive, stop_latch, watchdog
 from vessel_hsmc_ros.nodes.drive import LAST_COMMANDS, DriveNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
@@ -39,7 +39,7 @@ class Drive(SteppedNode):
 
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, form: str, **parameters: Any) -> None:
         given = {"form": form, "ramp_time": 0.0, "command_timeout": TIMEOUT, **GIVEN[form], **parameters}
-        super().__init__(bench, monkeypatch, DriveNode, (drive, thrust_input, command_input), **given)
+        super().__init__(bench, monkeypatch, DriveNode, (drive, stop_latch, command_input), **given)
         self.form, self.silent = form, ""
 
     def step(self, steps: int = 1, operation: int = ACTIVE) -> list[Any]:
@@ -134,11 +134,11 @@ def test_a_stop_is_zero_at_once_each_time_and_what_follows_begins_at_zero(make: 
     made = make(form, ramp_time=RAMP)
     for _ in range(2):
         assert made.step(12)[-1] == FULL[form]
-        assert made.call(made.node._stop) == [ZERO[form]]
+        assert made.call(made.node._latch._stop) == [ZERO[form]]
         stopped = made.step(20)
         assert set(stopped) == {ZERO[form]}
         assert len(stopped) == 20, "the zero goes on"
-        assert not made.call(made.node._rearm)
+        assert not made.call(made.node._latch._rearm)
         first, zero, full = (math.hypot(*(float(a) for a in pair)) for pair in (made.step()[-1], ZERO[form], FULL[form]))
         assert abs(first - zero) <= 1.01 * abs(full - zero) * PERIOD / RAMP + 1.0 * (form == "pwm")
 
@@ -181,7 +181,13 @@ def test_the_watchdog_has_a_limit_for_each_component_in_both_directions(
     bench: Any, monkeypatch: pytest.MonkeyPatch, sign: float
 ) -> None:
     made = SteppedNode(
-        bench, monkeypatch, WatchdogNode, (watchdog, command_input), surge_force_limit=200.0, yaw_moment_limit=3.0, ramp_time=0.0
+        bench,
+        monkeypatch,
+        WatchdogNode,
+        (watchdog, stop_latch, command_input),
+        surge_force_limit=200.0,
+        yaw_moment_limit=3.0,
+        ramp_time=0.0,
     )
     for force, moment, expected in ((150.0, 2.0, (150.0, 2.0)), (1e5, 1e5, (200.0, 3.0))):
         made.wait(PERIOD)
@@ -192,10 +198,12 @@ def test_the_watchdog_has_a_limit_for_each_component_in_both_directions(
 def test_the_watchdog_ramps_down_and_up_from_where_it_is_however_often_commands_cease(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, command_input), ramp_time=1.0, command_timeout=0.1)
+    made = SteppedNode(
+        bench, monkeypatch, WatchdogNode, (watchdog, stop_latch, command_input), ramp_time=1.0, command_timeout=0.1
+    )
     for k in range(200):
         made.wait(PERIOD)
-        if k % 50 < 20:
+        if k % 50 < 30:
             made.node._on_command(made.wrench(100.0, 0.0))
         made.node._on_timer()
     output = [(1e-9 * conv.nanoseconds(m.header.stamp), conv.read_wrench(m)[0]) for _, m in made.sent]
@@ -208,7 +216,7 @@ def test_the_watchdog_ramps_down_and_up_from_where_it_is_however_often_commands_
 
 @pytest.mark.parametrize("kind", ["drive", "watchdog", "allocation"])
 def test_of_two_publishers_no_command_is_taken_not_even_the_first(bench: Any, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
-    modules = (drive, watchdog, command_input)
+    modules = (drive, watchdog, stop_latch, command_input)
     made = {
         "drive": lambda: SteppedNode(bench, monkeypatch, DriveNode, modules, ramp_time=0.0, **GIVEN["normalised"]),
         "watchdog": lambda: SteppedNode(bench, monkeypatch, WatchdogNode, modules, ramp_time=0.0),
@@ -230,7 +238,7 @@ def test_of_two_publishers_no_command_is_taken_not_even_the_first(bench: Any, mo
 
 
 def test_after_each_stop_of_the_watchdog_the_output_begins_at_zero(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, command_input), ramp_time=1.0)
+    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, stop_latch, command_input), ramp_time=1.0)
 
     def run(steps: int) -> list[float]:
         count = len(made.sent)
@@ -243,8 +251,8 @@ def test_after_each_stop_of_the_watchdog_the_output_begins_at_zero(bench: Any, m
     run(60)
     for _ in range(2):
         count = len(made.sent)
-        assert made.node._stop(Trigger.Request(), Trigger.Response()).success
+        assert made.node._latch._stop(Trigger.Request(), Trigger.Response()).success
         assert [conv.read_wrench(m) for _, m in made.sent[count:]] == [(0.0, 0.0)]
         assert set(run(10)) == {0.0}
-        assert made.node._rearm(Trigger.Request(), Trigger.Response()).success
+        assert made.node._latch._rearm(Trigger.Request(), Trigger.Response()).success
         assert run(60) == pytest.approx([min(100.0, 2.0 * (k + 1)) for k in range(60)])

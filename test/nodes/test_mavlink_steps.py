@@ -13,7 +13,7 @@ from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input
+from vessel_hsmc_ros.nodes import command_input, stop_latch, takeover
 
 pytest.importorskip("pymavlink", exc_type=ImportError)
 
@@ -80,13 +80,15 @@ class Boat(SteppedNode):
         monkeypatch.setattr(mavlink, "Link", Recording)
         more = THRUSTERS if form == "channels" else {}
         given = {"form": form, "ramp_time": ramp_time, "command_timeout": TIMEOUT, "mode": "MANUAL", **UNLIKE, **more}
-        super().__init__(bench, monkeypatch, MavlinkNode, (mavlink, mavlink_commands, command_input), **given)
+        super().__init__(
+            bench, monkeypatch, MavlinkNode, (mavlink, mavlink_commands, command_input, stop_latch, takeover), **given
+        )
         self.form, self.link, self.silent = form, Recording.made[-1], ""
         self.autopilot = {"base_mode": 128, "custom_mode": MANUAL, "system_status": 4}
         self.standby_requests: list[bool] = []
         self.events: list[str] = []
         client = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda r: self.standby_requests.append(r.data))
-        monkeypatch.setattr(self.node, "_standby", client)
+        monkeypatch.setattr(self.node._takeover, "_enable", client)
         monkeypatch.setattr(self.node.reporter, "event", lambda _, text: self.events.append(text))
 
     def receive(self, name: str, **fields: Any) -> None:
@@ -99,7 +101,7 @@ class Boat(SteppedNode):
             self.wait(PERIOD)
             self.receive("HEARTBEAT", **self.autopilot)
             self.node._poll()
-            self.node._on_state(ControlState(operation=operation))
+            self.node._takeover._on_state(ControlState(operation=operation))
             self.command()
             self.node._on_timer()
         return self.link.sent[count:]
@@ -123,7 +125,7 @@ class Boat(SteppedNode):
         return self
 
     def stop(self, rearm: bool = False) -> None:
-        serve = self.node._rearm if rearm else self.node._stop
+        serve = self.node._latch._rearm if rearm else self.node._latch._stop
         assert serve(Trigger.Request(), Trigger.Response()).success
 
 

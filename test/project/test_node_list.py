@@ -3,6 +3,7 @@
 import importlib
 from importlib.metadata import entry_points
 
+import definitions
 import pytest
 
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
@@ -21,6 +22,8 @@ def test_every_node_declares_its_parameters() -> None:
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_every_node_has_its_executable_and_module(name: str) -> None:
     program = PROGRAMS[name]
+    if name == "px4" and definitions.module("px4_msgs.msg") is None:
+        pytest.skip("px4_msgs is neither installed nor can be compiled here")
     scripts = {point.name: point.value for point in entry_points(group="console_scripts")}
     assert scripts[program.executable] == f"{node_scripts.__name__}:{program.executable}"
     assert callable(getattr(node_scripts, program.executable))
