@@ -30,6 +30,7 @@ SWITCHING: list[dict[str, Any]] = [{"switching": "saturation"}, {"switching": "t
 SETTINGS: dict[str, list[dict[str, Any]]] = {
     "hierarchical": [*NETWORKS, *SWITCHING, {"adaptation": "as_printed"}, {"sway_weight_sign": "switched", "sway_weight": 0.5}],
     "guided": [*NETWORKS, {"slew_time": 0.0}, {"surge_force_limit": 5e3, "yaw_moment_limit": 1e5}],
+    "lqg": [{}, {"cross_track": 0.1}, {"surge_force_limit": 5e3, "yaw_moment_limit": 1e5}],
     "course": [*NETWORKS, *SWITCHING],
     "pd": [{}],
     "los_pid": [{}, {"surge_force_limit": 5e3}, {"guidance": "alos"}],

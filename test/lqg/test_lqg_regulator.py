@@ -1,0 +1,60 @@
+"""The regulator of the LQG law: the Riccati equation, its closed loop, and the table between whose nodes it is taken."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vessel_hsmc_ros.lqg.regulator import DECAYS, RATIOS, SPEEDS, interpolate, regulator, table
+
+E_0, R_0 = 0.06, 0.5
+
+
+def plant(W, a, kappa):
+    A = np.array([[0.0, W, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, -a, -kappa * W], [0.0, 0.0, 0.0, 0.0]])
+    return A, np.array([0.0, 0.0, 0.0, 1.0])
+
+
+@given(st.floats(0.08, 2.0), st.floats(0.05, 12.8), st.floats(0.3, 1.3))
+def test_every_hull_at_every_speed_has_a_stable_loop_with_the_margins_of_a_regulator(W, a, kappa):
+    K, (A, B) = regulator(W, a, kappa, E_0, R_0), plant(W, a, kappa)
+    assert np.linalg.eigvals(A - np.outer(B, K)).real.max() < 0.0
+    # |1 + K·(jw - A)⁻¹·B| >= 1 at every frequency: half to infinitely many times the gain, and 60 degrees.
+    for w in np.geomspace(1e-2, 1e2, 60):
+        assert abs(1.0 + K @ np.linalg.solve(1j * w * np.eye(4) - A, B)) >= 1.0 - 1e-6
+
+
+def test_the_cost_of_the_regulator_is_least():
+    W, a, kappa = 0.4, 1.6, 0.7
+    K, (A, B) = regulator(W, a, kappa, E_0, R_0), plant(W, a, kappa)
+
+    def cost(gains):
+        x, total, step = np.array([0.1, 0.2, 0.0, 0.0]), 0.0, 1e-3
+        for _ in range(20_000):
+            alpha = -gains @ x
+            total += step * ((x[0] / E_0) ** 2 + (x[3] / R_0) ** 2 + alpha * alpha)
+            x = x + step * (A @ x + B * alpha)
+        return total
+
+    assert all(cost(K) < cost(K * (1.0 + 0.05 * sign * np.eye(4)[i])) for i in range(4) for sign in (-1.0, 1.0))
+
+
+@pytest.mark.parametrize(("i", "j", "k"), [(0, 0, 0), (3, 5, 2), (8, 8, 8)])
+def test_the_table_has_the_gains_of_its_nodes(i, j, k):
+    K = np.empty(4)
+    interpolate(SPEEDS[i], DECAYS[j], RATIOS[k], table(E_0, R_0), K)
+    assert pytest.approx(regulator(SPEEDS[i], DECAYS[j], RATIOS[k], E_0, R_0)) == K
+
+
+@given(st.floats(0.08, 2.0), st.floats(0.05, 12.8), st.floats(0.3, 1.3))
+def test_between_the_nodes_the_loop_is_stable_too(W, a, kappa):
+    K, (A, B) = np.empty(4), plant(W, a, kappa)
+    interpolate(W, a, kappa, table(E_0, R_0), K)
+    assert np.linalg.eigvals(A - np.outer(B, K)).real.max() < 0.0
+
+
+def test_beyond_the_grid_the_gains_are_those_of_its_edge():
+    edge, beyond = np.empty(4), np.empty(4)
+    interpolate(SPEEDS[0], DECAYS[-1], RATIOS[-1], table(E_0, R_0), edge)
+    interpolate(0.0, 99.0, 9.0, table(E_0, R_0), beyond)
+    assert np.array_equal(beyond, edge)

@@ -1,0 +1,1 @@
+"""The LQG law: one Kalman filter of the ship in the water, and one regulator of her course and distance from the track."""

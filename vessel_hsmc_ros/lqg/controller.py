@@ -1,0 +1,328 @@
+"""The LQG law: one Kalman filter of ship and water, guidance through that water, one regulator of course and cross-track error.
+
+| symbol | meaning | unit |
+|---|---|---|
+| psi_s, r_s | heading and yaw rate of the track | rad, 1/T |
+| v_r, v_s | sway velocity through the water, and that which goes with the turn | L/T |
+| r_c | commanded yaw rate | 1/T |
+| K | gains of the regulator on e_c, psi, v and r | 1/(L·T²), 1/T², 1/(L·T), 1/T |
+| w_t | commanded surge velocity over ground | L/T |
+| tau_1, tau_2 | surge force, yaw moment | N, N·m |
+
+    r_c = r_s + braked(psi_s - theta_c - psi) - K_v/K_r·(v_r - v_s),   theta_c = K_e/K_psi·e_c, limited
+    tau_2 = m33·(dr_s + K_r·(r_c - r) - f_r)
+    tau_1 = m11·(dw_t + k_u·(w_t - u) - f_u - m·v_r·r - r·c_n)
+
+For small errors this is the regulator alpha = -K·(e_c, psi - psi_s, v_r - v_s, r - r_s). All is computed for the time at which
+the command arrives at the hull. docs/lqg.md compares it with the guided law.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, to_body, tracking_error, transform
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.guided.actuator_identification import (
+    BEST,
+    DEAD_TIMES,
+    Bank,
+    BankState,
+    bank,
+    first_state,
+    identify,
+    with_model,
+)
+from vessel_hsmc_ros.guided.predictor import predict as moved
+from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
+from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.lqg.filter import CE, CN, FR, FU, FV, KAPPA, LN_A, STATES, R, U, V, correct, predict, unforced
+from vessel_hsmc_ros.lqg.guidance import Track, braked, sway_in_turn, track
+from vessel_hsmc_ros.lqg.parameters import Gains, LqgParameters, gains
+from vessel_hsmc_ros.lqg.regulator import interpolate
+
+LONGEST_AGE = 2.0
+"""Age of a measurement up to which the motion is predicted over it, s."""
+
+LONGEST_ROLL = 12
+"""Number of prediction steps through a delay, however many periods it has."""
+
+LARGEST = 1e12
+"""Inputs are saturated at this magnitude, so that their powers stay finite."""
+
+
+class Constants(NamedTuple):
+    """What does not change from step to step."""
+
+    gains: Gains
+    bank: Bank
+
+
+class Memory(NamedTuple):
+    """Internal state of the law, in its units.
+
+    Attributes:
+        started: Whether there has been a step.
+        pose: The pose predicted for the next step.
+        x, P: States of the filter and their covariance, written in place.
+        tau_1, tau_2: Accelerations by the wrench since the last step, as modelled.
+        head: Column of the present period in `queue`.
+        v_s, r_s, dr_s: Sway velocity and, filtered, turn of the track and its rate of change.
+        xi: Integral of the position error.
+        queue: The last commands, (2, n + 1), written in place.
+        K, scratch: Working memory, shapes (4,) and (8, 12).
+        bank: What is learned of the actuators.
+        W: There are no networks.
+    """
+
+    started: bool
+    pose: tuple[float, float, float]
+    x: Array
+    P: Array
+    tau_1: float
+    tau_2: float
+    head: int
+    v_s: float
+    r_s: float
+    dr_s: float
+    xi: tuple[float, float]
+    queue: Array
+    K: Array
+    scratch: Array
+    bank: BankState
+    W: Array
+
+
+class StepTerms(NamedTuple):
+    """The terms of a step, by their names in `Terms`."""
+
+    surge_error: float
+    sway_error: float
+    heading_error: float
+    yaw_surface: float
+    surge_surface: float
+    commanded_heading: float
+    commanded_yaw_rate: float
+    commanded_surge_velocity: float
+    surge_estimate: float
+    sway_estimate: float
+    yaw_estimate: float
+    surge_saturated: float
+    yaw_saturated: float
+
+
+class Turn(NamedTuple):
+    """Commands of the regulator: heading, yaw rate, yaw acceleration, and what its memory keeps."""
+
+    psi_c: float
+    r_c: float
+    alpha: float
+    v_s: float
+    r_s: float
+    dr_s: float
+
+
+@kernel
+def scaled(m: Motion, g: Gains) -> Motion:
+    """A motion in units of L and T, its heading in [-pi, pi]."""
+    V = g.L / g.T
+    return Motion(
+        clip(m.x, LARGEST) / g.L,
+        clip(m.y, LARGEST) / g.L,
+        math.remainder(m.psi, TURN),
+        clip(m.u, LARGEST) / V,
+        clip(m.v, LARGEST) / V,
+        clip(m.r, LARGEST) * g.T,
+    )
+
+
+@kernel
+def at_present(y: Motion, lever: float, m: Memory, g: Gains) -> Motion:
+    """The motion by measurement and prediction; the filter has the sway velocity of the pivot, a lever ahead."""
+    x, (px, py, psi) = m.x, m.pose
+    if not m.started:
+        px, py, psi = y.x, y.y, y.psi
+        x[U], x[V], x[R] = y.u, y.v + lever * y.r, y.r
+    correct(x, m.P, y.u, y.v + lever * y.r, y.r, m.scratch, g)
+    px, py = px + (1.0 - g.z_p) * (y.x - px), py + (1.0 - g.z_p) * (y.y - py)
+    psi = math.remainder(psi + (1.0 - g.z_h) * math.remainder(y.psi - psi, TURN), TURN)
+    return Motion(px, py, psi, float(x[U]), float(x[V]) - lever * float(x[R]), float(x[R]))
+
+
+@kernel
+def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
+    """The motion at which the present command arrives at the hull, and the accelerations by the wrench just before.
+
+    Args:
+        motion: Of the controlled point, at the time of the measurement.
+        lever: Distance of the pivot ahead of it.
+        n_1, n_2: Periods until commands of force and moment arrive.
+        m: Internal state.
+        g: Constants.
+    """
+    tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
+    stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
+    for i in range(n):
+        # The faster input's command of periods to come is not known: its last one is held.
+        tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(n_1 - i, 1)), g.surge)
+        tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
+        count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
+        if count == stride or i == n - 1:
+            du, dv, dr = unforced(motion.u, motion.v + lever * motion.r, motion.r, motion.psi, m.x, g)
+            turning = dr + sum_2 / count
+            motion = moved(motion, du + sum_1 / count, dv - lever * turning, turning, g.h * count)
+            count, sum_1, sum_2 = 0, 0.0, 0.0
+    return motion, tau_1, tau_2
+
+
+@kernel
+def turn(t: Track, psi: float, v_r: float, r: float, m: Memory, g: Gains) -> Turn:
+    """The yaw acceleration of the track.
+
+    Args:
+        t: The track.
+        psi, v_r, r: Heading, sway velocity of the pivot through the water, and yaw rate of the ship.
+        m: Internal state.
+        g: Constants.
+    """
+    a, kappa, K, q = math.exp(float(m.x[LN_A])), float(m.x[KAPPA]), m.K, g.q
+    v_s, dv_s = sway_in_turn(m.v_s, t, a, kappa, float(m.x[FV]), g.h)
+    # Turn and its rate of change are filtered, because the turn of the track may jump.
+    r_s = m.r_s + g.step_f * (t.dchi - clip(dv_s / t.W, 1.0 / q) - m.r_s)
+    dr_s = m.dr_s + g.step_f * ((r_s - m.r_s) / g.h - m.dr_s)
+    interpolate(t.W * q, a * q, kappa, g.table, K)
+    of = K.tolist()
+    K_e, K_psi, K_v, K_r = of[0] / (q * q), of[1] / (q * q), of[2] / q, of[3] / q
+    psi_c = t.chi - math.asin(clip(v_s / t.W, 0.9)) - clip(K_e / K_psi * t.e_c, g.theta)
+    toward = braked(math.remainder(psi_c - psi, TURN), K_psi / K_r, g.a_max, g.r_max)
+    r_c = r_s + toward - K_v / K_r * clip(v_r - v_s, 0.5 * t.W)
+    return Turn(psi_c, r_c, dr_s + K_r * (r_c - r), v_s, r_s, dr_s)
+
+
+@kernel
+def step(
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants, age: float = 0.0
+) -> tuple[tuple[float, float], StepTerms, Memory]:
+    """One period: correct the filter, predict through the dead time, compute track, turn and wrench, predict the next period.
+
+    Args:
+        motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
+        m: Internal state; its arrays are written in place.
+        constants: Gains and the models of the actuators.
+        age: How long ago ship and reference were in these states, s.
+
+    Returns:
+        The wrench, its terms, and the internal state.
+    """
+    g, models = constants
+    x, V_0 = m.x, g.L / g.T
+    d, per = scaled(desired, g), g.T / V_0
+    dd = Acceleration(clip(acceleration.du, LARGEST) * per, clip(acceleration.dv, LARGEST) * per, acceleration.dr * g.T * g.T)
+    ratio = (d.u * d.u + d.v * d.v) / (g.U_s * g.U_s)
+    lever = g.x_p / (1.0 + ratio * ratio)
+    now = at_present(scaled(motion, g), lever, m, g)
+    n_1, n_2 = delays(age, m, g)
+    ship, tau_1, tau_2 = ahead(now, lever, n_1, n_2, m, g)
+    goal = moved(d, dd.du, dd.dv, dd.dr, g.h * max(n_1, n_2)) if max(n_1, n_2) > 0 else d
+
+    t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, g)
+    v_p = ship.v + lever * ship.r
+    c_n = to_body(float(x[CE]), float(x[CN]), ship.psi)[1]
+    c = turn(t, ship.psi, v_p - c_n, ship.r, m, g)
+    du, _, dr = unforced(ship.u, v_p, ship.r, ship.psi, x, g)
+    demand_1, demand_2 = t.dw_t + g.k_u * (t.w_t - ship.u) - du, c.alpha - dr
+    command_1 = lead(tau_1, clip(demand_1, g.surge.limit), g.surge)
+    command_2 = lead(tau_2, clip(demand_2, g.yaw.limit), g.yaw)
+    m.queue[0, m.head], m.queue[1, m.head] = command_1, command_2
+    wrench = (command_1 * g.force, command_2 * g.moment)
+    if models.every > 0:
+        identify(m.bank, models, motion.psi, age, wrench[1])
+
+    tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
+    tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
+    later = moved(now, 0.0, 0.0, 0.0, g.h)
+    predict(x, m.P, now.psi, tau_1, tau_2, m.scratch, g)
+    z_e = tracking_error(transform(motion), transform(desired))
+    terms = StepTerms(
+        z_e.z1, z_e.z2, z_e.z3, (ship.r - c.r_c) / g.T, (ship.u - t.w_t) * V_0, math.remainder(c.psi_c, TURN), c.r_c / g.T,
+        t.w_t * V_0, float(x[FU]) / per, float(x[FV]) / per, float(x[FR]) / (g.T * g.T),
+        1.0 if abs(demand_1) > g.surge.limit else 0.0, 1.0 if abs(demand_2) > g.yaw.limit else 0.0,
+    )  # fmt: skip
+    head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
+    left = Memory(
+        True, (later.x, later.y, later.psi), x, m.P, tau_1, tau_2, head, c.v_s, c.r_s, c.dr_s, t.xi, m.queue, m.K, m.scratch,
+        m.bank, m.W,
+    )  # fmt: skip
+    return wrench, terms, left
+
+
+@kernel
+def delays(age: float, m: Memory, g: Gains) -> tuple[int, int]:
+    """The periods from a measurement until the present commands of force and moment arrive; its age counts as dead time, s."""
+    late, most = int(age / (g.h * g.T) + 0.5), m.queue.shape[1] - 1 - max(g.surge.delay, g.yaw.delay)
+    late = late if late < most else most
+    return g.surge.delay + late, g.yaw.delay + late
+
+
+@kernel
+def outdated(memory: Memory, constants: Constants) -> bool:
+    """Whether another model of the actuators explains the motion than the one that the gains are for."""
+    return int(memory.bank.numbers[BEST]) != constants.bank.used
+
+
+class LqgController(KernelLaw[LqgParameters]):
+    """The law with its internal state.
+
+    Args:
+        parameters: Dimensionless numbers.
+        vessel: The known inertia and limits, and what is declared beyond them.
+        period: Control period, s.
+    """
+
+    name = "lqg"
+    takes_age = True
+    kernel = staticmethod(step)
+    outdated = staticmethod(outdated)
+    terms = StepTerms
+    memory: Memory
+
+    def __init__(self, parameters: LqgParameters, vessel: KnownVessel, period: float) -> None:
+        self._models = bank(vessel, period)  # before super().__init__, which takes the gains for a model
+        super().__init__(parameters, vessel, period)
+
+    def retune(self, parameters: LqgParameters) -> None:
+        """Take new numbers and keep the internal state."""
+        self.parameters = parameters
+        self._use(self._models.used)
+
+    def _use(self, model: int) -> None:
+        """Take the gains for a model of the actuators."""
+        self._models, self._known = self._models._replace(used=model), with_model(self.vessel, model)
+        every = self._models.every if self.parameters.actuator_identification else 0
+        self.constants = Constants(gains(self.parameters, self._known, self.period), self._models._replace(every=every))
+
+    @property
+    def known(self) -> KnownVessel:
+        """The vessel with the identified actuators."""
+        return self._known
+
+    def renew(self) -> None:
+        """Take the gains for the model of the actuators that explains the motion best, and the moment that acts by it."""
+        model = int(self.memory.bank.numbers[BEST])
+        self._use(model)
+        moment = float(self.memory.bank.models[model, 0]) * self.vessel.yaw_inertia
+        self.memory = self.memory._replace(tau_2=moment / self.constants.gains.moment)
+
+    def reset(self) -> None:
+        """Discard all that is learned: the next state is taken as measured."""
+        self._use(0)
+        g, models = self.constants.gains, self.constants.bank
+        latest = math.ceil(max(DEAD_TIMES) * models.unit / self.period) if models.every else 0
+        places = max(g.surge.delay, g.yaw.delay, latest) + math.ceil(LONGEST_AGE / self.period)
+        arrays = np.zeros((2, places + 1)), np.zeros(4), np.zeros((8, STATES + 2))
+        at_start = (0.0, 0.0, 0.0), g.x_0.copy(), np.diag(g.P_0), 0.0, 0.0, 0, 0.0, 0.0, 0.0, (0.0, 0.0)
+        self.memory = Memory(False, *at_start, *arrays, first_state(models, LONGEST_AGE), NO_NETWORKS)

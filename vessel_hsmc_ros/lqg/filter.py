@@ -1,0 +1,154 @@
+"""The extended Kalman filter of the LQG law: what the ship does, what acts on her, and the water that carries her.
+
+| symbol | meaning | unit |
+|---|---|---|
+| u, v, r | surge velocity, sway velocity of the pivot, yaw rate, over ground | L/T, L/T, 1/T |
+| f_u, f_v, f_r | accelerations by all that is not modelled: damping, wind, waves, errors of the inertia | L/T², L/T², 1/T² |
+| a, kappa | decay rate of the sway; sway acceleration per surge velocity and yaw rate | 1/T, - |
+| c_E, c_N | current, constant over the earth; what wind does as if it were one | L/T |
+| u_r, v_r | velocities through the water, (u, v) - R(psi)ᵀ·c | L/T |
+| c_h, c_n | the current along and across the hull | L/T |
+| a_1, a_2 | accelerations by surge force and yaw moment, as the actuators apply them | L/T², 1/T² |
+| m | m22/m11 as declared, 1/kappa | - |
+| R, Q, P | variances of the measurements, of the noise per time, and of the states | |
+| h | control period | T |
+
+    du = r·c_n + m·v_r·r + f_u + a_1              df = noise
+    dv = -r·c_h - kappa·u_r·r - a·v_r + f_v       d(ln a), dkappa, dc = -w_0·(their deviation from what was expected) + noise
+    dr = f_r + a_2                                measured: u, v, r
+
+The pivot is the point whose sway the yaw moment does not accelerate. The current stands in the earth-fixed frame, so that what
+one leg has taught holds on the next. Its covariance is the doubt: what a straight leg does not show stays as it was expected.
+Innovations beyond four standard deviations count as four.
+"""
+
+import math
+
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import to_body
+from vessel_hsmc_ros.core.limits import between, clip
+from vessel_hsmc_ros.lqg.parameters import Gains
+
+U, V, R, FU, FV, FR, LN_A, KAPPA, CE, CN = range(10)
+"""Indices of the states."""
+
+STATES = 10
+
+GATE = 4.0
+"""Standard deviations at which an innovation is cut."""
+
+LN_A_RANGE, KAPPA_RANGE = (-1.0, 2.8), (0.4, 1.2)
+"""Ranges of ln a and of kappa."""
+
+
+@kernel
+def measure(x: Array, P: Array, i: int, y: float, variance: float, S: Array) -> None:
+    """Correct the states by a measurement of state i, in place.
+
+    Args:
+        x, P: States, shape (10,), and their covariance, shape (10, 10).
+        i: The state.
+        y: Its measured value.
+        variance: R.
+        S: Working memory, of which the first row is used.
+    """
+    whole = float(P[i, i]) + variance
+    e = clip(y - float(x[i]), GATE * math.sqrt(whole))
+    for j in range(STATES):
+        S[0, j] = P[i, j]
+    row = S[0].tolist()
+    for j in range(STATES):
+        k = row[j] / whole
+        x[j] += k * e
+        for n in range(j + 1):
+            value = P[j, n] - k * row[n]
+            P[j, n], P[n, j] = value, value
+
+
+@kernel
+def correct(x: Array, P: Array, u: float, v: float, r: float, S: Array, g: Gains) -> None:
+    """Correct the states by the measured velocities, in place, and keep a and kappa within their ranges."""
+    measure(x, P, U, u, g.R_u, S)
+    measure(x, P, V, v, g.R_u, S)
+    measure(x, P, R, r, g.R_r, S)
+    x[LN_A] = between(float(x[LN_A]), LN_A_RANGE[0], LN_A_RANGE[1])
+    x[KAPPA] = between(float(x[KAPPA]), KAPPA_RANGE[0], KAPPA_RANGE[1])
+
+
+@kernel
+def unforced(u: float, v: float, r: float, psi: float, x: Array, g: Gains) -> tuple[float, float, float]:
+    """The accelerations without a wrench at any velocities of the pivot and heading, by the filter's present model."""
+    c_h, c_n = to_body(float(x[CE]), float(x[CN]), psi)
+    u_r, v_r = u - c_h, v - c_n
+    return (
+        float(x[FU]) + r * c_n + g.m * v_r * r,
+        float(x[FV]) - float(x[KAPPA]) * u_r * r - r * c_h - math.exp(float(x[LN_A])) * v_r,
+        float(x[FR]),
+    )
+
+
+@kernel
+def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g: Gains) -> None:
+    """States and covariance one period later, in place; the sway decays exactly, all else by an Euler step.
+
+    Args:
+        x, P: States and covariance.
+        psi: Heading.
+        a_1, a_2: Accelerations by force and moment.
+        S: Working memory, shape (8, 12).
+        g: Constants.
+    """
+    h, u, v, r, kappa = g.h, float(x[U]), float(x[V]), float(x[R]), float(x[KAPPA])
+    c, s = math.cos(psi), math.sin(psi)
+    c_h, c_n = to_body(float(x[CE]), float(x[CN]), psi)
+    u_r, v_r, a = u - c_h, v - c_n, math.exp(float(x[LN_A]))
+    fall = 1.0 - math.exp(-a * h)
+    step = fall / a
+    J = S[4]
+    J[0], J[1], J[2], J[3], J[4] = h * g.m * r, h * (c_n + g.m * v_r), h * r * s * (g.m - 1.0), h * r * c * (1.0 - g.m), h
+    J[5], J[6], J[7], J[8], J[9] = -step * kappa * r, -fall, -step * (kappa * u_r + c_h), -fall * v_r, -step * u_r * r
+    J[10], J[11] = step * (kappa - 1.0) * r * c - fall * s, step * (kappa - 1.0) * r * s + fall * c
+    propagate(P, S)
+    for i in range(STATES):
+        P[i, i] += g.Q[i] * h
+    for i in range(LN_A, STATES):
+        x[i] -= g.w_0 * h * (x[i] - g.x_0[i])
+        for n in range(STATES):
+            P[i, n] -= g.w_0 * h * P[i, n]
+            P[n, i] -= g.w_0 * h * P[n, i]
+    x[U] = u + h * (float(x[FU]) + r * c_n + g.m * v_r * r + a_1)
+    x[V] = v + step * (float(x[FV]) - kappa * u_r * r - r * c_h) - fall * v_r
+    x[R] = r + h * (float(x[FR]) + a_2)
+
+
+@kernel
+def propagate(P: Array, S: Array) -> None:
+    """P <- F·P·Fᵀ in place with F = I + G, of which only the rows of u, v and r are not zero: P + G·P + (G·P)ᵀ + G·(G·P)ᵀ.
+
+    Args:
+        P: Covariance.
+        S: Working memory with the elements of G in its fifth row; rows 1 to 3 and 6 to 8 are used.
+    """
+    rows, corner = S[0:3], S[5:8]
+    for k in range(STATES):
+        _times(P[k], S[4], rows, k)  # the columns of a symmetric matrix are its rows
+    for k in range(3):
+        _times(rows[k], S[4], corner, k)
+    for i in range(3):
+        for k in range(STATES):
+            P[i, k] += rows[i, k]
+            P[k, i] += rows[i, k]
+    for i in range(3):
+        for k in range(3):
+            P[i, k] += corner[i, k]
+
+
+@kernel
+def _times(column: Array, elements: Array, rows: Array, k: int) -> None:
+    """G times a column, as column k of three rows."""
+    c, J = column.tolist(), elements.tolist()
+    rows[0, k] = J[0] * c[V] + J[1] * c[R] + J[2] * c[CE] + J[3] * c[CN] + J[4] * c[FU]
+    by_sway = J[5] * c[U] + J[6] * c[V] + J[7] * c[R] + J[8] * c[LN_A] + J[9] * c[KAPPA]
+    rows[1, k] = by_sway + J[10] * c[CE] + J[11] * c[CN] + J[4] * c[FV]
+    rows[2, k] = J[4] * c[FR]

@@ -1,0 +1,133 @@
+"""Guidance of the LQG law: the course, turn and surge velocity through the water that bring the ship to her reference.
+
+| symbol | meaning | unit |
+|---|---|---|
+| p, p_d, e | positions of ship and reference, p - p_d | L |
+| w_d, w_t | velocity of the reference over ground, and that which the ship is to have along her hull | L/T |
+| c | estimated current | L/T |
+| W, chi | speed and course through the water of the track | L/T, rad |
+| e_c | distance of the ship to port of the track | L |
+| k | approach speed per distance, k_p/sqrt(1 + (k_p·|e|/v_max)²) | 1/T |
+| b | share of the error by which the course itself is turned towards the reference, 0 near the track | - |
+| xi | integral of the error along and across the reference | L/T |
+| beta, v_s | drift angle and sway velocity that go with the turn | rad, L/T |
+| psi_s, r_s | heading and yaw rate of the track, chi - beta | rad, 1/T |
+
+Through the water the track has the velocity w_d - xi - c - b·k·e. Near a reference that moves through the water, b = 0:
+course and turn are those of the reference, and the regulator closes the distance e_c. Far from it, or where a reference at rest
+stands in still water, b = 1: the course is that to the reference. A ship at rest in a current is a ship under way.
+"""
+
+import math
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, to_body
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.lqg.parameters import Gains
+
+NEAR = 0.5
+"""Distance in L within which a track is followed rather than its reference pursued."""
+
+STILL = 0.06
+"""Speed of the reference through the water, L/T, at which that distance is half as large."""
+
+SLOWEST = 0.02
+"""Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps her heading."""
+
+LARGEST_TURN = 2.0
+"""Largest turn that is fed forward, 1/T."""
+
+INTEGRAL = 0.03, 0.1
+"""Largest component of xi, L/T, and distance within which it is integrated, L."""
+
+LEAN = 0.1
+"""Shortest time constant, in terms of 1/a, in which the sway takes part in a turn."""
+
+
+class Track(NamedTuple):
+    """Speed, course and turn of the track, and what the ship has to do along her hull.
+
+    Attributes:
+        W, chi, dchi: Speed and course through the water, and its rate of change.
+        e_c: Distance to port of the track.
+        w_t, dw_t: Velocity over ground along the hull, and its rate of change in the axes of the hull.
+        xi: The integral one period later.
+    """
+
+    W: float
+    chi: float
+    dchi: float
+    e_c: float
+    w_t: float
+    dw_t: float
+    xi: tuple[float, float]
+
+
+@kernel
+def to_earth(x: float, y: float, psi: float) -> tuple[float, float]:
+    """A vector along and across a hull of heading psi, along x and y of the earth-fixed frame."""
+    return to_body(x, y, -psi)
+
+
+@kernel
+def track(
+    ship: Motion, goal: Motion, acceleration: Acceleration, c_E: float, c_N: float, xi: tuple[float, float], g: Gains
+) -> Track:
+    """The track of a ship.
+
+    Args:
+        ship: The motion of her controlled point, over ground.
+        goal, acceleration: The reference, and the derivatives of its body velocities.
+        c_E, c_N: Current.
+        xi: Integral of the error.
+        g: Constants.
+    """
+    e_x, e_y = ship.x - goal.x, ship.y - goal.y
+    distance = magnitude(e_x, e_y)
+    vx, vy = to_earth(goal.u - xi[0], goal.v - xi[1], goal.psi)
+    ax, ay = to_earth(acceleration.du - goal.r * goal.v, acceleration.dv + goal.r * goal.u, goal.psi)
+    Wx, Wy = vx - c_E, vy - c_N
+    square = Wx * Wx + Wy * Wy
+    moving = square / (square + STILL * STILL)
+    far = max(0.0, 1.0 - moving * NEAR / max(distance, 1e-9))
+    k = g.k_p / math.sqrt(1.0 + g.k_p * distance / g.v_max * g.k_p * distance / g.v_max)
+    Bx, By = Wx - k * far * e_x, Wy - k * far * e_y
+    missing = max(0.0, SLOWEST - magnitude(Bx, By))
+    Bx, By = Bx + missing * math.cos(ship.psi), By + missing * math.sin(ship.psi)
+    W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
+    dchi = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ay - Wy * ax) / max(square, 1e-4), LARGEST_TURN)
+    e_c = (1.0 - far) * to_body(e_x, e_y, chi)[1]
+    # The velocity along the hull closes the whole error.
+    w_t, w_n = to_body(vx - k * e_x, vy - k * e_y, ship.psi)
+    ux, uy = to_earth(ship.u, ship.v, ship.psi)
+    dw_t = to_body(ax - k * (ux - vx), ay - k * (uy - vy), ship.psi)[0] + ship.r * w_n
+    if distance < INTEGRAL[1]:
+        e_1, e_2 = to_body(e_x, e_y, goal.psi)
+        step = g.h * moving * g.k_i
+        xi = (clip(xi[0] + step * e_1, INTEGRAL[0]), clip(xi[1] + step * e_2, INTEGRAL[0]))
+    return Track(W, chi, dchi, e_c, w_t, dw_t, xi)
+
+
+@kernel
+def sway_in_turn(v_s: float, t: Track, a: float, kappa: float, f_v: float, h: float) -> tuple[float, float]:
+    """The sway velocity one period later that goes with the turn of the track, and its rate of change.
+
+    (1 - kappa)·dv_s = -a·v_s - kappa·W·dchi + f_v follows from dv = -a·v - kappa·W·r + f_v with r = dchi - dv_s/W. Where kappa is
+    near 1 or above, the sway would have to begin before the turn: it takes part at once.
+    """
+    goal = clip((f_v - kappa * t.W * t.dchi) / a, 0.8 * t.W)
+    lean = LEAN + (1.0 - kappa if kappa < 1.0 else 0.0)
+    change = (1.0 - math.exp(-a * h / lean)) * (goal - v_s)
+    return v_s + change, change / h
+
+
+@kernel
+def braked(epsilon: float, c: float, a: float, largest: float) -> float:
+    """A yaw rate for a heading error: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
+
+    The square root is the braking curve of a constant yaw acceleration a: the positive root of rate²/(2·a) + rate/c = |epsilon|
+    joins both limits smoothly.
+    """
+    rate = a / c * (math.sqrt(1.0 + 2.0 * c * c * abs(epsilon) / a) - 1.0)
+    return math.copysign(min(rate, largest), epsilon)

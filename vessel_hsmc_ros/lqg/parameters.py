@@ -1,0 +1,183 @@
+"""The parameters of the LQG law, dimensionless, and its constants for a ship.
+
+| symbol | meaning | unit |
+|---|---|---|
+| L, T | length of the hull; time of the ship's turns, sqrt(m33/tau_2max) | m, s |
+| q | stretch of the controller's unit of time for slow actuators | - |
+| T_r, T_d, T_f | lag that remains with the lead against it, dead time, time from zero to the limit | s |
+| h | control period in units of T | - |
+| i | share of the yaw acceleration that braking curves use, in terms of turn_share | - |
+
+Lengths are in units of L, times in units of T, forces as accelerations of the declared inertia: for the law every ship is of
+length 1 with a largest yaw acceleration of 1. The controller reckons in the time q·T with
+
+    q = 1 + max(T_r + T_d + T_f/5)/T,   i = 1/(1 + (T_f/(q·T·0.4))²)
+
+because a loop through slow actuators must be slower, and a moment that rises slowly must begin to fall early. The numbers were
+searched on drawn ships; docs/lqg.md states on which.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kinematics import GRAVITY
+from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.guided.rule import dynamics, unit_time
+from vessel_hsmc_ros.law.applied_wrench import Channel, channel
+from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
+from vessel_hsmc_ros.lqg.regulator import table
+
+RISE, RISING = 0.2, 0.4
+"""Share of T_f in the stretch q, and T_f in q·T at which braking curves use half of turn_share."""
+
+ASSUMED_FULL = 1.0
+"""T_f in T where not all of the actuators is declared, for the braking curves alone."""
+
+POSE_FILTER = 6.9, 13.8
+"""Bandwidths of the correction of position and heading, 1/T."""
+
+FROUDE = 0.06
+"""Speed of the reference, as a Froude number, at which half of the way from the origin to the pivot is controlled."""
+
+FIRST_DOUBT = 0.05, 0.02, 0.1
+"""Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
+
+RATIO_DOUBT, DECLARED_DOUBT = 0.1, 0.3
+"""Standard deviations of kappa, and of the logarithm of a declared decay of the sway."""
+
+
+def number(default: float, description: str, unit: str, symbol: str, high: float = 100.0) -> float:
+    """Declare a positive dimensionless number; the arguments are those of `parameter`."""
+    return parameter(default, description, unit=unit, low=1e-4, high=high, symbol=symbol, tunable=True)
+
+
+@dataclass(frozen=True)
+class LqgParameters:
+    """Numbers of the law in units of the ship's length L and of the time T of her turns."""
+
+    cross_track: float = number(0.06, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
+    turn_rate: float = number(0.5, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
+    position_gain: float = number(1.0, "Approach speed per position error.", "1/T", "k_p")
+    approach_speed: float = number(0.2, "Largest approach speed.", "L/T", "v_max")
+    integral_gain: float = number(0.07, "Integral gain on the position error.", "1/T²", "k_i")
+    surge_gain: float = number(5.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
+    approach_angle: float = number(0.8, "Largest angle at which a track is approached.", "rad", "theta", math.pi / 2)
+    turn_share: float = number(
+        0.4, "Share of the largest yaw acceleration that braking curves use, of instant actuators.", "", "a_s", 1.0
+    )
+    velocity_noise: float = number(0.03, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
+    yaw_rate_noise: float = number(0.03, "Standard deviation of measured yaw rates over T/20.", "1/T", "n_r")
+    surge_walk: float = number(0.1, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
+    sway_walk: float = number(0.005, "Change of the sway disturbance in T, as a standard deviation.", "L/T²", "q_v")
+    yaw_walk: float = number(0.2, "Change of the yaw disturbance in T, as a standard deviation.", "1/T²", "q_r")
+    sway_decay: float = number(2.0, "Decay rate of the sway where it is not declared.", "1/T", "a_0")
+    sway_doubt: float = number(0.7, "Standard deviation of its natural logarithm.", "", "s_a")
+    current_doubt: float = number(0.06, "Standard deviation of each component of a current.", "L/T", "s_c")
+    return_rate: float = number(
+        0.02, "Rate at which sway damping and current, unobserved, return to what was expected.", "1/T", "w_0"
+    )
+    actuator_identification: bool = parameter(
+        True,
+        "Whether lag, dead time and rate of the actuators are identified while the ship turns, and take the place of the declared"
+        " ones where these do not explain her motion.",
+    )
+
+
+class Gains(NamedTuple):
+    """The constants of the law; all but L, T, force and moment in its units.
+
+    Attributes:
+        L, T: The units, m and s.
+        force, moment: The units of force and moment, N and N·m.
+        h: Control period.
+        x_p, U_s: Distance of the pivot ahead of the point that is controlled at rest; speed at which half of it is controlled.
+        k_p, v_max, k_i, k_u, theta: Of the guidance, with q.
+        a_max, r_max: Of the braking curve of turns.
+        q: Stretch of the regulator's unit of time.
+        m: m22/m11.
+        R_u, R_r: Variances of a measured velocity and yaw rate.
+        Q, P_0, x_0: Growth of the variances per time, variances and states at the start, shape (10,).
+        w_0: Rate of return to x_0.
+        z_p, z_h: Poles of the correction of position and heading.
+        step_f: Step of the filter of the turns that are fed forward.
+        surge, yaw: The actuators.
+        table: Gains of the regulator.
+    """
+
+    L: float
+    T: float
+    force: float
+    moment: float
+    h: float
+    x_p: float
+    U_s: float
+    k_p: float
+    v_max: float
+    k_i: float
+    k_u: float
+    theta: float
+    a_max: float
+    r_max: float
+    q: float
+    m: float
+    R_u: float
+    R_r: float
+    Q: Array
+    P_0: Array
+    x_0: Array
+    w_0: float
+    z_p: float
+    z_h: float
+    step_f: float
+    surge: Channel
+    yaw: Channel
+    table: Array
+
+
+def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
+    """The constants of the law for a ship and a control period, s."""
+    T, L, inputs = unit_time(vessel), vessel.length, dynamics(vessel)
+    both = inputs.surge, inputs.yaw
+    q = 1.0 + max(each.remaining + each.dead_time + RISE * each.full for each in both) / T
+    full = max(each.full for each in both) / T
+    full = full if inputs.declared else max(full, ASSUMED_FULL)
+    early = 1.0 / (1.0 + (full / (q * RISING)) ** 2)
+    units = vessel.surge_inertia * L / T**2, vessel.yaw_inertia / T**2
+    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    surge, yaw = (
+        channel(limit / unit, each.lag, each.remaining, each.rate / unit, each.dead_time, period)
+        for each, limit, unit in zip(both, limits, units, strict=True)
+    )
+    h = period / T
+    return Gains(
+        L=L, T=T, force=units[0], moment=units[1], h=h,
+        x_p=(vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0) / L, U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
+        k_p=p.position_gain / q, v_max=p.approach_speed / q, k_i=p.integral_gain / q**2, k_u=p.surge_gain / q,
+        theta=p.approach_angle, a_max=p.turn_share * early, r_max=(0.4 + early) / q, q=q,
+        R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
+        z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-8.0 * h / q),
+        surge=surge, yaw=yaw, table=table(p.cross_track, p.turn_rate),
+    )  # fmt: skip
+
+
+def prior(p: LqgParameters, vessel: KnownVessel, T: float) -> dict[str, Array | float]:
+    """What the filter expects of a ship: m, x_0, P_0, Q and w_0 of `Gains`.
+
+    A state that is expected with the standard deviation s and returns to that at the rate w_0 has the noise Q = 2·w_0·s².
+    """
+    ratio = vessel.drift_ratio if vessel.drift_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.1)
+    declared = vessel.drift_decay >= 0.0
+    decay = vessel.drift_decay * T if declared else p.sway_decay
+    lasting = DECLARED_DOUBT if declared else p.sway_doubt, RATIO_DOUBT, p.current_doubt, p.current_doubt
+    walks = p.surge_walk, p.sway_walk, p.yaw_walk
+    return {
+        "m": 1.0 / ratio,
+        "x_0": np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.log(max(decay, 1e-3)), ratio, 0.0, 0.0]),
+        "P_0": np.square([p.velocity_noise, p.velocity_noise, p.yaw_rate_noise, *FIRST_DOUBT, *lasting]),
+        "Q": np.array([1e-5, 1e-6, 1e-5, *(w * w for w in walks), *(2.0 * p.return_rate * s * s for s in lasting)]),
+        "w_0": p.return_rate,
+    }

@@ -1,0 +1,75 @@
+"""The linear-quadratic regulator of a ship's distance from her track, heading, sway velocity and yaw rate.
+
+| symbol | meaning | unit |
+|---|---|---|
+| e | distance of the ship to port of her track | L |
+| psi, v, r | heading, sway velocity and yaw rate beyond those of the track | rad, L/T, 1/T |
+| W | speed through the water | L/T |
+| a, kappa | decay rate of the sway, and its growth per surge velocity and yaw rate | 1/T, - |
+| e_0, r_0 | what is worth the full yaw moment | L, 1/T |
+
+    de = W·psi + v,   dpsi = r,   dv = -a·v - kappa·W·r,   dr = alpha,   minimise the integral of (e/e_0)² + (r/r_0)² + alpha²
+
+From alpha to e this hull has a zero at -a/(1 - kappa): where kappa > 1 her course is non-minimum phase, and no gain can make her
+faster than that zero. The Riccati equation knows it; with instant actuators its loop has an infinite gain margin and a phase
+margin of 60 degrees (R. E. Kalman, When is a linear control system optimal?, Journal of Basic Engineering 86, 1964).
+"""
+
+from functools import cache
+from itertools import product
+
+import numpy as np
+
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.limits import between
+
+SPEEDS = 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.9, 1.35, 2.0
+DECAYS = 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8
+RATIOS = 0.3, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3
+"""The grid of W, a and kappa."""
+
+
+def regulator(W: float, a: float, kappa: float, e_0: float, r_0: float) -> Array:
+    """The gains K of alpha = -K·(e, psi, v, r), shape (4,), from the stable subspace of the Hamiltonian matrix."""
+    A = np.array([[0.0, W, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, -a, -kappa * W], [0.0, 0.0, 0.0, 0.0]])
+    B = np.diag([0.0, 0.0, 0.0, 1.0])
+    Q = np.diag([1.0 / e_0**2, 0.0, 0.0, 1.0 / r_0**2])
+    values, vectors = np.linalg.eig(np.block([[A, -B], [-Q, -A.T]]))
+    stable = vectors[:, np.argsort(values.real)[:4]]
+    P = np.real(stable[4:] @ np.linalg.inv(stable[:4]))
+    return np.asarray(P[3])
+
+
+@cache
+def table(e_0: float, r_0: float) -> Array:
+    """The gains on the grid, shape (9, 9, 9, 4); they are the same for every ship."""
+    rows = [regulator(W, a, kappa, e_0, r_0) for W, a, kappa in product(SPEEDS, DECAYS, RATIOS)]
+    found = np.reshape(rows, (len(SPEEDS), len(DECAYS), len(RATIOS), 4))
+    found.flags.writeable = False
+    return found
+
+
+@kernel
+def place(value: float, nodes: tuple[float, ...]) -> tuple[int, float]:
+    """The node below a value, and the share of the way to the next one; values outside count as the first or last node."""
+    i = 0
+    while i < len(nodes) - 2 and value >= nodes[i + 1]:
+        i += 1
+    return i, between((value - nodes[i]) / (nodes[i + 1] - nodes[i]), 0.0, 1.0)
+
+
+@kernel
+def interpolate(W: float, a: float, kappa: float, t: Array, K: Array) -> None:
+    """The gains between the nodes of the grid, trilinear, written to K, shape (4,)."""
+    i, p = place(W, SPEEDS)
+    j, q = place(a, DECAYS)
+    k, s = place(kappa, RATIOS)
+    for n in range(4):
+        K[n] = 0.0
+    for di in range(2):
+        for dj in range(2):
+            for dk in range(2):
+                share = (p if di else 1.0 - p) * (q if dj else 1.0 - q) * (s if dk else 1.0 - s)
+                for n in range(4):
+                    K[n] += share * t[i + di, j + dj, k + dk, n]
