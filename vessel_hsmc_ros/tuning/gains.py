@@ -104,7 +104,7 @@ def _declared(parameter: str, law: str, entries: Mapping[str, Entry]) -> Entry:
         raise ParameterError(f"--gain {parameter} is not allowed: it takes {entries[name].allowed}, and a gain is a number")
     if name in entries and parameter.startswith(NODE):
         raise ParameterError(f"--gain {parameter} is not allowed: it is not a gain of {law}, the law to tune")
-    hint = schema.suggestion(parameter, [NODE + known for known in entries if "." in known])
+    hint = schema.suggestion(parameter, [NODE + known for known in mine])
     raise ParameterError(f"--gain {parameter} is not a gain of {law}: {hint}")
 
 
