@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.turning_offset import LARGEST, NEAR, NOISE, Turning, turning_offset
+from vessel_hsmc_ros.control.turning_offset import MAX_COEFFICIENT, NEAR, NOISE, Turning, turning_offset
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,6 @@ def test_the_coefficients_are_bounded() -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_coefficients_are_bounded_whatever_they_were(side: float) -> None:
-    bound = LARGEST / (NOISE * RATE)
+    bound = MAX_COEFFICIENT / (NOISE * RATE)
     turning = turning_offset(Turning(0.05, 0.03, 0.02, side * 1e6, -side * 1e6), 0.1, 0.1, 0.0, RATE, T).turning
     assert (turning.theta1, turning.theta2) == (side * bound, -side * bound)

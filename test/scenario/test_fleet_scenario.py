@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.fleet import LARGEST, dump_fleet, make_fleet
+from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, dump_fleet, make_fleet
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
 
 CASE = load_scenario("case2_tracking", {"vessel_sim.seed": 7})
@@ -62,12 +62,12 @@ def test_one_recorder_records_the_topics_of_every_vessel() -> None:
     assert recorded.base == replace(base, recorder=recorded.base.recorder)
 
 
-@pytest.mark.parametrize("count", [0, -1, LARGEST + 1])
+@pytest.mark.parametrize("count", [0, -1, MAX_VESSELS + 1])
 def test_a_number_of_vessels_out_of_range_is_refused(count: int) -> None:
-    with pytest.raises(ParameterError, match=rf"{count} is not allowed: it takes 1 to {LARGEST}"):
+    with pytest.raises(ParameterError, match=rf"{count} is not allowed: it takes 1 to {MAX_VESSELS}"):
         make_fleet(CASE, count)
 
 
 def test_a_start_beyond_the_allowed_positions_is_refused() -> None:
     with pytest.raises(ParameterError, match="initial_pose"):
-        make_fleet(CASE, LARGEST, spacing=1e5)
+        make_fleet(CASE, MAX_VESSELS, spacing=1e5)

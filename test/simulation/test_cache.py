@@ -152,7 +152,7 @@ def test_only_the_latest_folders_of_earlier_sources_are_kept(place: Path) -> Non
         os.utime(kernels / f"old{age}", (1e9 - age, 1e9 - age))
     with cache.entry("a_kernel"):
         pass
-    assert {path.name for path in kernels.iterdir()} == {cache.key(), *(f"old{age}" for age in range(cache.KEPT - 1))}
+    assert {path.name for path in kernels.iterdir()} == {cache.key(), *(f"old{age}" for age in range(cache.KEPT_VERSIONS - 1))}
 
 
 @only_compiled

@@ -40,7 +40,7 @@ def answers(scenario: Scenario, recorded: Recorded, spans: list[range], interpre
 def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_between(
     monkeypatch: pytest.MonkeyPatch, coupling: float
 ) -> None:
-    monkeypatch.setattr(recorded_loop, "FEW", 1)
+    monkeypatch.setattr(recorded_loop, "MIN_COMPILED_STEPS", 1)
     scenario = load_scenario(
         "case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 3.0, "vessel.sway_yaw_inertia": coupling}
     )
@@ -52,7 +52,7 @@ def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_b
 
 
 def test_an_input_at_which_the_law_is_undefined_raises_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recorded_loop, "FEW", 1)
+    monkeypatch.setattr(recorded_loop, "MIN_COMPILED_STEPS", 1)
     scenario = load_scenario("case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 1.0})
     recorded = recorded_of(scenario)
     slope = scenario.controller.hierarchical

@@ -23,7 +23,7 @@ from vessel_hsmc_ros.scenario.run_folder import RunFolder
 BLOCK = 1 << 22
 """Bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory."""
 
-FEW = 5
+MAX_LISTED_FILES = 5
 """Largest number of files that an error message names."""
 
 _NUMBERED = re.compile(rf"_(\d+)\.mcap({SUFFIX})?$")
@@ -133,7 +133,7 @@ def bag_path(path: Path) -> Path:
         raise BagError(f"run folder {path} has no bag: the run was made with --no-bag, or failed before its start")
     if runs := sorted(found.parent for found in path.glob("*/bag")):
         raise BagError(f"{path} is not a bag: it holds {len(runs)} run folder(s), choose one, such as {runs[-1]}")
-    names = ", ".join(sorted(found.name for found in path.iterdir())[:FEW]) or "nothing"
+    names = ", ".join(sorted(found.name for found in path.iterdir())[:MAX_LISTED_FILES]) or "nothing"
     raise BagError(f"{path} is not a bag: it holds no MCAP file, but {names}")
 
 

@@ -19,7 +19,7 @@ The heading is an internal motion: for m11 < m22 it is stable forwards in time a
 backwards, and a law that knows the future of the reference can take it; near m11 = m22 the equation is algebraic. The implicit
 Euler method in the stable direction solves all three. r' is that of the last iterate, as m23 is small. The equations of surge
 and yaw then give X and N. The motion is feasible if |X| and |N|, their rates, and what has to be commanded through a lag are
-within SHARE of the limits for KEPT of the last half of the run. Neither gusts nor noise nor dead times are considered.
+within SHARE of the limits for MIN_FEASIBLE_SHARE of the last half of the run. Gusts, noise and dead times are not considered.
 """
 
 import math
@@ -41,7 +41,7 @@ SHARE = 0.9
 REST_SHARE = 0.8
 """Largest share of the surge force that station keeping takes."""
 
-KEPT = 0.99
+MIN_FEASIBLE_SHARE = 0.99
 """Share of the samples of the last half that must be within."""
 
 STEP = 0.05
@@ -85,7 +85,7 @@ def infeasible(scenario: Scenario) -> str:
     # From the second quarter on: at the start from rest the heading is not determined.
     needed = demand(rows[samples // 4 :], current, wind, vessel, h)
     half = slice(samples // 2 - samples // 4, samples - samples // 4)
-    if np.mean(needed.u[half] > SLOW * np.max(rows[:, 3])) < KEPT:
+    if np.mean(needed.u[half] > SLOW * np.max(rows[:, 3])) < MIN_FEASIBLE_SHARE:
         return "the ship has no way through the water"
     return _exceeded(Demand(*(column[half] for column in needed)), a, h)
 
@@ -102,8 +102,8 @@ def _exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
             (f"rate of the {name}", np.abs(change) / rate),
             (f"command of the {name}", np.abs(load + lag * change) / limit),
         ):
-            if not np.mean(share <= SHARE) >= KEPT:
-                return f"the {what} takes {np.quantile(share, KEPT):.3g} of its limit"
+            if not np.mean(share <= SHARE) >= MIN_FEASIBLE_SHARE:
+                return f"the {what} takes {np.quantile(share, MIN_FEASIBLE_SHARE):.3g} of its limit"
     return ""
 
 

@@ -193,7 +193,7 @@ def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> tupl
     return (
         changes,
         variants,
-        runs or _integer(entries, "runs", 1, sampling.LARGEST, 1 if has_grid else None),
+        runs or _integer(entries, "runs", 1, sampling.MAX_RUNS, 1 if has_grid else None),
         _sampling(entries, has_grid),
         _integer(entries, "seed", 0, 2**63, 0),
         parameters,

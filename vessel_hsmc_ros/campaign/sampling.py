@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.arrays import Array
 
 METHODS = ("random", "latin_hypercube", "sobol")
 
-LARGEST = 2**30
+MAX_RUNS = 2**30
 """Largest number of draws: the length of the Sobol sequence."""
 
 SEEDS = 2**31
@@ -67,4 +67,4 @@ def _block(method: str, dimensions: int, seed: int, number: int) -> Array:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of the balance of a number that is no power of two
         # A point is the lower corner of its cell; the middle of the cell is never on the border of the cube.
-        return np.asarray(sequence.random(_BLOCK)) + 0.5 / LARGEST
+        return np.asarray(sequence.random(_BLOCK)) + 0.5 / MAX_RUNS

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import InstallationError
 FEWEST = 100
 """Number of runs below which no index is given: the first ten harmonics of fewer are mostly noise."""
 
-MOST = 20_000
+MAX_SAMPLES = 20_000
 """Number of runs that are evaluated; more would make the intervals narrower than anybody reads them."""
 
 HARMONICS = 10
@@ -65,7 +65,7 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
     if len(values) < FEWEST or not drawn or np.all(values == values[0]):
         return []
     # Shuffled, because parameters with few different values leave the runs in their order, in which a grid is periodic.
-    chosen = np.random.default_rng(0).permutation(len(values))[:MOST]
+    chosen = np.random.default_rng(0).permutation(len(values))[:MAX_SAMPLES]
     ranks = stats.rankdata(values[chosen])
     columns = {name: _numbers(column[chosen]) for name, column in drawn.items()}
     problem = {"num_vars": len(columns), "names": list(columns)}

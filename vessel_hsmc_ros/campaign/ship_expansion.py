@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from vessel_hsmc_ros.campaign.ship_family import SHIP, ShipFamily
-from vessel_hsmc_ros.campaign.ship_references import LONGEST, Course, Request, course_for
+from vessel_hsmc_ros.campaign.ship_references import MAX_TURN_TIMES, Course, Request, course_for
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
@@ -92,7 +92,7 @@ def expand(family: ShipFamily) -> Changes:
     """
     ship = ship_of(family)
     T, course = ship.scale.T, ship.course
-    duration = min(max(SHORTEST * T, PERIODS * course.period), LONGEST * T) + course.rise_time
+    duration = min(max(SHORTEST * T, PERIODS * course.period), MAX_TURN_TIMES * T) + course.rise_time
     return {
         **_hull(ship),
         **_start(family, ship, duration),

@@ -30,7 +30,7 @@ LEG, SPACING, LEGS = 20.0, 4.0, 4
 SURVEY_SPEED = 0.3
 """Speed on the legs of a survey, relative to the top speed."""
 
-LONGEST = 300.0
+MAX_TURN_TIMES = 300.0
 """Duration of a run after the start at most, in T."""
 
 START_SHARE = 0.25
@@ -182,7 +182,7 @@ def _make_survey(turn: Turn, hull: ShipParameters, scale: Scale) -> Made:
     else:
         raise ParameterError("no survey is feasible for this ship: legs and U-turns take more than its propulsion at any speed")
     period = 2.0 * (planned.route.length - one.leg_length) / one.speed
-    legs = max(LEGS, math.ceil(2.0 * (LONGEST * scale.T + turn.rise_time) / period) + 1)
+    legs = max(LEGS, math.ceil(2.0 * (MAX_TURN_TIMES * scale.T + turn.rise_time) / period) + 1)
     survey = schema.flatten(replace(one, legs=legs))
     changes = {f"lawnmower.{name}": value for name, value in survey.items()}
     return "lawnmower", changes | {f"motion.{name}": value for name, value in given.items()}, period

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.scenario.interfaces import interface
 if TYPE_CHECKING:
     from vessel_hsmc_ros.scenario.interfaces import Interface
 
-SHOWN = {OK: "[green]OK   [/]", "todo": "[yellow]TO DO[/]", WRONG: "[red]WRONG[/]"}
+LEVEL_LABELS = {OK: "[green]OK   [/]", "todo": "[yellow]TO DO[/]", WRONG: "[red]WRONG[/]"}
 
 WARNING = (
     "The boat will move: {force:g} N for 2 s, then {moment:g} N·m for 2 s. Is it clear of people and obstacles, with the hardware"
@@ -106,6 +106,6 @@ def show(found: list[Finding]) -> None:
     console = Console()
     width = max(len(finding.about) for finding in found)
     for level, about, text in found:
-        console.print(f"{SHOWN[level]} {escape(about):<{width}}  {escape(text)}", highlight=False, soft_wrap=True)
-    counts = {level: sum(finding.level == level for finding in found) for level in SHOWN}
+        console.print(f"{LEVEL_LABELS[level]} {escape(about):<{width}}  {escape(text)}", highlight=False, soft_wrap=True)
+    counts = {level: sum(finding.level == level for finding in found) for level in LEVEL_LABELS}
     console.print(f"{counts[OK]} OK, {counts[WRONG]} wrong, {counts['todo']} to do", highlight=False)

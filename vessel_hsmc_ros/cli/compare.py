@@ -28,7 +28,7 @@ from vessel_hsmc_ros.scenario.suite import Row, load_suite
 if TYPE_CHECKING:
     from vessel_hsmc_ros.runs.comparison import LawRun
 
-FEW = 3
+MAX_DETAILED_ROWS = 3
 """Largest number of rows that are printed in a table each; more are printed in one overview."""
 
 
@@ -129,7 +129,7 @@ def print_outcomes(outcomes: Sequence["LawRun"]) -> None:
     from vessel_hsmc_ros.runs import comparison_page
 
     rows = comparison_page.by_row(outcomes)
-    if len(rows) <= FEW:
+    if len(rows) <= MAX_DETAILED_ROWS:
         for row, of_row in rows:
             head, lines = comparison_page.table(row, of_row)
             print_table(head, map(coloured, lines), title=row.name)

@@ -26,7 +26,7 @@ from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.runs.fleet import FleetResult, reserve_namespaces, run_fleet
 from vessel_hsmc_ros.scenario.faults import check_script, load_script
-from vessel_hsmc_ros.scenario.fleet import LARGEST, SPACING, make_fleet
+from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, SPACING, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from vessel_hsmc_ros.scenario.scenario import Scenario
 
-SHOWN = ("position_error_rms", "position_error_final", "settling_time", "heading_error_rms_deg")
+TABLE_METRICS = ("position_error_rms", "position_error_final", "settling_time", "heading_error_rms_deg")
 """Metrics of each vessel in the printed table; run.json and the page have all."""
 
 COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")
@@ -46,7 +46,7 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options to a verb, which takes them as `fleet`: the number and the distance of the vessels, or None."""
     number = click.option(
         "--vessels",
-        type=click.IntRange(1, LARGEST),
+        type=click.IntRange(1, MAX_VESSELS),
         metavar="N",
         help="Run N vessels at once, in the namespaces vessel_1 to vessel_N (with --namespace NAME: NAME_1 to NAME_N), recorded"
         " in one bag. Their random seeds are that of the scenario and the N - 1 numbers after it.",
@@ -95,7 +95,7 @@ def _print(result: FleetResult) -> None:
     if result.records:
         from vessel_hsmc_ros.report.tables import FACTS, METRICS, quantities  # imports the report's libraries
 
-        labels = [(METRICS | FACTS)[name][0] for name in (*SHOWN, *COUNTED)]
+        labels = [(METRICS | FACTS)[name][0] for name in (*TABLE_METRICS, *COUNTED)]
         rows = []
         for record in result.records:
             texts = {each.label: each.text for each in quantities(record.metrics, record.facts)}

@@ -22,7 +22,7 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 DEFAULT_METRICS = ("position_error_rms_last_quarter", "yaw_moment_rms")
 
-LONGEST = 60
+MAX_TABLE_ROWS = 60
 """Largest number of runs that are printed in a table; those of a larger sweep are in its page and its files."""
 
 
@@ -76,7 +76,7 @@ def sweep(
     from vessel_hsmc_ros.runs import sweep_page  # imports the libraries of reports
 
     head, lines = sweep_page.table(axes, outcomes, metrics)
-    if len(lines) <= LONGEST:
+    if len(lines) <= MAX_TABLE_ROWS:
         # The table breaks names at spaces: a long name of a parameter must not displace numbers.
         print_table([name.replace(".", " .") for name in head], lines, text_columns=int(head[0] == "law"))
     for note in sweep_page.notes(axes, outcomes):

@@ -14,10 +14,10 @@ import math
 from vessel_hsmc_ros.control.thruster_sets import (
     HIGH,
     KIND,
-    LEAST,
+    LEAST_FORCE,
     LOW,
     MODE,
-    MOST,
+    MOST_FORCE,
     SQUARES,
     Allocator,
     Array,
@@ -136,14 +136,14 @@ def share_forces(surge_force: float, yaw_moment: float, u: float, c: Allocator, 
             s[i, P], s[i, Q] = s[i, SQUARES], s[i, SQUARES + 1]
         return True
     right_angle = 0.5 * math.pi
-    lowest, highest = wrench_at(1.0, -right_angle, u, c, s, MOST)[1], wrench_at(1.0, right_angle, u, c, s, MOST)[1]
+    lowest, highest = wrench_at(1.0, -right_angle, u, c, s, MOST_FORCE)[1], wrench_at(1.0, right_angle, u, c, s, MOST_FORCE)[1]
     n = between(yaw_moment, lowest, highest)
-    x_least, x_most = extreme(-1.0, n, u, c, s, LEAST), extreme(1.0, n, u, c, s, MOST)
+    x_least, x_most = extreme(-1.0, n, u, c, s, LEAST_FORCE), extreme(1.0, n, u, c, s, MOST_FORCE)
     x = between(surge_force, x_least, x_most)
     share = (x - x_least) / (x_most - x_least) if x_most > x_least else 0.0
     for i in range(len(c.rows)):
         for j in range(2):
-            s[i, P + j] = s[i, LEAST + j] + share * (s[i, MOST + j] - s[i, LEAST + j])
+            s[i, P + j] = s[i, LEAST_FORCE + j] + share * (s[i, MOST_FORCE + j] - s[i, LEAST_FORCE + j])
     if least_squares(x, n, u, c, s):
         part = 1.0
         for i in range(len(c.rows)):

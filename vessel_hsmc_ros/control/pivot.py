@@ -36,7 +36,7 @@ from vessel_hsmc_ros.law.terms import Terms
 FROUDE = 0.06
 """The speed U_0 as a Froude number; gravity, m/s²."""
 
-INTEGRAL, LARGEST = 0.3, 0.1
+INTEGRAL, MAX_RATE_SHARE = 0.3, 0.1
 """Integral gain of the filter in terms of omega², and largest slow rate in terms of omega."""
 
 MARGIN = 1.5
@@ -148,7 +148,7 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered:
     omega, turns = omega if omega * p.T < 1.0 else 1.0 / p.T, turns if turns * p.T < 1.0 else 1.0 / p.T
     beyond = wrap(psi - psi_d - delta)
     d1 = omega * beyond + slow
-    slower = clip(slow + p.T * INTEGRAL * omega * omega * beyond, LARGEST * omega)
+    slower = clip(slow + p.T * INTEGRAL * omega * omega * beyond, MAX_RATE_SHARE * omega)
     d2 = omega * (r - r_d - d1) + (slower - slow) / p.T
 
     c, s = math.cos(psi_d), math.sin(psi_d)

@@ -28,7 +28,7 @@ KIND, X, Y, ANGLE, COSINE, SINE, AHEAD, ASTERN, THRUST_RATE, ANGLE_LIMIT, ANGLE_
 """Columns of the constants of a thruster: its parameters, with cosine and sine of the direction of a fixed one, and of the angle
 limit of others."""
 
-THRUST, TURN, LOW, HIGH, MODE, P, Q, LEAST, MOST, SQUARES, BEST = (*range(8), 9, 11, 13)
+THRUST, TURN, LOW, HIGH, MODE, P, Q, LEAST_FORCE, MOST_FORCE, SQUARES, BEST = (*range(8), 9, 11, 13)
 """Columns of the state of a thruster: the latest demands of thrust [N] and angle; limits of the thrust in this period, N; whether
 an azimuth or a rudder has its thrust ahead (1), astern (-1) or keeps its force (0); its force p, q, N; and, each as p and q, the
 forces with the least and with the largest surge force, those of least squares, and the best so far."""

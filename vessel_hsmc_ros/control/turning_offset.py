@@ -23,7 +23,7 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 
-SPEED, NOISE, LARGEST = 0.5, 0.1, 0.25
+SPEED, NOISE, MAX_COEFFICIENT = 0.5, 0.1, 0.25
 """Rate of learning in terms of lambda; p0 in terms of lambda; |theta| at most this divided by p0."""
 
 NEAR = 0.25
@@ -71,6 +71,6 @@ def turning_offset(turning: Turning, e: float, r_d: float, dr_d: float, rate: fl
     ddo = theta1 * (dda - ddb) + theta2 * (dda - 3.0 * ddb + 2.0 * ddc)
     p0 = NOISE * rate
     step = SPEED * rate * T * e / (phi1 * phi1 + phi2 * phi2 + p0 * p0) if -NEAR < e < NEAR else 0.0
-    largest = LARGEST / p0
+    largest = MAX_COEFFICIENT / p0
     theta1, theta2 = clip(theta1 - step * phi1, largest), clip(theta2 - step * phi2, largest)
     return Offset(o, do, ddo, Turning(a + T * da, b + T * db, c + T * dc, theta1, theta2))

@@ -1,6 +1,6 @@
 """All errors that this package raises deliberately; every message is one line that names the problem and the remedy."""
 
-LONGEST = 4000
+MAX_MESSAGE_LENGTH = 4000
 """Characters of the longest error message."""
 
 
@@ -76,6 +76,6 @@ class InstallationError(VesselHsmcError):
 
 def _one_line(text: str) -> str:
     """A text without line breaks and control characters, which could command a terminal, and of limited length."""
-    if len(text) > LONGEST:
-        text = text[:LONGEST] + " ..."
+    if len(text) > MAX_MESSAGE_LENGTH:
+        text = text[:MAX_MESSAGE_LENGTH] + " ..."
     return text if text.isprintable() else "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in text)

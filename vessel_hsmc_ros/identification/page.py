@@ -134,7 +134,7 @@ def _about(runs: Sequence[Measurements], found: Identified) -> str:
 COLUMNS = (("surge velocity", "m/s", 1.0), ("sway velocity", "m/s", 1.0), ("yaw rate", "°/s", 180.0 / np.pi))
 STATES = (("x", "m", 1.0), ("y", "m", 1.0), ("heading", "°", 180.0 / np.pi), *COLUMNS)
 
-MOST = 4000
+MAX_POINTS = 4000
 """Largest number of points of a drawn line."""
 
 
@@ -144,7 +144,7 @@ def prediction_picture(prediction: Prediction) -> bytes:
     Args:
         prediction: Of one run.
     """
-    keep = slice(None, None, max(len(prediction.time) // MOST, 1))
+    keep = slice(None, None, max(len(prediction.time) // MAX_POINTS, 1))
     time, measured, simulated = (values[keep] for values in (prediction.time, prediction.measured, prediction.simulated))
     broken = _broken(time, simulated, prediction.starts)
 
@@ -189,7 +189,7 @@ def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
         for i, (panel, (name, unit, factor)) in enumerate(zip(panels, STATES, strict=True)):
             begin = 0.0
             for time, residual in zip(times, found.residuals, strict=True):
-                keep = slice(None, None, max(len(time) // MOST, 1))
+                keep = slice(None, None, max(len(time) // MAX_POINTS, 1))
                 panel.plot((begin + time - time[0])[keep], (factor * residual[:, i])[keep], color=SHIP, lw=0.5)
                 begin += float(time[-1] - time[0])
             for side in (-2.0, 2.0):

@@ -22,15 +22,15 @@ DIFFERENCE = 1e-5
 """Relative step of the finite differences."""
 DIVERGED = 1e9
 """Residuals from which on the motion is taken to diverge, in standard deviations of the noise."""
-LARGEST = 1e100
+MAX_DERIVATIVE = 1e100
 """Largest derivative: the squares of larger ones, where the motion nearly diverges, overflow."""
 INNER = 2
 """Gauss-Newton steps for the initial states."""
-MOST = 40
+MAX_EVALUATIONS = 40
 """Largest number of evaluations of one refinement."""
 HEAVIER, ATTEMPTS = 4.0, 12
 """Factor on the inertia where a start makes the motion diverge, and how often it is applied."""
-KEPT = (*NOT_NEGATIVE, *GAINS)
+UNSCALED_PARAMETERS = (*NOT_NEGATIVE, *GAINS)
 """What such a start keeps: it takes energy from the ship, or is a factor."""
 
 
@@ -135,7 +135,7 @@ class Shooting:
 def _derivatives(parts: Sequence[Array]) -> Array:
     """Derivatives by each of p numbers, (w, k + 1, 6) each, as (w, (k + 1)·6, p); zero where the motion diverges."""
     rows = np.stack(parts, axis=-1)
-    rows = np.clip(np.where(np.isfinite(rows), rows, 0.0), -LARGEST, LARGEST)
+    rows = np.clip(np.where(np.isfinite(rows), rows, 0.0), -MAX_DERIVATIVE, MAX_DERIVATIVE)
     return np.asarray(rows.reshape(len(rows), -1, len(parts)))
 
 
@@ -172,7 +172,7 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
         x_scale="jac",
         ftol=tolerance,
         xtol=1e-7,
-        max_nfev=MOST,
+        max_nfev=MAX_EVALUATIONS,
     )
     shooting.residuals(found.x)
     return np.asarray(found.x)
@@ -187,7 +187,7 @@ def _finite(shooting: Shooting, start: Array) -> Array:
         IdentificationError: there is none.
     """
     names = shooting.unknowns.names
-    factors = np.array([HEAVIER if name in POSITIVE else 1.0 if name in KEPT else 1.0 / HEAVIER for name in names])
+    factors = np.array([HEAVIER if name in POSITIVE else 1.0 if name in UNSCALED_PARAMETERS else 1.0 / HEAVIER for name in names])
     for _ in range(ATTEMPTS):
         if np.isfinite(shooting.residuals(start)).all():
             return start

@@ -152,16 +152,16 @@ class Reporter:
         return True, text
 
 
-SHOWN = 1.5
+REPORT_SECONDS = 1.5
 """Time for which a problem is current, s: longer than the period of diagnostics, 1 s, so that each problem appears there."""
 
 
 class RecentProblem:
-    """A problem with its diagnostics level, current for SHOWN after each report."""
+    """A problem with its diagnostics level, current for REPORT_SECONDS after each report."""
 
     def __init__(self) -> None:
         self._level, self._text = b"", ""
-        self._met_at = -SHOWN
+        self._met_at = -REPORT_SECONDS
 
     def report(self, level: bytes, text: str) -> None:
         """Record a problem that occurs now."""
@@ -169,5 +169,5 @@ class RecentProblem:
 
     @property
     def current(self) -> tuple[bytes, str] | None:
-        """Level and text of the problem; None if it was reported more than SHOWN ago."""
-        return (self._level, self._text) if time.monotonic() - self._met_at < SHOWN else None
+        """Level and text of the problem; None if it was reported more than REPORT_SECONDS ago."""
+        return (self._level, self._text) if time.monotonic() - self._met_at < REPORT_SECONDS else None

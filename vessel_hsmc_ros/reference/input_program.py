@@ -22,24 +22,24 @@ Array = NDArray[np.float64]
 EARLY = 0.5e-9
 """Tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times."""
 
-LONGEST, LARGEST = 1e9, 1e12
+MAX_INPUT_TIME, MAX_INPUT = 1e9, 1e12
 
 
 def times(description: str) -> tuple[float, ...]:
     """Declare a list of times, (0,) by default."""
-    return parameter((0.0,), description, unit="s", low=0.0, high=LONGEST)
+    return parameter((0.0,), description, unit="s", low=0.0, high=MAX_INPUT_TIME)
 
 
 def values(description: str) -> tuple[float, ...]:
     """Declare the list of values at those times, (0,) by default."""
-    return parameter((0.0,), description, low=-LARGEST, high=LARGEST)
+    return parameter((0.0,), description, low=-MAX_INPUT, high=MAX_INPUT)
 
 
 @dataclass(frozen=True)
 class SineParameters:
     """amplitude·sin(frequency·t + phase)."""
 
-    amplitude: float = parameter(0.0, "Amplitude of the sine, in the unit of the input.", low=-LARGEST, high=LARGEST)
+    amplitude: float = parameter(0.0, "Amplitude of the sine, in the unit of the input.", low=-MAX_INPUT, high=MAX_INPUT)
     frequency: float = parameter(0.05, "Angular frequency of the sine.", unit="rad/s", low=0.0, high=1e3)
     phase: float = parameter(0.0, "Phase of the sine at the start.", unit="rad", low=-1e3, high=1e3)
 

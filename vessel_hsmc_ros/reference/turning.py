@@ -32,7 +32,7 @@ STEADY_SHARE = 0.85
 WIDER, LONGER, SLOWER = 1.1, 1.2, 0.97
 """Steps in which a turn becomes wider, its transitions longer, and its speed less."""
 
-LONGEST = 200.0
+MAX_LENGTH_RATIO = 200.0
 """Largest radius, in terms of the smallest one that the yaw rate allows, and largest transition, in terms of the radius."""
 
 SLOWEST = 0.02
@@ -118,7 +118,7 @@ def turning_at(speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
         ParameterError: there is none.
     """
     radius = smallest = speed / (STEADY_SHARE * limits.yaw_rate)
-    while radius <= LONGEST * smallest:
+    while radius <= MAX_LENGTH_RATIO * smallest:
         if sustained(speed, vessel, limits, 1.0 / radius):
             return Turning(speed, radius, _transition(speed, radius, vessel, limits))
         radius *= WIDER
@@ -208,8 +208,8 @@ def _transition(speed: float, radius: float, vessel: Vessel, limits: TravelLimit
         ParameterError: none is found that is within the limits.
     """
     # The largest slope of the curvature in a transition of the length c is 1.5/(R·c).
-    transition = max(1.5 * speed * speed / (radius * limits.yaw_acceleration), radius / LONGEST)
-    while transition <= LONGEST * radius:
+    transition = max(1.5 * speed * speed / (radius * limits.yaw_acceleration), radius / MAX_LENGTH_RATIO)
+    while transition <= MAX_LENGTH_RATIO * radius:
         tried = _tried(Turning(speed, radius, transition), vessel)
         if tried and not excesses(tried, limits, LARGEST_SHARE):
             return transition

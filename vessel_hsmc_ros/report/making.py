@@ -18,7 +18,7 @@ from vessel_hsmc_ros.report.tables import value_text
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable
 
-SHOWN = 2
+MAX_LABEL_TEXTS = 2
 """Differing parameters that a label names; the table of parameters has all of them."""
 
 
@@ -50,8 +50,8 @@ def _by_parameters(records: Sequence[Record]) -> list[str]:
     labels = []
     for values in flat:
         texts = dict.fromkeys(f"{name.rsplit('.', 1)[-1]} = {value_text(values[name])}" for name in differing)
-        more = ", …" if len(texts) > SHOWN else ""
-        labels.append(", ".join(list(texts)[:SHOWN]) + more)
+        more = ", …" if len(texts) > MAX_LABEL_TEXTS else ""
+        labels.append(", ".join(list(texts)[:MAX_LABEL_TEXTS]) + more)
     return labels
 
 

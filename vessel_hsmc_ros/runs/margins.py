@@ -31,7 +31,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0
 """The margins below which a loop is reported."""
 
-LONGEST, RATE_HZ = 400.0, 20.0
+MAX_DURATION, RATE_HZ = 400.0, 20.0
 """Of the reference at most this time, s, is looked at, at this rate."""
 
 SMALL = 0.02
@@ -111,7 +111,7 @@ def study(scenario: Scenario) -> Study:
         ParameterError: a gain or the reference is not allowed.
         SimulationError: the motion of the reference is no longer finite.
     """
-    count = int(min(scenario.vessel_sim.duration or LONGEST, LONGEST) * RATE_HZ)
+    count = int(min(scenario.vessel_sim.duration or MAX_DURATION, MAX_DURATION) * RATE_HZ)
     motion = trajectory(scenario.reference_ship, RATE_HZ, max(count, 3))
     mean = float(np.mean(np.hypot(motion[:, 3], motion[:, 4])[len(motion) // 2 :]))
     g = constants(scenario)

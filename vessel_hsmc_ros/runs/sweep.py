@@ -21,7 +21,7 @@ from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 LAW = "controller.law"
 
-LARGEST = 100_000
+MAX_SWEEP_POINTS = 100_000
 """Largest number of values of an axis."""
 
 FORM = "it takes node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
@@ -97,8 +97,8 @@ def _range(text: str, parts: Sequence[str]) -> tuple[float, ...]:
         raise ParameterError(f"sweep of {text} is not allowed: {FORM}") from None
     if (parts[3:] and not logarithmic) or not (math.isfinite(start) and math.isfinite(stop)):
         raise ParameterError(f"sweep of {text} is not allowed: {FORM}")
-    if not 2 <= count <= LARGEST:
-        raise ParameterError(f"sweep of {text} is not allowed: count takes an integer from 2 to {LARGEST}")
+    if not 2 <= count <= MAX_SWEEP_POINTS:
+        raise ParameterError(f"sweep of {text} is not allowed: count takes an integer from 2 to {MAX_SWEEP_POINTS}")
     if logarithmic and not start * stop > 0.0:
         raise ParameterError(f"sweep of {text} is not allowed: with log, start and stop take numbers of the same sign, not 0")
     space = np.geomspace if logarithmic else np.linspace

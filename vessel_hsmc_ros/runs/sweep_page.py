@@ -114,7 +114,7 @@ Array = NDArray[Any]
 WIDE = 30.0
 """Ratio of the largest to the smallest value from which on a scale is logarithmic."""
 
-FEW = 8
+MAX_TICKS = 8
 """Largest number of cells in a row of a heat map that have their value written into them."""
 
 
@@ -182,12 +182,12 @@ def _heat_map(panel: "Axes", axes: Sequence[Axis], outcomes: Sequence[Outcome], 
     panel.grid(visible=False)
     for row, column in zip(*np.nonzero(failed), strict=True):
         panel.plot(column, row, "x", color=LIMIT, ms=8, mew=2)
-    if max(shape) <= FEW:
+    if max(shape) <= MAX_TICKS:
         for (row, column), value in np.ndenumerate(values):
             if not failed[row, column]:
                 panel.text(column, row, text(metric, value), ha="center", va="center", fontsize=7, bbox=_PLATE)
     for scale, axis in ((panel.yaxis, axes[0]), (panel.xaxis, axes[1])):
-        every = max(1, -(-len(axis.values) // FEW))
+        every = max(1, -(-len(axis.values) // MAX_TICKS))
         ticks = range(0, len(axis.values), every)
         scale.set_ticks(list(ticks), [shown(axis.values[i]) for i in ticks])
     panel.set(xlabel=axes[1].parameter, ylabel=axes[0].parameter, title=": ".join(filter(None, (law, label(metric)))))

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-LARGEST = 100
+MAX_VESSELS = 100
 """Largest number of vessels; a ROS domain on one machine has room for about as many participants."""
 
 SPACING = 50.0
@@ -62,8 +62,8 @@ def make_fleet(base: Scenario, count: int, namespace: str = NAMESPACE, spacing: 
     Raises:
         ParameterError: the number is out of range, or a vessel would start outside the allowed positions.
     """
-    if not 1 <= count <= LARGEST:
-        raise ParameterError(f"--vessels {count} is not allowed: it takes 1 to {LARGEST}")
+    if not 1 <= count <= MAX_VESSELS:
+        raise ParameterError(f"--vessels {count} is not allowed: it takes 1 to {MAX_VESSELS}")
     names = [f"{namespace or NAMESPACE}_{number}" for number in range(1, count + 1)]
     vessels = {name: base.changed(_differences(base, name, index * spacing, index)) for index, name in enumerate(names)}
     if count > 1:

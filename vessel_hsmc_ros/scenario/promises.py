@@ -32,7 +32,7 @@ class Promise(NamedTuple):
 
 SAFE = "safe action, {controller.safety.action}"
 ITSELF = "by itself after {controller.safety.fresh_samples} good control periods, at the bounded rate"
-KEPT = "none: the last good sample counts until it is overdue"
+KEPT_SAMPLE = "none: the last good sample counts until it is overdue"
 NEXT = "with the next good sample"
 
 ROS_TIME = "ROS time, by the stamp"
@@ -81,7 +81,7 @@ PROMISES: tuple[Promise, ...] = (
         "a stamp is ahead of the clock",
         "{controller.safety.freshness.future_tolerance}",
         ROS_TIME,
-        KEPT,
+        KEPT_SAMPLE,
         NEXT,
         (Reason.STAMP_FUTURE,),
         (TAKEN, f"{CONTROLLER}::test_odometry_of_another_time_or_frame_leads_to_the_safe_action_and_back"),
@@ -90,7 +90,7 @@ PROMISES: tuple[Promise, ...] = (
         "a sample comes twice, or after a later one",
         "at once",
         ROS_TIME,
-        f"dropped and counted; {KEPT}",
+        f"dropped and counted; {KEPT_SAMPLE}",
         NEXT,
         (Reason.DUPLICATE, Reason.OUT_OF_ORDER),
         (f"{FRESH}::test_duplicates_and_reorderings_are_dropped_and_counted",),
@@ -99,7 +99,7 @@ PROMISES: tuple[Promise, ...] = (
         "a sample is in another frame, not finite, or too uncertain",
         "at once; covariance {controller.safety.freshness.covariance_limit}",
         "-",
-        KEPT,
+        KEPT_SAMPLE,
         NEXT,
         (Reason.WRONG_FRAME, Reason.NOT_FINITE, Reason.UNCERTAIN),
         (TAKEN, "nodes/test_controller_real_time.py::test_an_input_that_is_not_finite_is_reported_and_ignored"),
@@ -108,7 +108,7 @@ PROMISES: tuple[Promise, ...] = (
         "the odometry jumps as no ship does",
         "{controller.safety.jump_samples} samples held out",
         ROS_TIME,
-        KEPT,
+        KEPT_SAMPLE,
         "samples that agree are a re-localisation; the command then moves at the bounded rate",
         (Reason.JUMP,),
         (

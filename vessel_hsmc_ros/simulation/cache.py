@@ -24,7 +24,7 @@ PACKAGE = Path(__file__).parents[1]
 MARK = "\n@kernel\n"
 """What a room with kernels has in one of its files."""
 
-KEPT = 4
+KEPT_VERSIONS = 4
 """Number of folders that are kept in a place, so that environments that share it do not remove each other's."""
 
 
@@ -142,5 +142,5 @@ def _remove_stale(present: Path) -> None:
     with contextlib.suppress(OSError):
         os.utime(present)
         others = [path for path in present.parent.iterdir() if path != present]
-        for stale in sorted(others, key=lambda path: path.stat().st_mtime)[: -(KEPT - 1)]:
+        for stale in sorted(others, key=lambda path: path.stat().st_mtime)[: -(KEPT_VERSIONS - 1)]:
             shutil.rmtree(stale, ignore_errors=True)

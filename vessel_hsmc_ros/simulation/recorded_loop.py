@@ -22,7 +22,7 @@ from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.law_call import is_compilable
 
-FEW = 5000
+MIN_COMPILED_STEPS = 5000
 """Fewer steps are interpreted: that takes less time than to load the compiled law."""
 
 
@@ -108,7 +108,7 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         ControlError: the law is not defined for a recorded input.
     """
     law = loop.law
-    few = interpreted or len(span) < FEW
+    few = interpreted or len(span) < MIN_COMPILED_STEPS
     if few or not isinstance(law, KernelLaw) or not is_compilable(type(law)) or not available():
         _serve_interpreted(loop, recorded, span)
         return

@@ -115,7 +115,7 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None  # JSON has no NaN
 
 
-FEW = 60
+MAX_LISTED_RUNS = 60
 """Largest number of cases, and of trials of the front, that have a row of their own."""
 
 Lines = list[list[str]]
@@ -186,7 +186,7 @@ def _front(result: Result) -> Section:
             f"{trial.cost.effort:.4g}",
             *(f"{value:.4g}" for value in trial.gains.values()),
         ]
-        for trial in result.front[:FEW]
+        for trial in result.front[:MAX_LISTED_RUNS]
         if trial.cost is not None
     ]
     return Section("Front of trade-offs", head=head, lines=lines, marked=[str(result.best.number)])
@@ -206,7 +206,7 @@ def _cases(title: str, result: Result, cases: Sequence[Case], present: Evaluatio
     metric = result.tuning.objective.metric
     ratios = tuned.values[:, 0] / present.values[:, 0]
     order = sorted(range(len(cases)), key=lambda i: -ratios[i] if math.isfinite(ratios[i]) else -math.inf)
-    shown = range(len(cases)) if len(cases) <= FEW else order[:FEW]
+    shown = range(len(cases)) if len(cases) <= MAX_LISTED_RUNS else order[:MAX_LISTED_RUNS]
     lines = [
         [
             cases[i].name,
@@ -217,7 +217,7 @@ def _cases(title: str, result: Result, cases: Sequence[Case], present: Evaluatio
         ]
         for i in shown
     ]
-    note = "" if len(cases) <= FEW else f"The {FEW} of {len(cases)} runs that have become worst."
+    note = "" if len(cases) <= MAX_LISTED_RUNS else f"The {MAX_LISTED_RUNS} of {len(cases)} runs that have become worst."
     return Section(title, note, head=["case", "limit", "present gains", "tuned gains", "ratio"], lines=lines)
 
 
@@ -233,7 +233,7 @@ COLUMNS = 4
 WIDE = 10.0
 """Ratio of the largest to the smallest value from which on an axis is logarithmic."""
 
-SHOWN = 30.0
+MAX_SHOWN_RATIO = 30.0
 """Trials with more than this multiple of the smallest cost or effort are drawn at the edge."""
 
 
@@ -324,7 +324,7 @@ def _mark(panel: "Axes", point: Any, marker: str, colour: str, label: str = "") 
 
 def _end(values: Sequence[float]) -> float:
     """The largest value to draw: a few trials whose runs fail must not compress all others."""
-    return min(max(values), SHOWN * min(values), PENALTY)
+    return min(max(values), MAX_SHOWN_RATIO * min(values), PENALTY)
 
 
 def _scale(panel: "Axes", points: NDArray[np.float64]) -> None:
