@@ -21,7 +21,7 @@ from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text, ship_of
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
-from vessel_hsmc_ros.scenario.ship_rules import circle_for, drift_decay, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import circle_for, scale_of, sway_damping_rate
 
 SCENARIOS = ("case2_tracking", "figure_eight", "waypoints")
 COUPLINGS = (0.0, 6e5, 1.2e6, -1.2e6)
@@ -113,7 +113,7 @@ def circle(hull: dict[str, Any], mass: float, point: str) -> Scenario:
         "vessel_sim.disturbance.earth_fixed.gust_deviation": 0.0,
         "vessel_sim.duration": round(4.0 * math.pi * radius / SPEED),
         "controller.vessel.controlled_point": point,
-        "controller.vessel.drift_decay": drift_decay(ship, scale, circle_for(ship, scale)),
+        "controller.vessel.sway_damping_rate": sway_damping_rate(ship, scale, circle_for(ship, scale)),
     }
     return parse_scenario(scenario_text("circle", data), "circle", changes)
 

@@ -48,7 +48,7 @@ ASHRAFIUON = {
 }
 
 RANGES: dict[str, dict[str, tuple[float, float]]] = {
-    "los_pid": {**LOS_PID, "drift_gain": (0.05, 5.0)},
+    "los_pid": {**LOS_PID, "integral_gain": (0.05, 5.0)},
     "los_pid, ALOS": {**LOS_PID, "adaptation_gain": (1e-4, 0.02)},
     "ashrafiuon": {**ASHRAFIUON, "position_gain": (0.03, 3.0), "position_scale": (0.3, 100.0)},
     "ashrafiuon, as printed": {**ASHRAFIUON, "surge_slope": (0.01, 1.0)},

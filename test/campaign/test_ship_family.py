@@ -17,7 +17,7 @@ from vessel_hsmc_ros.runs.batch import simulate_one
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 
 DELAYED = ShipFamily(
-    has_lag=True, has_rate=True, has_dead_time=True, coupled=True, pivot=0.03, declares_lag=True, declared_lag=0.5,
+    has_lag=True, has_rate=True, has_dead_time=True, coupled=True, percussion_point=0.03, declares_lag=True, declared_lag=0.5,
     declared_rate=1.5, declared_dead_time=0.7, declared_coupling=1.2, declared_yaw_inertia=0.9, yaw_delays=1.2,
 )  # fmt: skip
 
@@ -77,11 +77,11 @@ def test_what_a_ship_has_not_is_declared_exactly_as_none() -> None:
 def test_a_hull_that_drifts_is_declared_as_init_declares_it() -> None:
     drifting = replace(ShipFamily(), sway_damping=0.3, surge_to_sway_inertia=1.1, knowledge="everything")
     exact = scenario(drifting).controller.vessel
-    assert exact.drift_decay > 0.0
-    assert exact.drift_ratio > 0.6
-    wrong = replace(drifting, knowledge="declared", declares_drift=True, declared_drift_decay=0.5)
-    assert scenario(wrong).controller.vessel.drift_decay == pytest.approx(0.5 * exact.drift_decay)
-    assert scenario(replace(wrong, declares_drift=False)).controller.vessel.drift_decay == -1.0
+    assert exact.sway_damping_rate > 0.0
+    assert exact.coriolis_ratio > 0.6
+    wrong = replace(drifting, knowledge="declared", declares_sway_damping=True, declared_sway_damping_rate=0.5)
+    assert scenario(wrong).controller.vessel.sway_damping_rate == pytest.approx(0.5 * exact.sway_damping_rate)
+    assert scenario(replace(wrong, declares_sway_damping=False)).controller.vessel.sway_damping_rate == -1.0
 
 
 @pytest.mark.parametrize("dead_time", [0.005, 0.02, 0.3])

@@ -15,7 +15,7 @@ AHEAD = Motion(0.0, 0.0, 0.0, 2.0, 0.0, 0.0)
 
 
 def aim(guidance: str, y: float, drift: float, ahead: float = 1.0) -> Any:
-    gains = {"lookahead_distance": 12.0, "lookahead_time": 4.0, "drift_gain": 0.45, "adaptation_gain": 0.45 * 2.0 / 144.0}
+    gains = {"lookahead_distance": 12.0, "lookahead_time": 4.0, "integral_gain": 0.45, "adaptation_gain": 0.45 * 2.0 / 144.0}
     law: Any = make_controller("los_pid", 0.1, guidance=guidance, **gains)
     return line_of_sight(AHEAD._replace(y=y), AHEAD._replace(u=2.0 * ahead), drift, law.constants)
 

@@ -134,7 +134,7 @@ def test_a_circle_in_half_a_metre_per_second_of_current_is_tracked_to_five_centi
     assert error < 0.05
 
 
-@pytest.mark.parametrize("known", [{}, {"drift_decay": 0.05}], ids=["quick sway", "drift_decay"])
+@pytest.mark.parametrize("known", [{}, {"sway_damping_rate": 0.05}], ids=["quick sway", "sway_damping_rate"])
 @pytest.mark.parametrize("v", [0.0, 0.5, -0.5])
 def test_as_much_of_the_drift_is_used_astern_as_ahead(known: dict[str, float], v: float) -> None:
     g = gains(GuidedParameters(), KnownVessel(surge_inertia=120e3, **known), 0.02)  # type: ignore[arg-type]

@@ -198,7 +198,7 @@ def test_the_station_keeping_lever_arm_grows_with_the_sway_mismatch_up_to_a_limi
 
 
 def test_the_damping_of_the_course_is_the_rate_of_the_heading_error_below_its_bandwidth() -> None:
-    g = gains(GuidedParameters(), KnownVessel(drift_decay=0.05), 0.02)
+    g = gains(GuidedParameters(), KnownVessel(sway_damping_rate=0.05), 0.02)
     slow, rate = 0.0, 0.002
     for k in range(1500):
         damping, slow = course_damping(rate * g.T * k, slow, 1e6, g)
@@ -209,13 +209,13 @@ def test_the_damping_of_the_course_is_the_rate_of_the_heading_error_below_its_ba
 
 @pytest.mark.parametrize(("ratio", "b"), [(-1.0, 1.5), (0.9, 1.5), (1.25, 1.5), (1.5, 1.0), (2.0, 0.5)])
 def test_a_course_that_turns_the_other_way_first_is_damped_less(ratio: float, b: float) -> None:
-    g = gains(GuidedParameters(), KnownVessel(drift_decay=0.05, drift_ratio=ratio), 0.02)
+    g = gains(GuidedParameters(), KnownVessel(sway_damping_rate=0.05, coriolis_ratio=ratio), 0.02)
     assert g.b == pytest.approx(b)
     assert gains(GuidedParameters(), KnownVessel(), 0.02).b == 0.0
 
 
 def test_the_damping_of_the_course_has_no_kick_where_the_heading_error_wraps() -> None:
-    g = gains(GuidedParameters(), KnownVessel(drift_decay=0.05), 0.02)
+    g = gains(GuidedParameters(), KnownVessel(sway_damping_rate=0.05), 0.02)
     damped = []
     for start in (0.0, math.pi - 0.05):
         slow, series = start, []

@@ -7,7 +7,7 @@ BOUNDED = {"position_gain", "heading_surface_slope", "drift_gain", "sway_share",
 
 
 def test_a_hull_whose_course_waits_for_its_drift_gets_slower_guidance_and_nothing_else() -> None:
-    free, bound = derived_gains(KnownVessel()), derived_gains(KnownVessel(drift_decay=0.02))
+    free, bound = derived_gains(KnownVessel()), derived_gains(KnownVessel(sway_damping_rate=0.02))
     assert {name for name in RULES if bound[name] != free[name]} == BOUNDED
     assert bound["position_gain"] == pytest.approx(POSITION_BOUND * 0.02)
     assert bound["heading_surface_slope"] == pytest.approx(SURFACE_BOUND * 0.02)
@@ -16,5 +16,5 @@ def test_a_hull_whose_course_waits_for_its_drift_gets_slower_guidance_and_nothin
 
 
 def test_a_drift_that_decays_at_once_bounds_no_gain_of_the_guidance() -> None:
-    free, bound = derived_gains(KnownVessel()), derived_gains(KnownVessel(drift_decay=100.0 / unit_time(KnownVessel())))
+    free, bound = derived_gains(KnownVessel()), derived_gains(KnownVessel(sway_damping_rate=100.0 / unit_time(KnownVessel())))
     assert {name for name in RULES if bound[name] != free[name]} == {"sway_share", "sway_bandwidth", "forecast_bandwidth"}

@@ -38,7 +38,7 @@ def known(**changes: Any) -> Gains:
 
 
 COUPLED = known(sway_yaw_inertia=6e5)
-SLOW = known(drift_decay=0.188)
+SLOW = known(sway_damping_rate=0.188)
 
 
 @given(speeds, speeds)

@@ -27,7 +27,9 @@ from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
-FERRY = KnownVessel(length=30.0, surge_inertia=5.6e5, sway_inertia=6.6e5, yaw_inertia=4e7, yaw_moment_limit=5e5, drift_decay=0.05)
+FERRY = KnownVessel(
+    length=30.0, surge_inertia=5.6e5, sway_inertia=6.6e5, yaw_inertia=4e7, yaw_moment_limit=5e5, sway_damping_rate=0.05
+)
 PRIOR = sway_prior(FERRY)
 T = 0.02
 

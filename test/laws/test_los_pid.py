@@ -122,7 +122,7 @@ def test_the_gains_of_a_similar_ship_are_the_same_in_its_units_of_length_and_tim
     assert found.yaw_bandwidth == pytest.approx(2.0 * p.yaw_bandwidth)
     assert found.yaw_integral_gain == pytest.approx(8.0 * p.yaw_integral_gain)
     assert found.catch_up_speed == pytest.approx(p.catch_up_speed / 2.0)
-    assert found.resting_speed == pytest.approx(p.resting_speed / 2.0)
+    assert found.station_keeping_speed == pytest.approx(p.station_keeping_speed / 2.0)
     assert scaled(found, 4.0, 2.0).adaptation_gain == pytest.approx(p.adaptation_gain)
     late = replace(model, surge_lag=0.5, yaw_lag=0.5)
     assert scaled(adapted(p, late), 4.0, 2.0).along_gain == pytest.approx(

@@ -5,7 +5,7 @@ import pytest
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.scenario.ship_rules import circle_for, drift_decay, drift_ratio, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import circle_for, coriolis_ratio, scale_of, sway_damping_rate
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
 
 
@@ -14,14 +14,17 @@ def test_a_vessel_file_states_the_decay_of_the_drift_that_follows_from_its_hull(
     values = read_vessel(name).values
     ship = ship_of(values)
     scale = scale_of(ship)
-    stated = values.get("vessel.drift_decay", KnownVessel().drift_decay)
-    assert stated == pytest.approx(drift_decay(ship, scale, circle_for(ship, scale)), rel=0.01)
-    assert ("vessel.drift_ratio" in values) == ("vessel.drift_decay" in values)
-    assert values.get("vessel.drift_ratio", 0.0) in (0.0, pytest.approx(drift_ratio(ship, circle_for(ship, scale)), rel=0.01))
+    stated = values.get("vessel.sway_damping_rate", KnownVessel().sway_damping_rate)
+    assert stated == pytest.approx(sway_damping_rate(ship, scale, circle_for(ship, scale)), rel=0.01)
+    assert ("vessel.coriolis_ratio" in values) == ("vessel.sway_damping_rate" in values)
+    assert values.get("vessel.coriolis_ratio", 0.0) in (
+        0.0,
+        pytest.approx(coriolis_ratio(ship, circle_for(ship, scale)), rel=0.01),
+    )
 
 
 def test_the_law_knows_the_decay_of_the_drift_of_a_vessel_by_its_name() -> None:
     scenario = load_scenario(
         "case2_tracking", {"vessel": "gunnerus", "reference_ship.surge_force": 1e4, "reference_ship.yaw_moment": 1e4}
     )
-    assert scenario.controller.vessel.drift_decay == read_vessel("gunnerus").values["vessel.drift_decay"]
+    assert scenario.controller.vessel.sway_damping_rate == read_vessel("gunnerus").values["vessel.sway_damping_rate"]

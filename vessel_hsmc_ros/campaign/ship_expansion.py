@@ -16,7 +16,7 @@ from vessel_hsmc_ros.campaign.ship_references import MAX_TURN_TIMES, Course, Req
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
-from vessel_hsmc_ros.scenario.ship_rules import Scale, circle_for, drift_decay, drift_ratio, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import Scale, circle_for, coriolis_ratio, scale_of, sway_damping_rate
 
 Changes = dict[str, object]
 
@@ -144,7 +144,7 @@ def hull_of(family: ShipFamily) -> ShipParameters:
         surge_inertia=m11,
         sway_inertia=m22,
         yaw_inertia=family.yaw_inertia * k**5 * PAPER.yaw_inertia,
-        sway_yaw_inertia=family.pivot * family.length * m22 if family.coupled else 0.0,
+        sway_yaw_inertia=family.percussion_point * family.length * m22 if family.coupled else 0.0,
         surge_force_limit=family.surge_force_limit * k**3 * force,
         yaw_moment_limit=family.yaw_moment_limit * k**4 * moment,
         **damping,
@@ -266,7 +266,7 @@ def declared_of(f: ShipFamily) -> Declared:
         return Declared(False, False, False, False, False, True)
     if f.knowledge == "everything":
         return Declared(True, True, True, True, True, False)
-    chosen = (f.declares_lag, f.declares_rate, f.declares_dead_time, f.declares_coupling, f.declares_drift)
+    chosen = (f.declares_lag, f.declares_rate, f.declares_dead_time, f.declares_coupling, f.declares_sway_damping)
     return Declared(*chosen, f.knowledge == "declared")
 
 
@@ -293,8 +293,8 @@ def _declared(f: ShipFamily, ship: Ship) -> Changes:
         "yaw_moment_rate": actuator(ship.yaw.rate, f.declared_rate, d.rate),
         "surge_dead_time": actuator(ship.surge.dead_time, f.declared_dead_time, d.dead_time),
         "yaw_dead_time": actuator(ship.yaw.dead_time, f.declared_dead_time, d.dead_time),
-        "drift_decay": actuator(decay, f.declared_drift_decay, known),
-        "drift_ratio": actuator(ratio, f.declared_drift_ratio, known),
+        "sway_damping_rate": actuator(decay, f.declared_sway_damping_rate, known),
+        "coriolis_ratio": actuator(ratio, f.declared_coriolis_ratio, known),
     }
     return {f"controller.vessel.{name}": value for name, value in values.items()}
 
@@ -302,4 +302,4 @@ def _declared(f: ShipFamily, ship: Ship) -> Changes:
 def _drift(ship: Ship) -> tuple[float, float]:
     """Decay and ratio of the drift as `vessel-hsmc init` states them; the first is negative where the hull needs neither."""
     circle = circle_for(ship.hull, ship.scale)
-    return drift_decay(ship.hull, ship.scale, circle), drift_ratio(ship.hull, circle)
+    return sway_damping_rate(ship.hull, ship.scale, circle), coriolis_ratio(ship.hull, circle)

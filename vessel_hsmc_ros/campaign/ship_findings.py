@@ -153,7 +153,7 @@ DELAYS = {"declares_lag": "lag", "declares_rate": "rate", "declares_dead_time": 
 GROUPS: dict[str, Callable[[Values], Column]] = {
     "delays declared": lambda v: _names(v, DELAYS, "none"),
     "coupling declared": lambda v: _names(v, {"declares_coupling": "yes"}, "no"),
-    "drift declared": lambda v: _names(v, {"declares_drift": "yes"}, "no"),
+    "sway damping declared": lambda v: _names(v, {"declares_sway_damping": "yes"}, "no"),
     "delays": lambda v: _names(v, {"has_lag": "lag", "has_rate": "rate", "has_dead_time": "dead time"}, "none"),
     "reference": lambda v: v["reference"],
     "loads": lambda v: _names(v, {"has_current": "current", "has_wind": "wind"}, "none"),

@@ -2,10 +2,12 @@
 
 import difflib
 import importlib
+import warnings
+from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_error, print_status
+from vessel_hsmc_ros.cli.console import print_error, print_status, print_warning
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.install_paths import missing_module, require
@@ -127,8 +129,20 @@ def cli() -> None:
     """  # noqa: D301 - the escape keeps click from joining the lines
 
 
+def show_warning(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+    """Print what concerns the user, such as the former name of a parameter, as a line; the rest as Python does."""
+    if issubclass(category, FutureWarning):
+        print_warning(str(message))
+    else:
+        PYTHONS(message, category, *place, **more)
+
+
+PYTHONS = warnings.showwarning
+
+
 def execute() -> int:
     """Run the command on the arguments of this process; every error of this package becomes one line and an exit code."""
+    warnings.showwarning = show_warning  # type: ignore[assignment]
     try:  # not in standalone mode, where click itself would exit with its own codes
         cli(standalone_mode=False)
     except click.ClickException as error:

@@ -63,7 +63,7 @@ def walks(p: ObserverParameters, ship: Units) -> list[float]:
     yaw_rate = chosen(p.yaw_rate_walk, 0.002 / ship.time * per)
     force = chosen(p.force_walk, 0.0023 * ship.acceleration * per)
     moment = chosen(p.moment_walk, 0.016 * ship.yaw_acceleration * per)
-    current = chosen(p.weather_walk, 0.0008 * ship.speed * per)
+    current = chosen(p.current_walk, 0.0008 * ship.speed * per)
     damping = [0.04 * per if decay < 0.0 else 0.0 for decay in (p.surge_decay, p.sway_decay, p.yaw_decay)]
     return [speed] * 2 + [yaw_rate] + [force] * 2 + [moment] + damping + [current] * 2
 

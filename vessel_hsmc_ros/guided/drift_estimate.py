@@ -52,8 +52,8 @@ FAR = 4.0
 """Distance from a reference at rest beyond which no drift is used, in terms of that where the feedback saturates."""
 
 LASTING, PASSED = 0.05, 0.4
-"""Share of c by which its mean follows it in a radian; PASSED where `drift_decay` is declared. A c that turns with the ship is no
-drift of the water."""
+"""Share of c by which its mean follows it in a radian; PASSED where `sway_damping_rate` is declared. A c that turns with the ship
+is no drift of the water."""
 
 
 class Drift(NamedTuple):

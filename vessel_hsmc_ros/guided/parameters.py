@@ -14,7 +14,7 @@ from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
 from vessel_hsmc_ros.law.network import NetworkParameters
 
 COURSE_DAMPING, TURNED, COURSE_BANDWIDTH = 1.5, 0.5, 2.0
-"""The gain b of the course rate for a hull that declares `drift_decay`; where its course turns the other way first at most
+"""The gain b of the course rate for a hull that declares `sway_damping_rate`; where its course turns the other way first at most
 TURNED/(kappa - 1), because at 1/(kappa - 1) the yaw rate would oscillate; and its bandwidth, in 1/T."""
 
 DOUBT = 0.014
@@ -47,14 +47,14 @@ def station_keeping(vessel: KnownVessel, given: dict[str, float], a_max: float) 
         "r_rest": max(given["r_max"], 0.8 / unit_time(vessel)),
         "dr_rest": max(2.0 * a_max, 0.3 * vessel.yaw_moment_limit / vessel.yaw_inertia),
         "r_h": 0.0005 * vessel.length * given["k_p"] / lever,
-        "k_s": 2.0 * given["k_p"] if vessel.drift_decay >= 0.0 else 0.0,
+        "k_s": 2.0 * given["k_p"] if vessel.sway_damping_rate >= 0.0 else 0.0,
     }
 
 
 def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
-    """Thresholds, the leakage of the weights, and what a declared `drift_decay` adds."""
+    """Thresholds, the leakage of the weights, and what a declared `sway_damping_rate` adds."""
     T = unit_time(vessel)
-    speed, slow_drift = vessel.length / T, vessel.drift_decay >= 0.0
+    speed, slow_drift = vessel.length / T, vessel.sway_damping_rate >= 0.0
     prior = sway_prior(vessel)
     # Where nothing is declared, coupled inertia looks like a drift until the ship has turned a few times.
     doubt = (0.023 if dynamics(vessel).declared else 0.05) * speed

@@ -187,12 +187,12 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
     if d.declared:
         number = rule.fast ** (1.0 - d.s) * rule.slow**d.s
     gain = number * vessel.length**rule.length * T**rule.time
-    return min(gain, bound(name, vessel)) if vessel.drift_decay >= 0.0 else gain
+    return min(gain, bound(name, vessel)) if vessel.sway_damping_rate >= 0.0 else gain
 
 
 def bound(name: str, vessel: KnownVessel) -> float:
     """The largest value of a gain for the declared decay rate of the drift: the law has to wait until the course has followed."""
-    k_p, c = POSITION_BOUND * vessel.drift_decay, SURFACE_BOUND * vessel.drift_decay
+    k_p, c = POSITION_BOUND * vessel.sway_damping_rate, SURFACE_BOUND * vessel.sway_damping_rate
     bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2}
     # Fed forward, the sway would come back about once as large, faster than it decays; a forecast makes slow hulls turn in wind.
     bounds |= {"sway_share": 0.0, "sway_bandwidth": 0.0, "forecast_bandwidth": 0.0}

@@ -53,7 +53,7 @@ class Memory(NamedTuple):
         growth: Working memory, shape (3, 1): the change of the weights, divided by H.
         slow: Slow parts of the outputs of the networks for f_u and f_r, shape (2,), written in place.
         queue: The last commands of surge force and yaw moment, (2, n + 1) for delays up to n periods, written in place.
-        sway: What is learned of a hull that declares `drift_decay`, shape (6, 5), written in place (`sway_model`).
+        sway: What is learned of a hull that declares `sway_damping_rate`, shape (6, 5), written in place (`sway_model`).
         bank: What is learned of the actuators.
     """
 

@@ -4,9 +4,9 @@
 |---|---|---|
 | c, c_h, c_n | drift of the water: east and north, ahead of the hull, to port | m/s |
 | v_r | sway velocity through the water, v - c_n | m/s |
-| kappa | declared `drift_ratio`, or m11/m22 | - |
+| kappa | declared `coriolis_ratio`, or m11/m22 | - |
 | A | decay rate of v_r, a1 + a2·abs(v_r) + a3·abs(r) | 1/s |
-| a | declared `drift_decay`, the initial a1 | 1/s |
+| a | declared `sway_damping_rate`, the initial a1 | 1/s |
 | p | what is learned: c towards the east and the north, a1, a2, a3 | - |
 | P, P_0 | covariance of p, and its initial value | - |
 | h | derivatives of the residual by p, with the opposite sign | - |
@@ -69,8 +69,8 @@ class SwayPrior(NamedTuple):
 
 def sway_prior(vessel: KnownVessel) -> SwayPrior:
     """The prior of a declared vessel."""
-    a, wave, T = vessel.drift_decay, math.sqrt(GRAVITY * vessel.length), unit_time(vessel)
-    kappa = vessel.drift_ratio if vessel.drift_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.0)
+    a, wave, T = vessel.sway_damping_rate, math.sqrt(GRAVITY * vessel.length), unit_time(vessel)
+    kappa = vessel.coriolis_ratio if vessel.coriolis_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.0)
     c, a1, a2, a3 = DRIFT * wave, LINEAR * a, QUADRATIC / vessel.length, TURNING
     return SwayPrior(a, kappa, (c * c, c * c, a1 * a1, a2 * a2, a3 * a3), LEAST * a * wave, 1.4 * vessel.length / T, 0.92 / T)
 

@@ -99,20 +99,21 @@ class KnownVessel(NamedVessel):
     yaw_moment_rate: float = rate("yaw moment", "N·m/s")
     surge_dead_time: float = delay("Dead time of the surge force")
     yaw_dead_time: float = delay("Dead time of the yaw moment")
-    drift_decay: float = parameter(
+    sway_damping_rate: float = parameter(
         NOT_DECLARED,
-        "Decay rate of the drift of a hull that a turn carries sideways as much as it turns the course; the guided law is then"
-        " slower than it. Negative: the course follows the heading at once.",
+        "Decay rate of the sway velocity, for a hull with low sway damping, whose course follows its heading late; the guided law"
+        " is then slower than it. Negative: the course follows the heading at once.",
         unit="1/s",
         low=NOT_DECLARED,
         high=1e3,
+        former="drift_decay",
     )
-    drift_ratio: float = parameter(
+    coriolis_ratio: float = parameter(
         NOT_DECLARED,
-        "Share of a turn that carries such a hull sideways: sway acceleration per surge velocity times yaw rate. Negative:"
-        " surge_inertia/sway_inertia, at most 1.",
+        "Sway acceleration of such a hull per surge velocity times yaw rate. Negative: surge_inertia/sway_inertia, at most 1.",
         low=NOT_DECLARED,
         high=10.0,
+        former="drift_ratio",
     )
 
     @property

@@ -41,9 +41,9 @@ PAPER = KnownVessel()
 """The ship for which the gains were found."""
 
 
-def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
+def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, former: str = "") -> float:
     """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True)
+    return parameter(default, description, unit=unit, low=low, high=1e3, symbol=symbol, tunable=True, former=former)
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,9 @@ class LosPidParameters:
     guidance: str = parameter("ilos", "Line-of-sight guidance: with an integral, or adaptive (ALOS).", choices=("ilos", "alos"))
     lookahead_time: float = gain(4.0, "Lookahead distance divided by the reference's speed.", "s", "T_D")
     lookahead_distance: float = gain(9.5, "Smallest lookahead distance.", "m", "D_min", low=1e-3)
-    drift_gain: float = gain(1.2, "Integral gain of the line-of-sight guidance, which compensates a drift.", "", "k_s")
+    integral_gain: float = gain(
+        1.2, "Integral gain of the line-of-sight guidance, which compensates the drift angle.", "", "k_s", former="drift_gain"
+    )
     adaptation_gain: float = gain(0.002, "Rate of the drift angle per cross-track error; ALOS only.", "1/(m·s)", "gamma")
     along_gain: float = gain(0.9, "Gain from the along-track error to the commanded speed.", "1/s", "k_x")
     catch_up_speed: float = gain(4.0, "Largest difference between commanded and reference speed.", "m/s", "v_e")
@@ -66,7 +68,9 @@ class LosPidParameters:
     capture_radius: float = gain(
         0.1, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
     )
-    resting_speed: float = gain(0.05, "Speed of the reference below which the ship keeps station.", "m/s", "U_0")
+    station_keeping_speed: float = gain(
+        0.05, "Speed of the reference below which the ship keeps station.", "m/s", "U_0", former="resting_speed"
+    )
     stretch: float = parameter(
         0.0,
         "Factor by which the times of all gains are longer, for slow actuators; 1: the gains as they are; 0: the gains are those"
@@ -106,7 +110,7 @@ def scaled(p: LosPidParameters, length: float, time: float) -> LosPidParameters:
         yaw_integral_gain=p.yaw_integral_gain / time**3,
         command_bandwidth=p.command_bandwidth / time,
         capture_radius=p.capture_radius * length,
-        resting_speed=p.resting_speed * length / time,
+        station_keeping_speed=p.station_keeping_speed * length / time,
     )
 
 

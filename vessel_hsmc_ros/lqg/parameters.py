@@ -169,9 +169,9 @@ def prior(p: LqgParameters, vessel: KnownVessel, T: float) -> dict[str, Array | 
 
     A state that is expected with the standard deviation s and returns to that at the rate w_0 has the noise Q = 2·w_0·s².
     """
-    ratio = vessel.drift_ratio if vessel.drift_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.1)
-    declared = vessel.drift_decay >= 0.0
-    decay = vessel.drift_decay * T if declared else p.sway_decay
+    ratio = vessel.coriolis_ratio if vessel.coriolis_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.1)
+    declared = vessel.sway_damping_rate >= 0.0
+    decay = vessel.sway_damping_rate * T if declared else p.sway_decay
     lasting = DECLARED_DOUBT if declared else p.sway_doubt, RATIO_DOUBT, p.current_doubt, p.current_doubt
     walks = p.surge_walk, p.sway_walk, p.yaw_walk
     return {

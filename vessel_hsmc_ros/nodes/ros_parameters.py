@@ -1,6 +1,7 @@
 """Declaration of a parameter dataclass on a ROS node, with descriptors and validation, and its changes while the node runs."""
 
 import math
+import warnings
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -29,9 +30,12 @@ def declare(node: Node, cls: type) -> Any:
     }
     entries = schema.entries(cls)
     # A parameters file may describe the ship once for all nodes, in a section that each of them receives as a whole.
-    instance: Any = schema.build(
-        cls, with_vessel(without_foreign_hull_data(in_long_form(given), entries), entries), node.get_name()
-    )
+    with warnings.catch_warnings(record=True) as former:
+        warnings.simplefilter("always", FutureWarning)
+        own = without_foreign_hull_data(in_long_form(given), entries)
+        instance: Any = schema.build(cls, with_vessel(own, entries), node.get_name())
+    for warning in former:
+        node.get_logger().warning(str(warning.message))
     values = schema.flatten(instance)
     for name, entry in entries.items():
         value = values[name]  # the override has been applied and validated above, so rclpy must not apply it again

@@ -23,7 +23,7 @@ from vessel_hsmc_ros.guided.rule import derived_gains
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.parameters import VESSEL
-from vessel_hsmc_ros.scenario.ship_rules import circle_for, drift_decay, drift_ratio, loads, references, scale_of
+from vessel_hsmc_ros.scenario.ship_rules import circle_for, coriolis_ratio, loads, references, scale_of, sway_damping_rate
 
 WATER_DENSITY = 1025.0
 
@@ -99,11 +99,10 @@ SENSORS = """
 OBSERVER = """true
       position_noise: {noise}           # m, of a sample of x and of y"""
 
-SLOW_DRIFT = """
+LOW_SWAY_DAMPING = """
     vessel:
-      drift_decay: {a}              # 1/s; a turn carries this hull sideways as much as it turns its course, so that the law
-                                        # has to wait for the decay of the drift
-      drift_ratio: {rho}               # the share of a turn that carries it sideways"""
+      sway_damping_rate: {a}        # 1/s; low: the course of this hull follows its heading late, and the law waits for it
+      coriolis_ratio: {rho}         # sway acceleration in a turn per surge velocity times yaw rate"""
 
 
 def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = None) -> str:
@@ -201,7 +200,7 @@ def _filled(
     ship = ship_of(values)
     scale = scale_of(ship)
     circle = circle_for(ship, scale)
-    decay = _rounded(drift_decay(ship, scale, circle))
+    decay = _rounded(sway_damping_rate(ship, scale, circle))
     law = derived_gains(known_vessel(values, ship, decay).as_controlled())
     estimates = {**loads(scale.L, around.wind), **references(circle, scale, law["position_gain"]), "turn_rate": scale.r_max}
     numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
@@ -219,7 +218,9 @@ def _filled(
         radius_rule=radius,
         cruise_rule=speed,
         actuators=THRUSTERS if thrusters else LAGS.format(lag=_number(around.lag)) if around.lag else "",
-        drift=SLOW_DRIFT.format(a=_number(decay), rho=_number(_rounded(drift_ratio(ship, circle)))) if decay >= 0.0 else "",
+        drift=LOW_SWAY_DAMPING.format(a=_number(decay), rho=_number(_rounded(coriolis_ratio(ship, circle))))
+        if decay >= 0.0
+        else "",
     )
     return "\n".join(map(_aligned, text.splitlines())) + "\n"
 
@@ -291,7 +292,7 @@ def known_vessel(values: Mapping[str, object], ship: ShipParameters, decay: floa
     own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
     known = {name: own.get(name, getattr(ship, name, None)) for name in schema.entries(KnownVessel) if name != "name"}
     given = {name: value for name, value in known.items() if value is not None}
-    return schema.build(KnownVessel, {**given, "drift_decay": decay}, "vessel")
+    return schema.build(KnownVessel, {**given, "sway_damping_rate": decay}, "vessel")
 
 
 def _template(name: str) -> Template:

@@ -150,7 +150,7 @@ def feasible_turn(
     raise ParameterError(f"no {kind} is feasible for this ship: {tried} takes more than {LARGEST_SHARE:g} of its propulsion")
 
 
-def drift_decay(ship: ShipParameters, scale: Scale, circle: Circle) -> float:
+def sway_damping_rate(ship: ShipParameters, scale: Scale, circle: Circle) -> float:
     """The decay rate of the drift if the law must be slower than it, else -1, 1/s.
 
     On a circle, quadratic damping makes the drift decay faster than on a straight line at the same speed: this is the geometric
@@ -164,7 +164,7 @@ def drift_decay(ship: ShipParameters, scale: Scale, circle: Circle) -> float:
     return a / max(1.0, rho) ** 2
 
 
-def drift_ratio(ship: ShipParameters, circle: Circle) -> float:
+def coriolis_ratio(ship: ShipParameters, circle: Circle) -> float:
     """The share rho of a turn that carries the hull sideways: the larger of those on a circle and on a straight line."""
     return max(each.rho for each in _sways(ship, circle))
 
