@@ -57,7 +57,9 @@ def write_circle(directory: Path, factor: float = 1.0, moment: float = 40.0) -> 
             ),
         )
         writer.write(odometry, serialized(sent, ODOMETRY), stamp + 10_000_000, stamp)
-        command = message(WRENCH, stamp, rng, wrench=made("Wrench", force=vector(), torque=vector(z=on)))
+        header = STORE.types["std_msgs/msg/Header"](stamp=clock(stamp), frame_id="base_link")
+        wrench_sent = made("Wrench", force=vector(), torque=vector(z=on))
+        command = message(WRENCH, stamp, rng, header=header, wrench=wrench_sent)
         writer.write(wrench, serialized(command, WRENCH), stamp, stamp)
     writer.close()
 

@@ -14,6 +14,7 @@ from vessel_hsmc_ros.scenario.connection import connection_of, values_of
 from vessel_hsmc_ros.scenario.interfaces import interface
 
 STEP, SECONDS = 0.02, 45.0
+SHIP = {"vessel.length": 5.0, "vessel.surge_inertia": 550.0, "vessel.yaw_inertia": 700.0}
 
 
 def voyage(seed: int) -> tuple[Any, Any]:
@@ -72,9 +73,7 @@ def healthy(seed: int = 1, every: int = 2) -> Connection:
             {"stamp": stamps, "force": wrenches[:, 0], "moment": wrenches[:, 1]},
         ),
     }
-    return connection_of(
-        values_of(None, {"controller": {"vessel.length": 5.0}}), {}, topics=topics, events=("stop",), reasons=("OVERDUE",)
-    )
+    return connection_of(values_of(None, {"controller": SHIP}), {}, topics=topics, events=("stop",), reasons=("OVERDUE",))
 
 
 def changed(connection: Connection, topic: str, **changes: Any) -> Connection:
@@ -144,6 +143,30 @@ def gap(t: Any) -> Any:
     return np.where(t > t[len(t) // 2], t + 2.0, t)
 
 
+def second_half(values: Any) -> Any:
+    return np.arange(len(values)) > len(values) // 2
+
+
+def clock_set(size: float) -> Callable[[Connection], Connection]:
+    """The clock here is set by a time, s."""
+
+    def plant(connection: Connection) -> Connection:
+        received = connection.topics["/odom"].received
+        return changed(connection, "/odom", received=received + size * second_half(received))
+
+    return plant
+
+
+def held_from(share: float) -> Callable[[Connection], Connection]:
+    """The motion of a moment is repeated for the rest of the time."""
+
+    def rule(name: str) -> Callable[[Any], Any]:
+        return lambda c: c[name][np.minimum(np.arange(len(c[name])), int(share * len(c[name])))]
+
+    changes: Any = {name: rule(name) for name in ("x", "y", "psi", "u", "v", "r")}
+    return columns(**changes)
+
+
 ODOM = types.ODOMETRY
 MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     "another name": (renamed, "-r odom:=/boat/odometry"),
@@ -167,8 +190,8 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     "slow": (every(10), "Hz: it takes 5 Hz"),
     "gaps": (times(gap), "silent for 2"),
     "no stamps": (columns(stamp=lambda c: 0.0 * c["stamp"]), "no stamps (0)"),
-    "old stamps": (columns(stamp=lambda c: c["stamp"] - 3.0), "older than the time-out"),
-    "stamps a little old": (columns(stamp=lambda c: c["stamp"] - 0.6), "older than the time-out"),
+    "old stamps": (columns(stamp=lambda c: c["stamp"] - 3.0), "s old, above the time-out"),
+    "stamps a little old": (columns(stamp=lambda c: c["stamp"] - 0.6), "s old, above the time-out"),
     "clock ahead": (columns(stamp=lambda c: c["stamp"] + 3.0), "ahead of the clock here"),
     "clock a little ahead": (columns(stamp=lambda c: c["stamp"] + 0.15), "ahead of the clock here"),
     "stamps go back": (columns(stamp=lambda c: c["stamp"] - 0.1 * (np.arange(len(c["x"])) % 2)), "stamps that go back"),
@@ -214,6 +237,32 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     ),
     "drives reversed": (columns("/cmd_wrench", force=lambda c: -c["force"]), "positive surge force drives astern"),
     "steering reversed": (columns("/cmd_wrench", moment=lambda c: -c["moment"]), "positive yaw moment drives to starboard"),
+    "local time": (columns(stamp=lambda c: c["stamp"] + 7200.0), "in local time?"),
+    "local time of half hours": (columns(stamp=lambda c: c["stamp"] - 19800.0), "in local time?"),
+    "GPS time": (columns(stamp=lambda c: c["stamp"] + 18.0), "GPS time, which is 18 s ahead of UTC"),
+    "stamps since boot": (columns(stamp=lambda c: c["stamp"] - 1.7e9), "counted from a start, or of a simulation"),
+    "stamps step ahead": (columns(stamp=lambda c: c["stamp"] + 5.0 * second_half(c["stamp"])), "of /odom have stepped by 5 s"),
+    "stamps step back": (columns(stamp=lambda c: c["stamp"] - 0.4 * second_half(c["stamp"])), "of /odom have stepped by -0.4"),
+    "clock set ahead": (clock_set(5.0), "the clock here has stepped by 5 s"),
+    "clock set back": (clock_set(-5.0), "the clock here has stepped by -5 s"),
+    "no position in the filter": (columns(variance=lambda c: c["variance"] + 1e6), "a standard deviation of 1e+03 m"),
+    "latched command": (
+        ends("/cmd_wrench", publishers=(Endpoint("test", types.WRENCH, True, True),)),
+        "carries out its last message, however old",
+    ),
+    "command of another frame": (
+        columns("/cmd_wrench", frame=lambda c: np.array(["map"] * len(c["force"]), dtype=object)),
+        "is in 'map', and 'base_link' is accepted",
+    ),
+    "command in kN": (columns("/cmd_wrench", force=lambda c: 1e-3 * c["force"]), "1e+03 times the effect of its number"),
+    "moment of another ship": (columns("/cmd_wrench", moment=lambda c: 30.0 * c["moment"]), "times the effect of its number"),
+    "repeated motion": (held_from(0.5), "does the driver repeat its last message?"),
+    "corrected positions": (
+        columns(x=lambda c: c["x"] + 3.0 * (np.arange(len(c["x"])) // 100 % 2)),
+        "they jump, 11 times, by 3",
+    ),
+    "positions in mm": (columns(x=lambda c: 1e3 * c["x"], y=lambda c: 1e3 * c["y"]), "are the positions in mm?"),
+    "feet per second": (columns(u=lambda c: c["u"] / 0.3048, v=lambda c: c["v"] / 0.3048), "in feet per second?"),
     "simulated time": (simulated, "no node publishes /clock"),
 }
 
@@ -234,6 +283,30 @@ def test_each_planted_mistake_is_named(mistake: str) -> None:
     plant, expected = MISTAKES[mistake]
     wrong = of(judge(plant(healthy())), WRONG)
     assert any(expected in each for each in wrong), wrong
+
+
+def test_a_clock_that_steps_accuses_neither_velocities_nor_drives() -> None:
+    for plant in (clock_set(5.0), clock_set(-5.0), MISTAKES["stamps step ahead"][0]):
+        assert len(of(judge(plant(healthy())), WRONG)) == 1
+
+
+@pytest.mark.parametrize(
+    ("plant", "expected"),
+    [
+        (columns(psi=lambda c: c["psi"] + 0.35), "a compass that counts from magnetic north"),
+        (columns(v=lambda c: 0.0 * c["v"]), "v is 0 in all messages"),
+    ],
+)
+def test_what_may_be_a_mistake_is_left_to_do(plant: Callable[[Connection], Connection], expected: str) -> None:
+    found = judge(plant(healthy()))
+    assert of(found, WRONG) == []
+    assert any(expected in each for each in of(found, TODO))
+
+
+@pytest.mark.parametrize("late", [0.1, 0.4])
+def test_a_state_that_comes_late_leaves_the_signs_as_they_are(late: float) -> None:
+    found = judge(columns(stamp=lambda c: c["stamp"] - late)(healthy()))
+    assert of(found, WRONG) + of(found, TODO) == []
 
 
 @pytest.mark.parametrize("offset", [0.05, -0.4])
@@ -265,7 +338,7 @@ def with_sensors(heading: str = "imu", **changes: Any) -> Connection:
         )
         for name, (kind, made) in sent.items()
     }
-    values = values_of(None, {"controller": {"vessel.length": 5.0}, "navsat_odom": {"velocity": "course", "heading": heading}})
+    values = values_of(None, {"controller": SHIP, "navsat_odom": {"velocity": "course", "heading": heading}})
     return connection_of(values, {}, topics={**connection.topics, **topics}, events=("stop",), reasons=("OVERDUE",))
 
 
@@ -322,7 +395,7 @@ def test_signs_of_commanded_velocities_are_judged_as_those_of_a_wrench(sign: flo
     c = connection.topics["/cmd_wrench"].columns
     columns = {"stamp": c["stamp"], "u": sign * c["force"] / 70.0, "r": sign * c["moment"] / 400.0}
     topic = connection.topics["/cmd_wrench"]._replace(name=name, columns=columns)
-    values = values_of(None, {"controller": {"vessel.length": 5.0}, "drive": {"form": "cmd_vel"}})
+    values = values_of(None, {"controller": SHIP, "drive": {"form": "cmd_vel"}})
     found = judge(connection_of(values, {}, topics={**connection.topics, name: topic}))
     assert {f.about for f in found if f.level == level} >= {"sign of speed", "sign of rate"}
 

@@ -12,7 +12,8 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 Field = Callable[[str], Any]
 """Returns a field of all messages, by its dotted name."""
 
-POSITION_VARIANCES = (0, 7, 14)
+POSITION_VARIANCES = (0, 7)
+"""Those of x and y in the covariance of a pose; filters in the plane put anything into that of z."""
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 POSE, POSE_COVARIANCE = "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"

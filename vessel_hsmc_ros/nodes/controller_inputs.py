@@ -15,15 +15,13 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, i
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.state_columns import POSITION_VARIANCES
 from vessel_hsmc_ros.nodes.base import Concern, VesselNode
 from vessel_hsmc_ros.nodes.concerns import ages
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
 from vessel_hsmc_ros.safety.freshness import Sample
 from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
 from vessel_hsmc_ros.safety.reasons import Reason
-
-POSITION_VARIANCES = (0, 7, 14)
-"""The diagonal of the position in the covariance of a pose."""
 
 
 class Measured(NamedTuple):

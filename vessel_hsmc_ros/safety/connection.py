@@ -80,6 +80,7 @@ class Connection(NamedTuple):
         topics: All topics by their full names.
         twist_frame: Frame of the measured velocities: child, or parent.
         length: Of the ship, m.
+        inertias: Its declared surge and yaw inertia, kg and kg·m²; nan where they are not known.
         future: Time by which stamps may be ahead, s.
         covariance_limit: Largest variance of a position, m².
         is_live: Whether nodes are running; a bag shows no subscriptions.
@@ -94,6 +95,7 @@ class Connection(NamedTuple):
     topics: Mapping[str, Topic] = {}
     twist_frame: str = "child"
     length: float = 1.0
+    inertias: tuple[float, float] = (np.nan, np.nan)
     future: float = 0.1
     covariance_limit: float = np.inf
     is_live: bool = True

@@ -1,192 +1,27 @@
-"""Rules for a connection, data in, findings out: its topics, the sensors of `navsat_odom`, the signs of what a command does.
+"""Rules for a connection, data in, findings out: a topic is found, typed, compatible, regular, stamped and in its frame.
 
-A topic is found, typed, compatible, regular, stamped and in its frame; a positive force drives ahead, a positive moment to port.
+`stamp_rules`, `sensor_rules`, `motion_rules` and `command_rules` have those for what the messages contain.
 """
 
-import math
 from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.safety.command_rules import judge_exercises, judge_signs
 from vessel_hsmc_ros.safety.connection import EULER, OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
-from vessel_hsmc_ros.safety.motion_rules import judge_motion, means, motions_of, times_of
-
-STEP = 0.5
-"""Interval of the samples of command and motion, s."""
-
-SURE = 4.0
-"""Deviations from which on the sign of an effect is certain."""
-
-WRENCH, VELOCITY = {"force": "surge force", "moment": "yaw moment"}, {"u": "surge speed", "r": "yaw rate"}
-"""Columns of the forms of command, and what they are."""
-
-EFFECTS = (
-    ("ahead", "astern", "the drives are reversed, or x points astern"),
-    ("to port", "to starboard", "steering, port and starboard drives are exchanged, or the state is NED/FRD"),
-)
-
-OUTPUTS = ("force", "moment", "u", "r", "value")
-"""The columns of commands."""
-
-TIMEOUTS = ("OVERDUE", "STAMP_OLD")
-
-NO_FIX = -1
-"""The status of sensor_msgs/NavSatStatus without a fix; -2 is unknown, which drivers have that do not fill it in."""
-
-
-def judge_signs(connection: Connection) -> Iterator[Finding]:
-    """Whether force and moment, or speed and yaw rate where these are commanded, have moved the boat in their direction."""
-    samples, output = motions_of(connection), connection.of("output")
-    by_velocity = output is not None and "u" in output.columns
-    command, names = (output, VELOCITY) if by_velocity else (connection.of("command", "applied"), WRENCH)
-    if command is None or samples is None or not set(names) <= set(command.columns):
-        return
-    t, motions = samples
-    commands = [held(command, name, t) for name in names]
-    columns = np.column_stack((t, motions[:, :2], np.unwrap(motions[:, 2]), *commands))
-    middle_times, x, y, psi, *wrench = means(t, columns, STEP).T
-    middle, steps = 0.5 * (psi[1:] + psi[:-1]), np.diff(middle_times)
-    rates = (np.cos(middle) * np.diff(x) + np.sin(middle) * np.diff(y)) / steps, np.diff(psi) / steps
-    for what, commanded, rate, (right, opposite, cause) in zip(names.values(), wrench, rates, EFFECTS, strict=True):
-        about = f"sign of {what.split()[1]}"
-        sign = effect(commanded, rate)
-        if sign > 0:
-            yield Finding(OK, about, f"positive {what} drives {right}")
-        elif sign < 0:
-            yield Finding(WRONG, about, f"positive {what} drives {opposite}: {cause}")
-        else:
-            pulse = "" if by_velocity else ", or `vessel-hsmc check --pulse FORCE,MOMENT`"
-            text = f"no {what} has moved the boat yet: check while it sails turns, or a bag of that{pulse}"
-            yield Finding(TODO, about, text)
-
-
-def held(command: Topic, name: str, grid: Array) -> Array:
-    """A command at some times: the last value before each, and 0 before the first and from a second after the last."""
-    times = times_of(command)
-    index = np.searchsorted(times, grid, side="right") - 1
-    fresh = (index >= 0) & (grid - times[np.maximum(index, 0)] < 1.0)
-    return np.where(fresh, command.columns[name][np.maximum(index, 0)], 0.0)
-
-
-def effect(command: Array, rate: Array) -> int:
-    """The sign of the effect of a command on the change of a velocity; 0 if it is not certain.
-
-    A least-squares fit of rate[k+1] - rate[k] = a·command - b·rate[k] + c, for commands that are 0 to 2 samples old.
-    """
-    verdicts = []
-    for delay in range(3):
-        n = len(rate) - 1 - delay
-        if n < 12:
-            continue
-        tau, before = command[: len(rate) - 1][:n], rate[delay : delay + n]
-        if np.std(tau) < 1e-9 + 0.01 * float(np.abs(tau).max()):
-            continue
-        a = np.column_stack((tau, before, np.ones(n)))
-        change = rate[delay + 1 : delay + 1 + n] - before
-        found, *_ = np.linalg.lstsq(a, change, rcond=None)
-        rest = change - a @ found
-        covariance = np.linalg.pinv(a.T @ a) * float(rest @ rest) / max(n - 3, 1)
-        verdicts.append(float(found[0]) / math.sqrt(max(covariance[0, 0], 1e-300)))
-    if not verdicts:
-        return 0
-    best = max(verdicts, key=abs)
-    return int(np.sign(best)) if abs(best) > SURE else 0
-
-
-def judge_exercises(connection: Connection) -> Iterator[Finding]:
-    """Whether stop and time-out have been tried."""
-    if not any(role.name == "command" for role in connection.roles):
-        return
-    if "stop" in connection.events:
-        yield Finding(OK, "stop", "tried: a stop was called")
-    else:
-        yield Finding(TODO, "stop", "not tried: `vessel-hsmc call stop` while the boat moves, then `vessel-hsmc call rearm`")
-    if silenced(connection):
-        yield Finding(OK, "time-out", "tried: without commands the output of the drive went to zero")
-    elif tried := [reason for reason in connection.reasons if reason in TIMEOUTS]:
-        yield Finding(OK, "time-out", f"tried: the safe action began with {', '.join(tried)}")
-    else:
-        yield Finding(
-            TODO, "time-out", "not tried: end the publisher of the state while the boat moves slowly; its thrust must end"
-        )
-
-
-def silenced(connection: Connection) -> bool:
-    """Whether an output that was not zero went to zero although the last command was not."""
-    command = next((connection.topic(role) for role in connection.roles if role.name == "command"), None)
-    outputs = [connection.topic(role) for role in connection.roles if role.name in ("output", "throttle", "steering")]
-    if command is None or not len(command.received) or "force" not in command.columns:
-        return False
-    if not (command.columns["force"][-1] or command.columns["moment"][-1]):
-        return False
-    values = [[output.columns[name] for name in OUTPUTS if name in output.columns] for output in outputs]
-    last = [column[-1] for columns in values for column in columns if len(column)]
-    return bool(last) and not any(last) and any(column.any() for columns in values for column in columns)
-
-
-def judge_sensors(connection: Connection) -> Iterator[Finding]:
-    """Mistakes of fixes and of what accompanies them."""
-    for name, rule in (("fix", judge_fix), ("fix_2", judge_fix), ("imu", judge_imu), ("course", judge_course)):
-        topic = connection.of(name)
-        if topic is not None:
-            yield from (Finding(WRONG, name, text) for text in rule(topic))
-    fix, odometry = connection.of("fix"), connection.of("odometry", "pose")
-    if fix is not None and odometry is not None and mirrored(fix, odometry):
-        text = "the odometry is a mirror image of the fixes: x north and y east (NED) in place of x east and y north"
-        yield Finding(WRONG, "odometry", f"{text}: let the driver publish ENU, such as MAVROS' local_position/odom")
-
-
-def judge_fix(topic: Topic) -> Iterator[str]:
-    """That a receiver has a fix, at latitude and longitude."""
-    c = topic.columns
-    if (c["status"] == NO_FIX).mean() > 0.5:
-        yield f"{topic.name} has no satellite fix (status {int(c['status'][-1])}): antenna, cable, sky"
-        return
-    latitude, longitude = float(np.median(c["latitude"])), float(np.median(c["longitude"]))
-    if abs(latitude) > 90.0 or abs(longitude) > 360.0:
-        yield f"{topic.name} is at {latitude:.6g}, {longitude:.6g}: are latitude and longitude, in degrees, exchanged or scaled?"
-    elif abs(latitude) < 1e-3 and abs(longitude) < 1e-3:
-        yield f"{topic.name} is at 0, 0: its publisher fills in no position, or radians"
-
-
-def judge_imu(topic: Topic) -> Iterator[str]:
-    """That an IMU stands upright and measures in radians."""
-    c = topic.columns
-    if float(np.median(c["az"])) < -4.0:
-        yield f"{topic.name} measures {np.median(c['az']):.3g} m/s² upwards at rest: it is FRD; it takes FLU, where that is 9.8"
-    if float(np.max(np.abs(c["r"]))) > 2.0 * math.pi:
-        yield f"{topic.name} has a yaw rate of {np.max(np.abs(c['r'])):.3g}: it takes rad/s, not degrees"
-
-
-def judge_course(topic: Topic) -> Iterator[str]:
-    """That a course is in radians."""
-    largest = float(np.max(np.abs(topic.columns["value"])))
-    if largest > 2.0 * math.pi + 0.01:
-        yield f"{topic.name} has values to {largest:.4g}: it takes rad clockwise from north, not degrees"
-
-
-def mirrored(fix: Topic, odometry: Topic) -> bool:
-    """Whether positions turn the other way round than the fixes: the best map of displacements has a negative determinant."""
-    if len(odometry.received) < 4 or len(fix.received) < 4:
-        return False
-    t = odometry.received
-    phi = math.radians(float(np.median(fix.columns["latitude"])))
-    east = np.radians(np.interp(t, fix.received, fix.columns["longitude"])) * math.cos(phi) * 6378137.0
-    north = np.radians(np.interp(t, fix.received, fix.columns["latitude"])) * 6378137.0
-    world, local = (
-        np.array(p) - np.mean(p, axis=1, keepdims=True) for p in ((east, north), (odometry.columns["x"], odometry.columns["y"]))
-    )
-    values = np.linalg.svd(local @ world.T)[1]
-    # Along a straight line a rotation and a mirror image fit alike.
-    return bool(values[1] > 0.02 * values[0] and np.linalg.det(local @ world.T) < 0.0)
-
+from vessel_hsmc_ros.safety.motion_rules import judge_motion
+from vessel_hsmc_ros.safety.sensor_rules import judge_sensors
+from vessel_hsmc_ros.safety.stamp_rules import clock_step, judge_stamps
 
 LEAST_RATE = 5.0
 """Rate of the state down to which the loop steers, Hz (benchmarks/boats.py)."""
 
-AHEAD, OLD = "ahead of", "older than"
+STATE = ("x", "y", "psi", "u", "v", "r", "latitude", "longitude", "value")
+"""The columns that must be finite."""
+
+UNCERTAIN = 10.0
+"""Standard deviation of a position, m, from which on no receiver with a fix has it; on ships that are longer, their length."""
 
 
 def judge(connection: Connection) -> list[Finding]:
@@ -198,8 +33,9 @@ def judge(connection: Connection) -> list[Finding]:
         found += problems or [Finding(OK, role.name, summary(role, topic))]
     found += judge_clocks(connection)
     found += judge_sensors(connection)
-    found += judge_motion(connection)
-    found += judge_signs(connection)
+    if not any(clock_step(connection.topic(role)) for role in connection.roles):  # cause and effect have no common time
+        found += judge_motion(connection)
+        found += judge_signs(connection)
     found += judge_exercises(connection)
     levels = {"error": WRONG, "warning": TODO}
     return found + [Finding(levels[level], node, text) for node, (level, text) in connection.statuses.items()]
@@ -229,10 +65,12 @@ def judge_topic(connection: Connection, role: Role) -> Iterator[Finding]:
     if role.is_input and not wrong and not len(topic.received):
         wrong.append(f"{role.topic} has a publisher, but no message came: is it waiting for something, such as a fix?")
     if not wrong and len(topic.received) > 2 and role.is_input:
-        wrong += [*judge_rate(role, topic)]
+        wrong += [*judge_rate(role, topic)] if clock_step(topic) is None else []
         wrong += [*judge_stamps(connection, role, topic)]
         wrong += [*judge_frames(role, topic)]
         wrong += [*judge_numbers(connection, topic, role.name != EULER)]
+    elif not role.is_input:
+        wrong += [*judge_frames(role, topic)]
     yield from (Finding(WRONG, role.name, text) for text in wrong)
 
 
@@ -254,6 +92,10 @@ def judge_ends(connection: Connection, role: Role, topic: Topic) -> Iterator[str
     publishers = [end.node for end in topic.publishers]
     if len(publishers) > 1:
         yield f"{role.topic} has {len(publishers)} publishers, {', '.join(publishers)}: end one of them"
+    for end in topic.publishers if not role.is_input else ():
+        if end.latched:
+            text = "a driver that starts later carries out its last message, however old: publish it volatile"
+            yield f"{role.topic} is latched (transient local) at {end.node}: {text}"
 
 
 def incompatible(publisher: Endpoint, reader: Endpoint) -> str:
@@ -295,31 +137,6 @@ def judge_rate(role: Role, topic: Topic) -> Iterator[str]:
         )
 
 
-def judge_stamps(connection: Connection, role: Role, topic: Topic) -> Iterator[str]:
-    """That stamps are filled in, increase, and are of the clock of the nodes."""
-    if "stamp" not in topic.columns:
-        return
-    stamps = topic.columns["stamp"]
-    if not stamps.any():
-        yield f"{topic.name} has no stamps (0): its publisher must fill in header.stamp"
-        return
-    steps = np.diff(stamps)
-    if (steps < 0.0).mean() > 0.01:
-        yield f"{topic.name} has stamps that go back, {int((steps < 0.0).sum())} of {len(steps)}: two sources on one topic?"
-    elif (steps == 0.0).mean() > 0.2:
-        yield f"{topic.name} repeats its stamps, {int((steps == 0.0).sum())} of {len(steps)}: only the first of each counts"
-    age = float(np.median(topic.received - stamps))
-    if age > role.timeout:
-        yield _clock(topic, age, f"{OLD} the time-out of {role.timeout:g} s")
-    elif age < -connection.future:
-        yield _clock(topic, -age, f"{AHEAD} the clock here")
-
-
-def _clock(topic: Topic, offset: float, how: str) -> str:
-    remedy = "synchronise the clocks (chrony, GPS), or let the driver stamp at receipt"
-    return f"stamps of {topic.name} are off by {offset:.3g} s, {how}: {remedy}"
-
-
 def judge_frames(role: Role, topic: Topic) -> Iterator[str]:
     """That the frames are accepted ones, of ENU and FLU, and do not change."""
     pairs = (("frame", role.frames, "frames"), ("child", role.child_frames, "body_frames"))
@@ -330,7 +147,8 @@ def judge_frames(role: Role, topic: Topic) -> Iterator[str]:
         elif len(names) > 1 and accepted:
             yield f"{topic.name} changes between the frames {', '.join(map(repr, names))}: two sources on one topic?"
         elif accepted and names and names[0] and names[0] not in accepted:
-            change = f"add it to controller.odometry.{parameter}, or correct the driver"
+            add = f"add it to controller.odometry.{parameter}, or correct the driver"
+            change = add if role.is_input else "the drives take no command of another frame (frame_prefix)"
             yield f"{topic.name} is in {names[0]!r}, and {' or '.join(map(repr, accepted))} is accepted: {change}"
 
 
@@ -357,9 +175,8 @@ def judge_numbers(connection: Connection, topic: Topic, oriented: bool = True) -
         elif float(np.median(variance)) > connection.covariance_limit:
             limit = f"safety.freshness.covariance_limit = {connection.covariance_limit:g}"
             yield f"{topic.name} has a variance of {np.median(variance):.3g} m², above {limit}"
-
-
-STATE = ("x", "y", "psi", "u", "v", "r", "latitude", "longitude", "value")
+        elif (deviation := float(np.median(variance)) ** 0.5) > max(UNCERTAIN, connection.length):
+            yield f"{topic.name} has a standard deviation of {deviation:.3g} m: has its filter a position?"
 
 
 def judge_clocks(connection: Connection) -> Iterator[Finding]:

@@ -6,17 +6,23 @@ named.
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
-from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Finding, Topic
+from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Finding
 from vessel_hsmc_ros.safety.monitors import SLOW, Compared, explained
-
-BLOCK = 1.0
-"""Length of the blocks whose means are compared, s."""
+from vessel_hsmc_ros.safety.motion_samples import (
+    BLOCK,
+    Samples,
+    along_hull,
+    headings,
+    motions_of,
+    rates,
+    repetition,
+    without_jumps,
+)
 
 LEAST_BLOCKS = 6
 
@@ -26,16 +32,18 @@ SHARE = 0.3
 LEAST_SPREAD = 0.005
 """Circular variance of the heading from which on its sense can be seen: 0.1 rad."""
 
-KNOT, KM_PER_HOUR = 1852.0 / 3600.0, 1.0 / 3.6
+LONGEST_REPETITION = 2.0
+"""Time for which a moving boat may have one and the same motion, s: that of a slow receiver."""
+
+JUMP, JITTER = 0.3, 20.0
+"""A position jumps where it moves on by this share of the ship's length and so many times the usual error of a step."""
+
+TURNED, ALIKE = 10.0, 0.95
+"""Angle between velocities and positions that counts, deg, and the resultant above which it is always the same."""
+
+KNOT, KM_PER_HOUR, MILE_PER_HOUR, FOOT = 1852.0 / 3600.0, 1.0 / 3.6, 0.44704, 0.3048
 
 METRES_PER_DEGREE = 111_000.0
-
-
-class Samples(NamedTuple):
-    """Measured motions: times (n,), s, and x, y, psi, u, v, r (n, 6)."""
-
-    times: Array
-    motions: Array
 
 
 def judge_motion(connection: Connection) -> Iterator[Finding]:
@@ -43,6 +51,13 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     samples = motions_of(connection)
     if samples is None:
         return
+    if (still := repetition(samples, connection.of("output", "command"))) > LONGEST_REPETITION:
+        yield judge_repetition(samples, still)
+        return
+    samples, jumps = without_jumps(samples, JUMP * connection.length, JITTER)
+    if len(jumps):
+        text = f"they jump, {len(jumps)} times, by {jumps.max():.3g} m at most, as those that are corrected now and then"
+        yield Finding(WRONG, "positions", f"{text}: take the continuous odometry of the filter, in odom, not in map")
     slow = SLOW * math.sqrt(GRAVITY * connection.length)
     moved, measured = rates(samples)
     if len(moved) < LEAST_BLOCKS - 1:
@@ -61,7 +76,17 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     elif found.wrong and not (connection.uses_observer and not samples.motions[:, 3:].any()):
         yield Finding(WRONG, "velocities", named(samples, moved, found.about) or explained(found))
     else:
-        yield from judge_drift(samples, moved, slow)
+        yield from judge_drift(samples, moved, measured, slow)
+
+
+def judge_repetition(samples: Samples, still: float) -> Finding:
+    """What it means that all numbers are the same for a time, s."""
+    if samples.motions[:, 3:].any():
+        return Finding(
+            WRONG, "velocities", f"the same numbers for {still:.3g} s under way: does the driver repeat its last message?"
+        )
+    text = f"the boat has not moved at all for {still:.3g} s under a command: does no command reach it, is it armed"
+    return Finding(TODO, "velocities", f"{text}, or does the driver repeat its last message?")
 
 
 def contradiction(moved: Array, measured: Array, slow: tuple[float, float]) -> Compared:
@@ -88,8 +113,8 @@ def rms(vectors: Array) -> float:
     return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
-def judge_drift(samples: Samples, moved: Array, slow: float) -> Iterator[Finding]:
-    """That a boat moves roughly where it heads."""
+def judge_drift(samples: Samples, moved: Array, measured: Array, slow: float) -> Iterator[Finding]:
+    """That a boat moves roughly where it heads, and by the velocities where it does by the positions."""
     fast = np.linalg.norm(moved[:, :2], axis=1) > 2.0 * slow
     if fast.sum() < LEAST_BLOCKS // 2:
         yield Finding(OK, "velocities", "velocities fit the turns of the heading")
@@ -104,72 +129,26 @@ def judge_drift(samples: Samples, moved: Array, slow: float) -> Iterator[Finding
         )
         offset = f"it takes rad from east, counter-clockwise (navsat_odom.heading_offset = {math.radians(angle):.2f} corrects it)"
         yield Finding(WRONG, "heading", f"the boat moves {angle:.0f} deg to port of its heading: {cause} {offset}")
+    elif samples.motions[:, 3].any() and not samples.motions[:, 4].any():
+        text = "v is 0 in all messages, as of wheels; a boat has sway, which controller.observer.enabled: true estimates"
+        yield Finding(TODO, "velocities", text)
+    elif abs(turned := angle_between(moved[fast], measured[fast])) > TURNED:
+        text = (
+            f"the velocities point {abs(turned):.0f} deg to {'port' if turned < 0.0 else 'starboard'} of the way of the positions"
+        )
+        cause = "a compass that counts from magnetic north, its mounting, or the course in place of the heading"
+        correction = f"navsat_odom.heading_offset is larger by {math.radians(turned):.2f} then"
+        yield Finding(TODO, "heading", f"{text}: {cause}? {correction}")
     else:
         yield Finding(OK, "velocities", f"they fit positions and heading, in m/s and rad/s; drift angle {angle:.0f} deg")
 
 
-def motions_of(connection: Connection) -> Samples | None:
-    """The measured motion of a connection, with velocities along the hull; None without one."""
-    state, twist = connection.of("odometry", "pose"), connection.of("twist")
-    if state is None or "x" not in state.columns or len(state.received) < 3:
-        return None
-    times = times_of(state)
-    keep = np.concatenate(([True], np.diff(times) > 0.0))
-    columns = [state.columns[name] for name in ("x", "y", "psi")]
-    source = twist if twist is not None else state
-    if "u" not in source.columns:
-        return None
-    at = times if source is state else times_of(source)
-    columns += [np.interp(times, at, source.columns[name]) if source is not state else source.columns[name] for name in "uvr"]
-    motions = np.column_stack(columns).astype(float)[keep]
-    if not np.isfinite(motions).all():
-        return None
-    if connection.twist_frame == "parent":
-        motions = along_hull(motions)
-    return Samples(times[keep], motions)
-
-
-def times_of(topic: Topic) -> Array:
-    """The times of a topic's messages, s: by their stamps, which have no jitter, where these increase."""
-    stamps = topic.columns.get("stamp")
-    usable = stamps is not None and len(stamps) > 1 and bool((np.diff(stamps) > 0.0).all())
-    return np.asarray(stamps if usable else topic.received, dtype=float)
-
-
-def along_hull(motions: Array) -> Array:
-    """Motions whose u and v are along x and y, with those along the hull."""
-    c, s = np.cos(motions[:, 2]), np.sin(motions[:, 2])
-    u, v = motions[:, 3], motions[:, 4]
-    return np.column_stack((motions[:, :3], c * u + s * v, -s * u + c * v, motions[:, 5]))
-
-
-def rates(samples: Samples) -> tuple[Array, Array]:
-    """Velocities of x, y and psi block by block: by the positions, and as measured; each (m, 3)."""
-    t, motions = samples
-    c, s = np.cos(motions[:, 2]), np.sin(motions[:, 2])
-    u, v, r = motions[:, 3:].T
-    world = np.column_stack((c * u - s * v, s * u + c * v, r))
-    steps = 0.5 * (world[1:] + world[:-1]) * np.diff(t)[:, None]
-    integral = np.vstack((np.zeros(3), np.cumsum(steps, axis=0)))
-    place = np.column_stack((motions[:, :2], np.unwrap(motions[:, 2])))
-    # Means over blocks are even with unequal intervals if the times are averaged as well.
-    each = means(t, np.column_stack((t, place, integral)))
-    changes = np.diff(each, axis=0) / np.diff(each[:, :1], axis=0)
-    return changes[:, 1:4], changes[:, 4:]
-
-
-def means(times: Array, columns: Array, width: float = BLOCK) -> Array:
-    """Means of columns over blocks of a width, s, that have samples."""
-    block = ((times - times[0]) / width).astype(int)
-    starts = np.flatnonzero(np.concatenate(([True], np.diff(block) > 0)))
-    counts = np.diff(np.append(starts, len(times)))
-    return np.asarray(np.add.reduceat(columns, starts, axis=0) / counts[:, None])
-
-
-def headings(samples: Samples) -> Array:
-    """Headings between the blocks of `rates`."""
-    each = means(samples.times, np.unwrap(samples.motions[:, 2])[:, None])[:, 0]
-    return np.asarray(0.5 * (each[1:] + each[:-1]))
+def angle_between(moved: Array, measured: Array) -> float:
+    """The angle from the measured velocities to those of the positions, counter-clockwise, deg; 0 where it changes."""
+    one, other = (each[:, 0] + 1j * each[:, 1] for each in (moved, measured))
+    turns = one * other.conj()
+    size = float(np.abs(turns).sum())
+    return math.degrees(np.angle(turns.sum())) if abs(turns.sum()) > ALIKE * size > 0.0 else 0.0
 
 
 # -- hypotheses -------------------------------------------------------------------------------------------------------
@@ -210,6 +189,11 @@ SPEEDS: dict[str, Callable[[Array], Array]] = {
     "is the twist in the frame of the pose? controller.odometry.twist_frame: parent takes that": along_hull,
     "are they in knots? It takes m/s": lambda m: with_columns(m, KNOT),
     "are they in km/h? It takes m/s": lambda m: with_columns(m, KM_PER_HOUR),
+    "are they in miles per hour? It takes m/s": lambda m: with_columns(m, MILE_PER_HOUR),
+    "are they in feet per second? It takes m/s": lambda m: with_columns(m, FOOT),
+    "are the positions in mm? It takes m": lambda m: with_columns(m, 1000.0),
+    "are the positions in cm? It takes m": lambda m: with_columns(m, 100.0),
+    "are the positions in feet? It takes m": lambda m: with_columns(m, 1.0 / FOOT),
     "is v positive to starboard (FRD)? It takes FLU, to port": lambda m: with_columns(m, v=-1.0),
     "is u positive astern? It takes FLU, ahead": lambda m: with_columns(m, u=-1.0),
     "are they reversed, or is the heading off by 180 deg? It takes FLU, ahead and to port": lambda m: with_columns(m, -1.0),

@@ -20,7 +20,7 @@ class FreshnessParameters:
     frames_checked: bool = parameter(True, "Refuse messages whose frames are not those of the node, frame_prefix included.")
     covariance_limit: float = parameter(
         math.inf,
-        "Largest variance of a position, the diagonal of the pose's covariance; inf: no bound.",
+        "Largest variance of x and y, in the covariance of the pose; inf: no bound.",
         unit="m²",
         low=0.0,
         high=math.inf,

@@ -1,10 +1,12 @@
 """The topics that a connection with a boat needs, by the parameters of its nodes."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import state_columns as types
+from vessel_hsmc_ros.messages.conversions import BODY
 from vessel_hsmc_ros.safety.connection import EULER, Connection, Role
 from vessel_hsmc_ros.scenario.interfaces import Interface
 from vessel_hsmc_ros.scenario.parameters import NODES
@@ -42,6 +44,10 @@ OUTPUTS = {
 }
 
 
+UNKNOWN = {"vessel.length": 1.0, "vessel.surge_inertia": math.nan, "vessel.yaw_inertia": math.nan}
+"""What stands for the ship where no controller has been read; with a short one, slow motions count too."""
+
+
 def values_of(stack: Interface | None, read: Values) -> dict[str, dict[str, Any]]:
     """The parameters of the nodes of a connection: as read from them, else those of the stack, else the defaults.
 
@@ -55,6 +61,8 @@ def values_of(stack: Interface | None, read: Values) -> dict[str, dict[str, Any]
     for node in (n for n in nodes if n in NODES or n in WATCHERS):
         defaults = {name: entry.default for name, entry in schema.entries((NODES | WATCHERS)[node]).items()}
         found[node] = {**defaults, **{k: v for k, v in given.get(node, {}).items() if k in defaults}, **read.get(node, {})}
+    if "controller" not in read:
+        found["controller"] |= UNKNOWN
     return found
 
 
@@ -69,7 +77,8 @@ def connection_of(values: Values, names: Names, **observed: Any) -> Connection:
     p = values["controller"]
     roles = [*_state(p, names), *_sensors(values, names)]
     commanded = _name(names, "controller", "cmd_wrench")
-    roles.append(Role("command", commanded, (types.WRENCH,), False, own="cmd_wrench"))
+    body = str(values.get("drive", p)["frame_prefix"]) + BODY
+    roles.append(Role("command", commanded, (types.WRENCH,), False, (body,), own="cmd_wrench"))
     if "drive" in values:
         d = values["drive"]
         twist = types.TWIST_STAMPED if d["stamped"] else types.TWIST
@@ -81,6 +90,7 @@ def connection_of(values: Values, names: Names, **observed: Any) -> Connection:
         tuple(roles),
         twist_frame=str(p["odometry.twist_frame"]),
         length=float(p["vessel.length"]),
+        inertias=(float(p["vessel.surge_inertia"]), float(p["vessel.yaw_inertia"])),
         future=float(p["safety.freshness.future_tolerance"]),
         covariance_limit=float(p["safety.freshness.covariance_limit"]),
         uses_observer=bool(p["observer.enabled"]),

@@ -1,0 +1,91 @@
+"""Rules for stamps: filled in, increasing, and of the clock of the nodes, which neither steps nor runs in another time zone."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.safety.connection import Connection, Role, Topic
+
+LEAST_STEP, SIDE = 0.3, 5
+"""The least step of a clock that counts, s, and how many messages before and after it show it."""
+
+QUARTER, ZONES, GPS, YEAR = 900.0, (1800.0, 50_400.0), 18.0, 3e7
+"""Time zones are multiples of a quarter of an hour, up to 14 h; by how much GPS time is ahead of UTC; a year; s."""
+
+SYNCHRONISE = "synchronise the clocks (chrony, GPS), or let the driver stamp at receipt"
+
+
+class Step(NamedTuple):
+    """A step of a clock: its size, s, and whether it was that of the stamps, not the clock here."""
+
+    size: float
+    of_stamps: bool
+
+
+def clock_step(topic: Topic) -> Step | None:
+    """The step by which the stamps of a topic and the times of receipt part for good; None without one.
+
+    A single message that comes late, or a network that stops for a while, is none: the difference returns to what it was.
+    """
+    stamps = topic.columns.get("stamp")
+    if stamps is None or len(stamps) < 2 * SIDE or not stamps.all():
+        return None
+    ages = np.asarray(topic.received - stamps)
+    at = SIDE + int(np.argmax(np.abs(np.diff(ages))[SIDE - 1 : len(ages) - SIDE]))
+    size = float(np.median(ages[at:]) - np.median(ages[:at]))
+    if abs(size) < LEAST_STEP or abs(ages[at] - ages[at - 1]) < 0.5 * abs(size):
+        return None
+    steps = [abs(float(times[at] - times[at - 1]) - float(np.median(np.diff(times)))) for times in (stamps, topic.received)]
+    of_stamps = steps[0] > steps[1]
+    return Step(-size if of_stamps else size, of_stamps)
+
+
+def times_of(topic: Topic) -> Array:
+    """The times of a topic's messages on the clock here, s: by their stamps, which have no jitter, where these increase steadily.
+
+    The median age is added, so that neither an offset of the clocks nor the way of the messages separates cause and effect.
+    """
+    stamps = topic.columns.get("stamp")
+    usable = stamps is not None and len(stamps) > 1 and bool((np.diff(stamps) > 0.0).all()) and clock_step(topic) is None
+    if stamps is None or not usable:
+        return np.asarray(topic.received, dtype=float)
+    return np.asarray(stamps + np.median(topic.received - stamps), dtype=float)
+
+
+def judge_stamps(connection: Connection, role: Role, topic: Topic) -> Iterator[str]:
+    """That stamps are filled in, increase, and are of the clock of the nodes."""
+    if "stamp" not in topic.columns:
+        return
+    stamps = topic.columns["stamp"]
+    if not stamps.any():
+        yield f"{topic.name} has no stamps (0): its publisher must fill in header.stamp"
+        return
+    if (step := clock_step(topic)) is not None:
+        whose = f"the stamps of {topic.name} have" if step.of_stamps else "the clock here has"
+        yield f"{whose} stepped by {step.size:.3g} s: set the clock before the nodes start, and let it be slewed from then on"
+    steps = np.diff(stamps)
+    if (steps < 0.0).mean() > 0.01:
+        yield f"{topic.name} has stamps that go back, {int((steps < 0.0).sum())} of {len(steps)}: two sources on one topic?"
+    elif (steps == 0.0).mean() > 0.2:
+        yield f"{topic.name} repeats its stamps, {int((steps == 0.0).sum())} of {len(steps)}: only the first of each counts"
+    age = float(np.median(topic.received - stamps))
+    if step is None and age > role.timeout:
+        yield f"stamps of {topic.name} are {age:.6g} s old, above the time-out of {role.timeout:g} s: {offset_cause(-age)}"
+    elif step is None and age < -connection.future:
+        yield f"stamps of {topic.name} are {-age:.6g} s ahead of the clock here: {offset_cause(-age)}"
+
+
+def offset_cause(ahead: float) -> str:
+    """What an offset of stamps looks like, and what to do; the offset in s, positive where they are ahead."""
+    size = abs(ahead)
+    if size > YEAR:
+        return (
+            "are they counted from a start, or of a simulation (/clock, use_sim_time)? Let the driver stamp by the system's clock"
+        )
+    if ZONES[0] - 60.0 < size < ZONES[1] + 60.0 and abs(size - QUARTER * round(size / QUARTER)) < 60.0:
+        return f"are they in local time? Stamps are UTC; or {SYNCHRONISE}"
+    if abs(ahead - GPS) < 0.9:
+        return f"are they in GPS time, which is {GPS:g} s ahead of UTC? Or {SYNCHRONISE}"
+    return SYNCHRONISE
