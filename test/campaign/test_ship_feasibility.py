@@ -24,10 +24,10 @@ def scenario(family: ShipFamily, **changes: object) -> Scenario:
     return load_scenario("case2_tracking", {"controller.law": "guided", **expand(family), **NO_GUSTS, **changes})
 
 
-@pytest.mark.parametrize(("ratio", "pivot"), [(0.6, 0.0), (0.6, 0.03), (1.0, 0.0), (1.08, -0.01)])
-def test_heading_force_and_moment_are_those_of_a_ship_that_is_on_its_reference(ratio: float, pivot: float) -> None:
+@pytest.mark.parametrize(("ratio", "coupling"), [(0.6, 0.0), (0.6, 0.03), (1.0, 0.0), (1.08, -0.01)])
+def test_heading_force_and_moment_are_those_of_a_ship_that_is_on_its_reference(ratio: float, coupling: float) -> None:
     # Stable forwards in time, coupled, algebraic, and stable backwards; the law keeps the ship within 0.3 % of its length.
-    s = scenario(replace(WINDY, surge_to_sway_inertia=ratio, percussion_point=pivot, knowledge="everything"))
+    s = scenario(replace(WINDY, surge_to_sway_inertia=ratio, percussion_point=coupling, knowledge="everything"))
     vessel, h = s.vessel_sim.vessel.coefficients(), 0.2
     run = simulate(s)
     rows = trajectory(s.reference_ship, 1.0 / h, int(run.time[-1] / h) + 200, compiled)

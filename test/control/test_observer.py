@@ -278,12 +278,12 @@ def test_the_compiled_filter_is_bit_identical_to_the_interpreted_one(wave_period
     assert restarts == 1
 
 
-@pytest.mark.parametrize("pivot", [-3.0, 0.0, 4.0])
-def test_the_yaw_moment_of_a_coupled_hull_moves_it_sideways_as_the_plant_does(pivot: float) -> None:
-    """Predicted without a new sample, and compared with the equations of the plant, which know nothing of a pivot point."""
-    coupling, moment = 177.9e3 * pivot, 1e6
+@pytest.mark.parametrize("x_p", [-3.0, 0.0, 4.0])
+def test_the_yaw_moment_of_a_coupled_hull_moves_it_sideways_as_the_plant_does(x_p: float) -> None:
+    """Predicted without a new sample, and compared with the equations of the plant, which know of no centre of percussion."""
+    coupling, moment = 177.9e3 * x_p, 1e6
     known = KnownVessel(sway_yaw_inertia=coupling)
-    assert known.pivot == pytest.approx(pivot)
+    assert known.percussion_point == pytest.approx(x_p)
     observer = Observer(ObserverParameters(sway_decay=0.0, surge_decay=0.0, yaw_decay=0.0), known)
     for stamp in (0, STEP // 10):
         estimate = observer.update(stamp, (0.0, 0.0, 0.0), (0.0, moment))

@@ -103,8 +103,10 @@ def test_an_added_law_is_made_by_its_name_with_its_parameters(laws: Registry) ->
         make_controller("constant", 0.01, gian=3.0)
 
 
-def test_a_law_alone_refuses_a_pivot_ahead_that_only_the_control_loop_controls() -> None:
-    with pytest.raises(ParameterError, match=r"sway_yaw_inertia = 600000 puts the pivot 3.37 m ahead.*controlled_point"):
+def test_a_law_alone_refuses_a_centre_of_percussion_ahead_that_only_the_control_loop_controls() -> None:
+    with pytest.raises(
+        ParameterError, match=r"sway_yaw_inertia = 600000 puts the centre of percussion 3.37 m ahead.*controlled_point"
+    ):
         make_controller("guided", 0.02, sway_yaw_inertia=6e5)
     made = make_controller("guided", 0.02, sway_yaw_inertia=6e5, controlled_point="origin")
     assert made.vessel.yaw_inertia < 636e5

@@ -1,4 +1,4 @@
-"""The LQG law in closed loop: tracking, rest in a current, limits, pivot, delays, and its state at the second time."""
+"""The LQG law in closed loop: tracking, rest in a current, limits, delays, centre of percussion, and its second start."""
 
 import math
 

@@ -20,8 +20,8 @@ RATES = {f"{node.NAME}.rate_hz": 10.0 for node in NODES[1:]}
 
 def start_all(bench: Any, folder: Path) -> dict[str, Any]:
     """The nodes of a lockstep run with a recorder."""
-    pivot = {"vessel.sway_yaw_inertia": 6e5}  # the filter of the pivot is a state of the controller too
-    changes = {"controller.law": "guided", **pivot, **{f"{node.NAME}.recorded": True for node in NODES}, **RATES}
+    point = {"vessel.sway_yaw_inertia": 6e5}  # the filter of the centre of percussion is a state of the controller too
+    changes = {"controller.law": "guided", **point, **{f"{node.NAME}.recorded": True for node in NODES}, **RATES}
     (folder / "params.yaml").write_text("", encoding="utf-8")
     scenario = load_scenario("case2_tracking", changes).with_bag(folder / "bag", folder / "params.yaml")
     (folder / "params.yaml").write_text(dump_scenario(scenario), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Station keeping in closed loop, compiled: a pivot ahead of the origin, the vessels of the library."""
+"""Station keeping in closed loop, compiled: a centre of percussion ahead of the origin, the vessels of the library."""
 
 import math
 

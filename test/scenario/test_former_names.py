@@ -32,6 +32,15 @@ def test_a_former_name_is_read_with_a_warning_that_has_the_present_one(former: s
     assert old.controller != load_scenario("case2_tracking").controller
 
 
+def test_a_former_choice_is_read_with_a_warning_that_has_the_present_one() -> None:
+    name = "controller.vessel.controlled_point"
+    with pytest.warns(FutureWarning, match=r"controlled_point = pivot is now called percussion"):
+        old = load_scenario("case2_tracking", {name: "pivot"})
+    assert old.controller.vessel.controlled_point == "percussion"
+    with pytest.raises(ParameterError, match="pivoting is not allowed: it takes one of ahead, percussion, origin"):
+        load_scenario("case2_tracking", {name: "pivoting"})
+
+
 def test_both_names_of_a_parameter_are_refused() -> None:
     both = {"controller.observer.weather_walk": 1.0, "controller.observer.current_walk": 1.0}
     with pytest.raises(ParameterError, match=r"weather_walk is the former name of .*current_walk, which is given too"):

@@ -66,7 +66,7 @@ def test_vessels_drift_outward_in_a_turn(name: str) -> None:
 @pytest.mark.parametrize("name", LIMITED)
 def test_a_yaw_moment_leaves_the_pivot_point_without_sway_acceleration(name: str) -> None:
     rates = derivative(np.zeros(6), (0.0, 0.0, 1e-3), (0.0,) * 3, read_vessel(name).hull().coefficients())
-    assert rates[4] + of(name).pivot * rates[5] == pytest.approx(0.0, abs=1e-9 * abs(rates[5]))
+    assert rates[4] + of(name).percussion_point * rates[5] == pytest.approx(0.0, abs=1e-9 * abs(rates[5]))
 
 
 def test_damping_takes_energy_from_every_vessel_but_the_cyberships() -> None:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.controlled_point import ORIGIN, START, ControlledPoint, at_origin, to_controlled_point
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.pivot import ORIGIN, START, Pivot, at_origin, carry
 from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
@@ -138,7 +138,7 @@ class ControlLoop:
         law: The law to run.
         grid: The instants at which the control periods begin.
         observer: State estimator between measurement and law; None where the law takes the measured state.
-        pivot: The point that the law controls.
+        point: The point that the law controls.
         supervision: Decides what is commanded; by default always what the law computes.
         fallback: The law of the safe action, if there is one.
         watch: What finds that the ship does not do what is commanded; None where nothing does.
@@ -146,7 +146,7 @@ class ControlLoop:
     Attributes:
         commands: The last commands, where there is an observer.
         estimate: The last state estimate that the law has received; None without an observer.
-        delta: State of the filter along whose heading references are carried to the pivot.
+        delta: State of the filter along whose heading references are transformed to the centre of percussion.
         missed_periods: Control periods for which neither `step` nor `skip` was called.
     """
 
@@ -155,7 +155,7 @@ class ControlLoop:
         law: Law[Any],
         grid: RateGrid,
         observer: Observer | None = None,
-        pivot: Pivot = ORIGIN,
+        point: ControlledPoint = ORIGIN,
         supervision: Supervision | None = None,
         fallback: Fallback | None = None,
         watch: Watch | None = None,
@@ -163,7 +163,7 @@ class ControlLoop:
         self.law = law
         self.grid = grid
         self.observer = observer
-        self.pivot = pivot
+        self.point = point
         self.supervision = supervision or unsupervised()
         self.fallback = fallback
         self.watch = watch
@@ -271,7 +271,7 @@ class ControlLoop:
             wrench = delayed(self.commands, behind, 0), delayed(self.commands, behind, 1)
             self.observer.take_for(self.law.known)
             measured = self.estimate = self.observer.update(measured_at, measured, wrench)
-        at = carry(measured, desired, acceleration, self.delta, self.pivot)
+        at = to_controlled_point(measured, desired, acceleration, self.delta, self.point)
         inputs = at.motion, at.desired, at.acceleration, age
         if self.watch:
             reason = reason or self.watch.step(self.wrench, measured, self.observer, self.grid.period, as_measured)
@@ -287,7 +287,7 @@ class ControlLoop:
         if not self.enabled:
             with guarded(self.law):
                 self.law.reset()
-        if self.pivot.x_p:
+        if self.point.x_p:
             terms = at_origin(terms, at.back)
         terms = diagnosed(terms, self._lyapunov, elapsed * self.grid.period)
         self._lyapunov = terms.lyapunov

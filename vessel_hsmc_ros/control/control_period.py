@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from vessel_hsmc_ros.control.controlled_point import AtControlledPoint, ControlledPoint, Heading, to_controlled_point
 from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, estimate, observe
-from vessel_hsmc_ros.control.pivot import Carried, Heading, Pivot, carry
 from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.exceptions import ControlError, VesselHsmcError
 from vessel_hsmc_ros.core.kernel import bound, kernel
@@ -49,7 +49,7 @@ class ControlState(NamedTuple):
         wrench: Commanded surge force [N] and yaw moment [N·m].
         memory: Internal state of the law.
         observer: State of the observer.
-        delta: State of the filter of the headings of `control.pivot`.
+        delta: State of the filter of the headings of `control.controlled_point`.
         commands: The last commands, where there is an observer.
     """
 
@@ -65,7 +65,7 @@ class ControlConstants(NamedTuple):
 
     law: Any
     observer: ObserverConstants
-    pivot: Pivot
+    point: ControlledPoint
 
 
 class Period(NamedTuple):
@@ -89,7 +89,7 @@ class Period(NamedTuple):
 
 
 @kernel
-def law_step(at: Carried, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - a stand-in
+def law_step(at: AtControlledPoint, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - a stand-in
     """Stands for the step of a law, `without_age` or `with_age`."""
     return (math.nan, math.nan), (at.motion.x, at.desired.x, age), memory
 
@@ -113,16 +113,18 @@ def unobserved(
 
 
 @kernel
-def law_inputs(motion: Motion, given: ControlInputs, delta: Heading, pivot: Pivot) -> Carried:
+def law_inputs(motion: Motion, given: ControlInputs, delta: Heading, point: ControlledPoint) -> AtControlledPoint:
     """The inputs of the law: the reference at the time of the measurement, both at the controlled point.
 
     Args:
         motion: State of the ship, measured or estimated.
         given: Inputs of the period.
         delta: State of the filter of the headings.
-        pivot: The point.
+        point: The point.
     """
-    return carry(motion, extrapolate(given.desired, given.acceleration, -given.age), given.acceleration, delta, pivot)
+    return to_controlled_point(
+        motion, extrapolate(given.desired, given.acceleration, -given.age), given.acceleration, delta, point
+    )
 
 
 @kernel
@@ -141,7 +143,7 @@ def control_period(given: ControlInputs, last: ControlState, c: ControlConstants
         then = delayed(commands, given.behind, 0), delayed(commands, given.behind, 1)
         observed = observe(given.measured_at, pose, then, observed, c.observer)
         motion = estimate(observed)
-    at = law_inputs(motion, given, delta, c.pivot)
+    at = law_inputs(motion, given, delta, c.point)
     demand, terms, memory = law_step(at, given.age, memory, c.law)
     if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
         return Period(ControlState(wrench, memory, observed, delta, commands), motion, terms, at.back, False, False)
@@ -158,13 +160,13 @@ def step(*_inputs: Any) -> StepOfLaw:
 
 
 @kernel
-def without_age(at: Carried, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - in the place of `with_age`
+def without_age(at: AtControlledPoint, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - in the place of `with_age`
     """The step of a law that takes no age."""
     return step(at.motion, at.desired, at.acceleration, memory, constants)
 
 
 @kernel
-def with_age(at: Carried, age: float, memory: Any, constants: Any) -> StepOfLaw:
+def with_age(at: AtControlledPoint, age: float, memory: Any, constants: Any) -> StepOfLaw:
     """The step of a law that takes the age, s."""
     return step(at.motion, at.desired, at.acceleration, memory, constants, age)
 
@@ -195,7 +197,7 @@ def cause(law: KernelLaw[Any], given: ControlInputs, last: ControlState, c: Cont
         c: The constants.
     """
     motion = estimate(last.observer) if c.observer.enabled else given.measured
-    at = law_inputs(motion, given, last.delta, c.pivot)
+    at = law_inputs(motion, given, last.delta, c.point)
     try:
         guarded_step(law, at.motion, at.desired, at.acceleration, given.age)
     except VesselHsmcError as error:

@@ -104,7 +104,7 @@ def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:
     x, y, psi = noise.tolist()
     decays = (chosen(d, PRIOR_DECAY / ship.time) for d in (p.surge_decay, p.sway_decay, p.yaw_decay))
     d_1, d_2, d_3 = (math.log(max(d, 1e-9)) for d in decays)
-    inertia = vessel.surge_inertia, vessel.as_controlled().yaw_inertia, vessel.pivot
+    inertia = vessel.surge_inertia, vessel.as_controlled().yaw_inertia, vessel.percussion_point
     return ObserverConstants(
         p.enabled, m, (x, y, psi), np.diag(intensity), start, (d_1, d_2, d_3), *inertia, actuators(p, vessel)
     )

@@ -58,7 +58,7 @@ class ObserverConstants(NamedTuple):
         start: Initial variances of the states, shape (n,).
         decay: Initial ln d_1, ln d_2, ln d_3.
         m11, m_p: Known inertia; m_p is that which the yaw moment accelerates.
-        x_p: Distance of the known pivot point ahead of the origin, m.
+        x_p: Distance of the known centre of percussion ahead of the origin, m.
         actuators: What is known of the actuators.
     """
 
@@ -201,7 +201,7 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
     propagate_covariance(x, P, dt, c.model)
     turning = applied[1] / c.m_p
     propagate(x, applied[0] / c.m11, turning, dt, c.model)
-    if c.x_p != 0.0:  # the yaw moment turns the ship about the pivot point
+    if c.x_p != 0.0:  # the yaw moment turns the ship about the centre of percussion
         x[V] -= dt * c.x_p * turning
     P += dt * c.Q
 

@@ -12,7 +12,7 @@
 | omega_0, zeta | frequency and damping ratio of the wave filter | rad/s, - |
 | tau_1, tau_2 | commanded wrench after the known limits, dead times, lags and rates | N, N·m |
 | m11, m22, m_p | known inertia in surge and sway, and that which the yaw moment accelerates | kg, kg, kg·m² |
-| x_p | distance of the known pivot point ahead of the origin | m |
+| x_p | distance of the known centre of percussion ahead of the origin | m |
 
 The model is Newton's second law in the body-fixed frame, with the Coriolis forces and the Munk moment of the known inertia,
 

@@ -5,11 +5,13 @@
 | m11, m22, m33 | inertias in surge, sway and yaw | kg, kg, kg·m² |
 | m23, m32 | coupling of sway and yaw in the inertia matrix | kg·m |
 | e | sway force that comes with a unit of yaw moment | 1/m |
-| x_p | distance of the pivot point ahead of the origin | m |
+| x_p | distance of the centre of percussion ahead of the origin | m |
 | m_p | inertia that the yaw moment accelerates | kg·m² |
 
-A yaw moment N accelerates sway and yaw by M·(v', r') = (e·N, N). The pivot at x_p = -v'/r' = (m23 - m33·e)/(m22 - m32·e) has the
-sway velocity v + x_p·r, which N does not accelerate; and r' = N/m_p with m_p = m33 - x_p·m32. docs/pivot.md derives both.
+A yaw moment N accelerates sway and yaw by M·(v', r') = (e·N, N). The centre of percussion, at the distance
+x_p = -v'/r' = (m23 - m33·e)/(m22 - m32·e), has the sway velocity v + x_p·r, which N does not accelerate; and r' = N/m_p with
+m_p = m33 - x_p·m32. The pivot point of ship handling, without sway velocity in a steady turn, is another.
+docs/percussion.md derives both.
 """
 
 import math
@@ -74,24 +76,25 @@ class KnownVessel(NamedVessel):
         32.0, "Length of the hull, the unit of length of the guided law's gains.", unit="m", low=1e-3, high=1e4
     )
     sway_inertia: float = parameter(
-        177.9e3, "Mass with added mass in sway, m22, for the pivot point.", unit="kg", low=1e-3, high=1e12
+        177.9e3, "Mass with added mass in sway, m22, for the centre of percussion.", unit="kg", low=1e-3, high=1e12
     )
-    sway_yaw_inertia: float = coupling("Sway force per yaw acceleration, m23, for the pivot point.")
+    sway_yaw_inertia: float = coupling("Sway force per yaw acceleration, m23, for the centre of percussion.")
     yaw_sway_inertia: float = coupling(
-        "Yaw moment per sway acceleration, m32, for the pivot point; 0: equal to sway_yaw_inertia."
+        "Yaw moment per sway acceleration, m32, for the centre of percussion; 0: equal to sway_yaw_inertia."
     )
     sway_force_per_yaw_moment: float = parameter(
         0.0,
-        "Sway force that comes with a unit of yaw moment, as that of a rudder, for the pivot point.",
+        "Sway force that comes with a unit of yaw moment, as that of a rudder, for the centre of percussion.",
         unit="1/m",
         low=-1e3,
         high=1e3,
     )
     controlled_point: str = parameter(
         "ahead",
-        "The point that a law steers along a moving reference: the pivot point, where the yaw moment does not enter the sway; the"
-        " origin; or, by default, the one of them that is further ahead.",
-        choices=("ahead", "pivot", "origin"),
+        "The point that a law steers along a moving reference: the centre of percussion, where the yaw moment does not enter the"
+        " sway; the origin; or, by default, the one of them that is further ahead.",
+        choices=("ahead", "percussion", "origin"),
+        former={"pivot": "percussion"},
     )
     surge_lag: float = delay("Time constant of the first-order lag of the surge force")
     yaw_lag: float = delay("Time constant of the first-order lag of the yaw moment")
@@ -117,8 +120,8 @@ class KnownVessel(NamedVessel):
     )
 
     @property
-    def pivot(self) -> float:
-        """The distance x_p of the pivot point ahead of the origin, m.
+    def percussion_point(self) -> float:
+        """The distance x_p of the centre of percussion ahead of the origin, m.
 
         Raises:
             ParameterError: the inertia matrix is not positive, or the sway force turns the ship against the yaw moment.
@@ -142,20 +145,20 @@ class KnownVessel(NamedVessel):
         """The distance of the controlled point ahead of the origin, m: x_p, or 0 for the origin.
 
         Raises:
-            ParameterError: as `pivot`.
+            ParameterError: as `percussion_point`.
         """
-        x_p = self.pivot
-        # A pivot behind the origin is no better: then the moment accelerates the origin to the side to which the ship turns.
+        x_p = self.percussion_point
+        # One behind the origin is no better: then the moment accelerates the origin to the side to which the ship turns.
         at_origin = self.controlled_point == "origin" or (self.controlled_point == "ahead" and x_p < 0.0)
         return 0.0 if at_origin else x_p
 
     def as_controlled(self) -> "ControlledVessel":
-        """The same vessel as a law knows it: its yaw inertia is m_p, and where the pivot is controlled there is no coupling.
+        """The same vessel as a law knows it: its yaw inertia is m_p; uncoupled where the centre of percussion is controlled.
 
         Raises:
-            ParameterError: as `pivot`.
+            ParameterError: as `percussion_point`.
         """
-        x_p, m32 = self.pivot, self.yaw_sway_inertia or self.sway_yaw_inertia
+        x_p, m32 = self.percussion_point, self.yaw_sway_inertia or self.sway_yaw_inertia
         known = {**vars(self), "yaw_inertia": self.yaw_inertia - x_p * m32}
         if self.controlled:
             known |= {"sway_yaw_inertia": 0.0, "yaw_sway_inertia": 0.0, "sway_force_per_yaw_moment": 0.0}

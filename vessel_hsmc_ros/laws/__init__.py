@@ -52,7 +52,7 @@ def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
 
     Raises:
         ParameterError: the law or a parameter is unknown, a value is out of range, a gain is unstable at this period, or the
-            declared vessel has a pivot ahead, to which only the control loop carries ship and reference.
+            declared vessel has a centre of percussion ahead, to which only the control loop carries ship and reference.
     """
     if law not in LAWS:
         raise ParameterError(f"controller.law = {law} is not allowed: it takes one of {', '.join(LAWS)}")
@@ -62,8 +62,9 @@ def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
     vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in shared}, "controller.vessel")
     if vessel.controlled:
         raise ParameterError(
-            f"controller.vessel.sway_yaw_inertia = {vessel.sway_yaw_inertia:g} puts the pivot {vessel.controlled:.3g} m ahead,"
-            ' which a law alone does not control: simulate a scenario, or give controlled_point="origin"'
+            f"controller.vessel.sway_yaw_inertia = {vessel.sway_yaw_inertia:g} puts the centre of percussion"
+            f" {vessel.controlled:.3g} m ahead, which a law alone does not control:"
+            ' simulate a scenario, or give controlled_point="origin"'
         )
     own = {k: v for k, v in parameters.items() if k not in shared}
     return construct(law, schema.build(LAWS[law].parameters, own, f"controller.{law}"), vessel.as_controlled(), period)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.pivot import INTEGRAL, pivot_of
+from vessel_hsmc_ros.control.controlled_point import INTEGRAL, controlled_point_of
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -90,8 +90,8 @@ def hull_about(scenario: Scenario, speed: float) -> Hull:
 
 
 def _carriage(declared: KnownVessel, speed: float) -> Carriage | None:
-    """How the reference is carried to the controlled point of a vessel at a speed, m/s."""
-    point = pivot_of(declared, 1.0)
+    """How the reference is transformed to the controlled point of a vessel at a speed, m/s."""
+    point = controlled_point_of(declared, 1.0)
     omega = max(speed, point.U_0) * point.per_distance
     return Carriage(point.x_p, omega, INTEGRAL * omega**2) if point.x_p else None
 

@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop, Fallback, Watch
-from vessel_hsmc_ros.control.pivot import Pivot, pivot_of
+from vessel_hsmc_ros.control.controlled_point import ControlledPoint, controlled_point_of
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guided.parameters import by_hand_or_derived
@@ -16,13 +16,13 @@ from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
 
 
-def make_pivot(parameters: ControllerParameters) -> Pivot:
+def make_controlled_point(parameters: ControllerParameters) -> ControlledPoint:
     """Make the point that a controller controls.
 
     Raises:
-        ParameterError: as `KnownVessel.pivot`.
+        ParameterError: as `KnownVessel.percussion_point`.
     """
-    return pivot_of(parameters.vessel, 1.0 / parameters.rate_hz)
+    return controlled_point_of(parameters.vessel, 1.0 / parameters.rate_hz)
 
 
 def may_intervene(parameters: ControllerParameters) -> bool:
@@ -59,7 +59,7 @@ def make_control_loop(
         law,
         RateGrid(parameters.rate_hz),
         make_observer(parameters),
-        make_pivot(parameters),
+        make_controlled_point(parameters),
         supervision,
         _make_fallback(parameters) if supervised else None,
         Watch(safety.monitors, limits, vessel.length) if supervised else None,

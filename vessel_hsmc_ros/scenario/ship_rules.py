@@ -8,8 +8,8 @@
 | U | top speed, at which F equals the surge damping | m/s |
 | r_max | yaw rate of a turn on the spot, at which N equals the yaw damping | rad/s |
 | T | unit of time of the ship's turns, sqrt(m33/N) | s |
-| a | decay rate of the sway velocity, -df_v/dv at the pivot point | 1/s |
-| rho | sway acceleration of a turn beside the centripetal one, -df_v/dr/u at the pivot point | - |
+| a | decay rate of the sway velocity, -df_v/dv at the centre of percussion | 1/s |
+| rho | sway acceleration of a turn beside the centripetal one, -df_v/dr/u at the centre of percussion | - |
 
 A turn of a hull with rho < 1 carries its course along at once, by the share 1 - rho, and all the way when the drift has
 decayed. With rho near 1 it does so only then, and with rho > 1 the course turns the other way first: the law must be slower than
@@ -179,7 +179,7 @@ def _sways(ship: ShipParameters, circle: Circle) -> tuple[Sway, Sway]:
 def sway_at(ship: ShipParameters, u: float, v: float, r: float) -> Sway:
     """How a hull drifts near a motion with these body velocities; a and rho by central differences."""
     vessel = ship.coefficients()
-    # The law controls the pivot point: its sway velocity is v + x_p·r, which the yaw moment does not accelerate.
+    # The law controls the centre of percussion: its sway velocity is v + x_p·r, which the yaw moment does not accelerate.
     x_p = ship.sway_yaw_inertia / ship.sway_inertia
 
     def acceleration(dv: float, dr: float) -> float:

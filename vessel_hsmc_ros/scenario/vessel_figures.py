@@ -59,7 +59,7 @@ class Figures:
     yaw_time_constant: float = figure("s", "m33/d_r")
     towing_surge_damping: float = figure("kg/s", f"linear fit of the surge damping up to {TOWING:g} m/s")
     towing_sway_damping: float = figure("kg/s", f"linear fit of the sway damping up to {TOWING:g} m/s")
-    pivot: float = figure("m", "pivot point m23/m22 ahead of the origin")
+    percussion_point: float = figure("m", "centre of percussion m23/m22 ahead of the origin")
     mass_ratio: float = figure("", "m11/m22")
     energy_gain: float = figure("1/s", "largest rate at which damping adds energy in the range of validity; 0: it takes energy")
 
@@ -85,7 +85,7 @@ def figures(vessel: LibraryVessel) -> Figures:
         yaw_time_constant=_ratio(v.m33, v.d_r),
         towing_surge_damping=_linear_fit(v.d_u, v.d_u2, v.d_u3),
         towing_sway_damping=_linear_fit(v.d_v, v.d_v2, v.d_v3),
-        pivot=v.m23 / v.m22,
+        percussion_point=v.m23 / v.m22,
         mass_ratio=v.m11 / v.m22,
         energy_gain=gain.rate if (gain := largest_gain(hull)) else 0.0,
     )
@@ -148,7 +148,7 @@ def _linear_fit(linear: float, quadratic: float, cubic: float) -> float:
 
 Row = Sequence[str]
 
-HEAD = ("vessel", "name", "inputs", "length m", "mass kg", "top m/s", "turn rad/s", "pivot m", "m11/m22", "verified", "open")
+HEAD = ("vessel", "name", "inputs", "length m", "mass kg", "top m/s", "turn rad/s", "x_p m", "m11/m22", "verified", "open")
 
 COMPARED = ("vessel", "figure", "computed", "published", "difference")
 
@@ -206,7 +206,7 @@ def _summary(vessel: LibraryVessel) -> Row:
     verified = sum(agrees(name, difference) for name, difference in agreement(vessel, computed).items())
     published = f"{verified} of {len(vessel.published)}" if vessel.published else ""
     sizes = (hull.length, vessel.mass or math.nan)
-    speeds = (computed.top_speed, computed.turning_rate, computed.pivot, computed.mass_ratio)
+    speeds = (computed.top_speed, computed.turning_rate, computed.percussion_point, computed.mass_ratio)
     return (vessel.key, vessel.name, inputs, *map(number, (*sizes, *speeds)), published, str(len(vessel.unverified)))
 
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from vessel_hsmc_ros.control.control_period import cause, period_of
+from vessel_hsmc_ros.control.controlled_point import ERRORS
 from vessel_hsmc_ros.control.observer import with_actuators
-from vessel_hsmc_ros.control.pivot import ERRORS
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
 from vessel_hsmc_ros.core.timing import RateGrid
@@ -88,7 +88,7 @@ class CompiledLoop(Loop):
         control = self._constants.controller
         estimates = np.empty((periods if control.observer.enabled else 0, 7))
         terms, weights = np.empty((periods, len(law.terms._fields))), np.empty((periods, *law.memory.W.shape))
-        back = np.empty((periods if control.pivot.x_p else 0, len(ERRORS)))
+        back = np.empty((periods if control.point.x_p else 0, len(ERRORS)))
         brief = np.empty((BRIEF, 0)) if brief is None else brief
         self._kept = Kept(self.rows, brief, terms, weights, estimates, back)
         self._advance = compiled_loop(type(law), control.observer.enabled, scenario.vessel_sim.by_thrusters)

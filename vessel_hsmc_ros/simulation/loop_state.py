@@ -79,7 +79,7 @@ class Kept(NamedTuple):
         terms: Terms of the law, (m, t).
         weights: Weights of its networks, (m, k, l).
         estimates: x, y, psi, u, v, r of the observer, and psi as received, (m, 7).
-        back: What the tracking errors at the origin exceed those at the pivot by, (m, 4).
+        back: What the tracking errors at the origin exceed those at the centre of percussion by, (m, 4).
     """
 
     rows: Array

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ages, past_commands
 from vessel_hsmc_ros.control.control_period import ControlConstants, ControlState
+from vessel_hsmc_ros.control.controlled_point import START
 from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.pivot import START
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
@@ -20,7 +20,7 @@ from vessel_hsmc_ros.plant.sensors import sampling
 from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
 from vessel_hsmc_ros.reference.trajectory import trajectory
-from vessel_hsmc_ros.scenario.control import make_pivot
+from vessel_hsmc_ros.scenario.control import make_controlled_point
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, State, thruster_drive
@@ -66,7 +66,7 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
     plant = Simulator(sim, period)
     observer = Observer(controller.observer, controller.vessel)
-    control = ControlConstants(law.constants, observer.constants, make_pivot(controller))
+    control = ControlConstants(law.constants, observer.constants, make_controlled_point(controller))
     constants = Constants(plant.constants(), control, thruster_drive(scenario, period))
     noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)

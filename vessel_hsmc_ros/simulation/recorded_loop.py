@@ -124,7 +124,7 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         control_period=period_of(type(law), loop.observer is not None),
     )
     row, state = span.start, ControlState(loop.wrench, law.memory, observer.state, loop.delta, loop.commands)
-    constants = ControlConstants(law.constants, observer.constants, loop.pivot)
+    constants = ControlConstants(law.constants, observer.constants, loop.point)
     renewed = True
     while renewed and row < span.stop:
         row, state = run(row, span.stop, state, constants, recorded)

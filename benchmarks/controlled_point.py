@@ -1,10 +1,10 @@
-"""What the pivot point is worth: laws on the paper's ship with an inertia matrix that is not diagonal, declared and not declared.
+"""What controlling the centre of percussion is worth: laws on the paper's ship with coupled sway and yaw, declared and not.
 
-The plant has m23 and a cross damping of 0.3 1/s times m23. The law knows nothing of it, or it knows m23 and controls the pivot,
-or it knows m23 and controls the origin. Prints the rms position error over the second half of each run and over all of it, and
-for two other ships the largest error of the origin over the last lap of a circle in a wind.
+The plant has m23 and a cross damping of 0.3 1/s times m23. The law knows nothing of it, or it knows m23 and controls the centre
+of percussion, or it knows m23 and controls the origin. Prints the rms position error over the second half of each run and over
+all of it, and for two other ships the largest error of the origin over the last lap of a circle in a wind.
 
-    python benchmarks/pivot.py [--laws guided los_pid hierarchical]
+    python benchmarks/controlled_point.py [--laws guided los_pid hierarchical]
 """
 
 import argparse
@@ -25,7 +25,7 @@ from vessel_hsmc_ros.scenario.ship_rules import circle_for, scale_of, sway_dampi
 
 SCENARIOS = ("case2_tracking", "figure_eight", "waypoints")
 COUPLINGS = (0.0, 6e5, 1.2e6, -1.2e6)
-KNOWLEDGE = {"nothing": None, "m23, at the pivot": "pivot", "m23, at the origin": "origin"}
+KNOWLEDGE = {"nothing": None, "m23, at the centre of percussion": "percussion", "m23, at the origin": "origin"}
 
 GUNNERUS = {
     **{"length": 31.25, "beam": 9.6, "draught": 2.7, "surge_force_limit": 154e3, "yaw_moment_limit": 1.2e6},
@@ -119,17 +119,17 @@ def circle(hull: dict[str, Any], mass: float, point: str) -> Scenario:
 
 
 def circles() -> Table:
-    """The errors of the origin on the circle of two ships whose pivot is behind it."""
-    table = Table("ship", "x_p [m]", *(f"at the {point} [lengths]" for point in ("pivot", "origin")), "heading off by [deg]")
+    """The errors of the origin on the circle of two ships whose centre of percussion is behind it."""
+    table = Table("ship", "x_p [m]", *(f"at the {point} [lengths]" for point in ("percussion", "origin")), "heading off by [deg]")
     for name, (hull, mass) in CIRCLES.items():
         cells, offset = [], 0.0
-        for point in ("pivot", "origin"):
+        for point in ("percussion", "origin"):
             scenario = circle(hull, mass, point)
             run = simulate(scenario)
             lap = len(run.time) // 2
             cells.append(f"{position_error(run.state, run.reference)[lap:].max() / hull['length']:.5f}")
             offset = np.degrees(np.abs(np.arctan2(*_sine_and_cosine(run.state[lap:, 2] - run.reference[lap:, 2]))).max())
-        table.add_row(name, f"{scenario.controller.vessel.pivot:.2f}", *cells, f"{offset:.1f}")
+        table.add_row(name, f"{scenario.controller.vessel.percussion_point:.2f}", *cells, f"{offset:.1f}")
     return table
 
 

@@ -1,4 +1,4 @@
-"""The pivot point: derived for the whole class of ships, and met by the plant and by what the laws know."""
+"""The centre of percussion: derived for the whole class of ships, and met by the plant and by what the laws know."""
 
 import math
 from typing import Any
@@ -71,10 +71,10 @@ def test_of_the_damping_cross_terms_remain_at_the_pivot() -> None:
 
 
 def test_the_heading_is_stable_while_a_point_behind_the_pivot_is_not_steered_ahead() -> None:
-    """Linearised about a straight course at the speed U, a point l ahead of the pivot is kept on it: y = 0.
+    """Linearised about a straight course at the speed U, a point l ahead of the centre of percussion is kept on it: y = 0.
 
     With y' = U·delta + v_p + l·delta' and v_p' = -k·v_p - mu·U·delta', mu = (m11 + (d_yr - x_p·d_v)/U)/m22, the heading obeys
-    l·delta'' + (U·(1 - mu) + k·l)·delta' + k·U·delta = 0: at the pivot (l = 0) it decays where mu < 1; for l < 0 it grows.
+    l·delta'' + (U·(1 - mu) + k·l)·delta' + k·U·delta = 0: for l = 0 it decays where mu < 1; for l < 0 it grows.
     """
     U, k, mu, length, s, delta = sp.symbols("U k mu l s delta")
     v_p = sp.Symbol("v_p")
@@ -116,7 +116,7 @@ def test_on_the_plant_the_yaw_moment_does_not_move_the_pivot_sideways(coupling: 
     known = KnownVessel(**inertia, sway_force_per_yaw_moment=side)
     moment = 2e6
     _, sway, yaw = acceleration((0.0, side * moment, moment), VesselParameters(**inertia).coefficients())
-    assert abs(sway + known.pivot * yaw) < 1e-14
+    assert abs(sway + known.percussion_point * yaw) < 1e-14
     assert yaw == pytest.approx(moment / known.as_controlled().yaw_inertia, rel=1e-14)
 
 
@@ -126,7 +126,7 @@ def test_at_the_pivot_the_plant_without_damping_is_one_without_coupling() -> Non
     coupled = VesselParameters(**undamped, sway_yaw_inertia=6e5).coefficients()
     known = KnownVessel(sway_yaw_inertia=6e5)
     plain = VesselParameters(**undamped, yaw_inertia=known.as_controlled().yaw_inertia).coefficients()
-    x_p, (surge, sway, yaw) = known.pivot, (3.0, 0.4, -0.2)
+    x_p, (surge, sway, yaw) = known.percussion_point, (3.0, 0.4, -0.2)
     f = unforced_acceleration(surge, sway - x_p * yaw, yaw, coupled)
     at = unforced_acceleration(surge, sway, yaw, plain)
     assert (f[0], f[1] + x_p * f[2], f[2]) == pytest.approx(at, rel=1e-13)

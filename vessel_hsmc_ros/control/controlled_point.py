@@ -1,8 +1,8 @@
-"""The point that a law controls: motion and reference are carried to it, the tracking errors back to the origin.
+"""The point that a law controls: motion and reference are transformed to it, the tracking errors back to the origin.
 
 | symbol | meaning | unit |
 |---|---|---|
-| x_p, x | distance of the pivot and of the controlled point ahead of the origin | m |
+| x_p, x | distance of the centre of percussion and of the controlled point ahead of the origin | m |
 | dx | rate of x | m/s |
 | delta | heading of the ship minus that of the reference | rad |
 | delta_f, d1, d2 | the same filtered, with its first and second derivative | rad, rad/s, rad/s² |
@@ -18,9 +18,9 @@
 The ship's point is x ahead along the heading of the ship, that of the reference along psi_d + alpha. Along psi_d alone, the
 origin would be off by 2·x·sin(delta/2) wherever the ship has another heading than the reference, as in a side wind; along the
 heading of the ship, the acceleration of the point would contain the yaw acceleration, and with it the moment that the law is to
-compute. delta_f is a state: the carried position, velocity and acceleration are consistent, contain no moment, and leave no error
-of the origin in steady state. While the reference travels x = x_p; in station keeping x = 0, because there the heading is free,
-and the origin is what is to be kept. docs/pivot.md derives both.
+compute. delta_f is a state: the transformed position, velocity and acceleration are consistent, contain no moment, and leave no
+error of the origin in steady state. While the reference travels x = x_p; in station keeping x = 0, because there the heading is
+free, and the origin is what is to be kept. docs/percussion.md derives both.
 """
 
 import math
@@ -43,7 +43,7 @@ MARGIN = 1.5
 """Factor on the shortest distance l with which the heading is stable on a hull that does not damp sway."""
 
 ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
-"""The terms of a law that are carried back to the origin."""
+"""The terms of a law that are transformed back to the origin."""
 
 
 class Heading(NamedTuple):
@@ -58,7 +58,7 @@ START = Heading()
 """Before the first period."""
 
 
-class Pivot(NamedTuple):
+class ControlledPoint(NamedTuple):
     """The controlled point: x_p, 1/l, U_0, T and 1/L."""
 
     x_p: float
@@ -68,7 +68,7 @@ class Pivot(NamedTuple):
     per_length: float
 
 
-class Carried(NamedTuple):
+class AtControlledPoint(NamedTuple):
     """Inputs of the law at its point.
 
     Attributes:
@@ -86,25 +86,25 @@ class Carried(NamedTuple):
     delta: Heading
 
 
-def pivot_of(vessel: KnownVessel, period: float) -> Pivot:
+def controlled_point_of(vessel: KnownVessel, period: float) -> ControlledPoint:
     """The controlled point of a vessel, for a control period, s.
 
     Raises:
-        ParameterError: as `KnownVessel.pivot`.
+        ParameterError: as `KnownVessel.percussion_point`.
     """
     x_p, length = vessel.controlled, vessel.length
     # A faster filter would make the heading unstable: its loop is damped by 1 - m11/m22, and more on a hull that damps sway.
     share = 1.0 - vessel.surge_inertia / vessel.sway_inertia
     distance = min(length, max(length / 3.0, MARGIN * x_p / share)) if share > 0.0 else length
-    return Pivot(x_p, 1.0 / distance, FROUDE * math.sqrt(GRAVITY * length), period, 1.0 / length)
+    return ControlledPoint(x_p, 1.0 / distance, FROUDE * math.sqrt(GRAVITY * length), period, 1.0 / length)
 
 
-ORIGIN = Pivot(0.0, 1.0, 0.0, 1.0, 1.0)
+ORIGIN = ControlledPoint(0.0, 1.0, 0.0, 1.0, 1.0)
 """No other point than the origin."""
 
 
 @kernel
-def position(desired: Motion, acceleration: Acceleration, p: Pivot) -> tuple[float, float]:
+def position(desired: Motion, acceleration: Acceleration, p: ControlledPoint) -> tuple[float, float]:
     """X = x_p·s²·(3 - 2·s) with s = |nu_d|/U_0 up to 1, and dx.
 
     Args:
@@ -120,8 +120,10 @@ def position(desired: Motion, acceleration: Acceleration, p: Pivot) -> tuple[flo
 
 
 @kernel
-def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered: Heading, p: Pivot) -> Carried:
-    """Carry the inputs of a law to its point; at the origin they are returned as they are.
+def to_controlled_point(
+    motion: Motion, desired: Motion, acceleration: Acceleration, filtered: Heading, p: ControlledPoint
+) -> AtControlledPoint:
+    """Transform the inputs of a law to its point; at the origin they are returned as they are.
 
     d1 = omega·(delta - delta_f) + b, d2 = omega·(r - r_d - d1) + db, db = INTEGRAL·omega²·(delta - delta_f)
     (u, v) of the reference's point = (u_d + dq1 - r_d·q2, v_d + dq2 + r_d·q1)
@@ -137,7 +139,7 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered:
         The same at the point.
     """
     if p.x_p == 0.0:
-        return Carried(motion, desired, acceleration, (0.0, 0.0, 0.0, 0.0), filtered)
+        return AtControlledPoint(motion, desired, acceleration, (0.0, 0.0, 0.0, 0.0), filtered)
     delta, slow, turning = filtered
     x_o, y_o, psi, u, v, r = motion
     x_d, y_d, psi_d, u_d, v_d, r_d = desired
@@ -164,7 +166,7 @@ def carry(motion: Motion, desired: Motion, acceleration: Acceleration, filtered:
     rate = Acceleration(du + ddq1 - dr * q2 - r_d * dq2, dv + ddq2 + dr * q1 + r_d * dq1, dr)
 
     ship = Motion(x_o + x * math.cos(psi), y_o + x * math.sin(psi), psi, u + dx, v + x * r, r)
-    return Carried(ship, point, rate, (q1 - x, q2, dq1 - dx, dq2), Heading(wrap(delta + p.T * d1), slower, o.turning))
+    return AtControlledPoint(ship, point, rate, (q1 - x, q2, dq1 - dx, dq2), Heading(wrap(delta + p.T * d1), slower, o.turning))
 
 
 def at_origin(terms: Terms, back: tuple[float, float, float, float]) -> Terms:
@@ -174,7 +176,7 @@ def at_origin(terms: Terms, back: tuple[float, float, float, float]) -> Terms:
 
     Args:
         terms: Those at the point.
-        back: From `Carried`.
+        back: From `AtControlledPoint`.
     """
     e1, e2, de1, de2 = back
     return terms._replace(
