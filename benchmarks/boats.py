@@ -4,7 +4,7 @@ The boat is test/support/foreign_boat.py, plain rclpy and pymavlink without code
 service, rates and frames of the stack; the nodes are started by the commands of the page. A row beside them has odometry of 5 to
 20 Hz at random intervals, best effort, of which 10 % are lost.
 
-    python benchmarks/boats.py [--seconds 110] [STACK ...]
+    python benchmarks/boats.py [--seconds 110] [--folder FOLDER] [STACK ...]
 """
 
 import argparse
@@ -44,6 +44,9 @@ SETTLED = 10.0
 MOUNTED = "antenna: [1.0, 0.0], datum: [59.9, 10.7]"
 """Place of the antenna of the foreign boat, and its origin."""
 
+RECEIVER = 0.01
+"""Standard deviation that its receiver is said to have, m: it has none."""
+
 NATIVE = "robot_localization"
 STACKS: dict[str, tuple[str, list[str]]] = {
     NATIVE: (NATIVE, ["--rate", "50", "50"]),
@@ -70,11 +73,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("stacks", nargs="*", default=list(STACKS), help="all by default")
     parser.add_argument("--seconds", type=float, default=110.0, help="length of a run, s")
+    parser.add_argument("--folder", type=Path, help="keep the files and what the programs print in it")
     arguments = parser.parse_args()
     table = Table("stack", "rms error [m]", "largest [m]", "times native")
     rms: dict[str, float] = {}
     for name in arguments.stacks:
-        errors = run(*STACKS[name], arguments.seconds)
+        errors = run(
+            *STACKS[name], arguments.seconds, arguments.folder and arguments.folder / name.partition(",")[0].replace(" ", "_")
+        )
         rms[name] = math.sqrt(sum(e * e for e in errors) / len(errors))
         ratio = f"{rms[name] / rms[NATIVE]:.2f}" if NATIVE in rms else ""
         table.add_row(name, f"{rms[name]:.3f}", f"{max(errors):.3f}", ratio)
@@ -83,16 +89,18 @@ def main() -> int:
     return 0
 
 
-def run(stack: str, boat: list[str], seconds: float) -> list[float]:
-    """Distances of a boat from its reference, one a second, m."""
+def run(stack: str, boat: list[str], seconds: float, kept: Path | None = None) -> list[float]:
+    """Distances of a boat from its reference, one a second, m; its files are kept in a folder if one is given."""
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+        folder = kept or Path(name)
+        folder.mkdir(parents=True, exist_ok=True)
         by_thrusters = THRUSTERS if "thruster_allocation" in interfaces()[stack].nodes else []
         call(folder, "init", "boat", *SHIP, *by_thrusters, "--interface", stack, "--no-check")
         (folder / "legs.csv").write_text(LEGS)
         connection = folder / f"boat_{stack}.yaml"  # what the page has a person write into it
         text = connection.read_text().replace("heading: imu_euler", f"heading: imu_euler, {MOUNTED}")
         text = text.replace("antenna: [-0.85, 0.0]", MOUNTED.replace(", datum", "\n    datum"))
+        text = text.replace("position_noise: 0.05", f"position_noise: {RECEIVER}")
         connection.write_text(text.replace("curve_thrusts: [-30.0, 40.0]", "curve_thrusts: [-150.0, 150.0]"))
         output = folder / "boat.txt"
         remaps = [f"{own}:={other}" for topics in interfaces()[stack].nodes.values() for own, other in topics.items()]

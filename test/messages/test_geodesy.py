@@ -46,6 +46,41 @@ def test_near_the_datum_it_is_the_tangent_plane(datum: tuple[float, float], x: f
     assert tangent(datum, *Plane(*datum).coordinates(x, y)) == pytest.approx((x, y), abs=2e-6)
 
 
+def geodesic(latitude: float, azimuth: float, length: float) -> np.ndarray:
+    """End of a geodesic by its differential equations: latitude, change of longitude, azimuth, rad."""
+
+    def slope(state: np.ndarray) -> np.ndarray:
+        phi, _, alpha = state
+        w = 1.0 - E2 * math.sin(phi) ** 2
+        m, n = A * (1.0 - E2) / w**1.5, A / math.sqrt(w)
+        return np.array([math.cos(alpha) / m, math.sin(alpha) / (n * math.cos(phi)), math.tan(phi) * math.sin(alpha) / n])
+
+    state, h = np.array([math.radians(latitude), 0.0, azimuth]), length / 100.0
+    for _ in range(100):
+        k1 = slope(state)
+        k2 = slope(state + 0.5 * h * k1)
+        k3 = slope(state + 0.5 * h * k2)
+        k4 = slope(state + h * k3)
+        state = state + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return state
+
+
+@pytest.mark.parametrize("latitude", [0.0, 1e-6, 30.0, -33.9, 59.9, -60.0, 80.0, -85.0, 89.0, -89.0])
+@pytest.mark.parametrize("longitude", [0.0, 10.7, 179.99, -179.99, 180.0, -180.0, 359.9])
+def test_ten_kilometres_away_it_is_the_integral_of_the_geodesic_to_a_micrometre(latitude: float, longitude: float) -> None:
+    x, y = 7e3 * math.sin(latitude + longitude), -7e3 * math.cos(2.0 * latitude - longitude)
+    plane, azimuth = Plane(latitude, longitude), math.atan2(x, y)
+    phi, turned, alpha = geodesic(latitude, azimuth, math.hypot(x, y))
+    found = plane.coordinates(x, y)
+    n = A / math.sqrt(1.0 - E2 * math.sin(phi) ** 2)
+    east = n * math.cos(phi) * math.remainder(math.radians(found[1] - longitude) - turned, 2.0 * math.pi)
+    assert (east, A * (math.radians(found[0]) - phi)) == pytest.approx((0.0, 0.0), abs=1e-6)
+    for longitude_there in (found[1], found[1] - math.copysign(360.0, found[1])):
+        place = plane.place(found[0], longitude_there)
+        assert place[:2] == pytest.approx((x, y), abs=1e-6)
+        assert place.convergence == pytest.approx(alpha - azimuth, abs=1e-11)
+
+
 def test_the_published_distance_of_a_minute_of_latitude() -> None:
     assert Plane(45.0, 0.0).place(45.0 + 1.0 / 60.0, 0.0)[:2] == pytest.approx((0.0, 1852.2), abs=0.2)
 

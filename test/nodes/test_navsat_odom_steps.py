@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from geometry_msgs.msg import QuaternionStamped, TwistStamped
 from sensor_msgs.msg import Imu, NavSatFix
@@ -21,12 +22,13 @@ class Receiver(SteppedNode):
 
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, **parameters: Any) -> None:
         given = {"datum": list(DATUM), "timeout": TIMEOUT, **parameters}
+        self.plane = Plane(*(given["datum"] or DATUM))
         super().__init__(bench, monkeypatch, NavsatOdometryNode, (), **given)
 
     def fix(self, east: float = 0.0, north: float = 0.0, late: float = 0.0) -> NavSatFix:
         message = self.stamped(NavSatFix(), late)
         message.status.status = 0
-        message.latitude, message.longitude = Plane(*DATUM).coordinates(east, north)
+        message.latitude, message.longitude = self.plane.coordinates(east, north)
         return message
 
     def imu(self, psi: float, r: float = 0.0, late: float = 0.0) -> None:
@@ -107,6 +109,33 @@ def test_two_antennas_give_the_heading_and_the_yaw_rate_of_each_interval(receive
         found.append(motion.r)
         expected.append(turned / 0.1)
     assert found[1:] == pytest.approx(expected[1:], abs=1e-3)
+
+
+@pytest.mark.parametrize("datum", [(-17.0, 179.9999), (-17.0, -180.0), (65.0, -179.9999), (-89.0, 180.0)])
+def test_a_boat_with_two_antennas_crosses_the_date_line_and_loses_its_fix_on_the_way(
+    receiver: Any, datum: tuple[float, float]
+) -> None:
+    made = receiver(datum=list(datum), heading="antennas", velocity="course", antenna=[0.5, 0.2])
+    psi, longitudes, found = 0.3, [], []
+    c, s = math.cos(psi), math.sin(psi)
+    for k in range(60):
+        made.wait(0.1)
+        way = 0.5 * k - 15.0
+        x, y = way * c, way * s
+        first = made.fix(x + 0.5 * c - 0.2 * s, y + 0.5 * s + 0.2 * c)
+        longitudes.append(first.longitude)
+        second = made.fix(x + 2.5 * c - 0.2 * s, y + 2.5 * s + 0.2 * c)
+        first.status.status = second.status.status = -1 if 20 <= k < 35 else 0
+        made.node._on_second_fix(second)
+        made.node._on_course(Float64(data=0.5 * math.pi - psi))
+        made.node._on_speed(Float64(data=5.0))
+        motion = made.answer(first)
+        assert (motion is None) == (20 <= k < 35)
+        if motion is not None:
+            found.append((motion.x - x, motion.y - y, motion.psi - psi, motion.u - 5.0, motion.v, motion.r))
+    assert np.ptp(longitudes) > 359.0, "on both sides of it"
+    # The bearings of the antennas are rounded to 1e-9 m over 2 m; near a pole north turns along the way.
+    assert np.abs(found).max(axis=0) == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("velocity", ["twist", "course"])

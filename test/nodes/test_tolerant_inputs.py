@@ -9,6 +9,7 @@ from driving import REFERENCE, RealTimePlant
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from std_srvs.srv import SetBool
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -88,6 +89,8 @@ def test_an_incompatible_publisher_is_named_until_it_has_left(bench: Any) -> Non
     assert level == WARN
     assert "publisher of probe, because their reliability is not compatible" in text
     assert "qos_overrides./odom.subscription.reliability" in text
+    refused = bench.call(SetBool, "controller/enable", SetBool.Request(data=True))
+    assert "odometry on /odom: never received; /odom: nothing passes" in refused.message
     bench.probe.destroy_publisher(publisher)
     bench.until(lambda: not node.compatibility.problem())
 

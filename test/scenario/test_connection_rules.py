@@ -293,7 +293,7 @@ def test_a_clock_that_steps_accuses_neither_velocities_nor_drives() -> None:
 @pytest.mark.parametrize(
     ("plant", "expected"),
     [
-        (columns(psi=lambda c: c["psi"] + 0.35), "a compass that counts from magnetic north"),
+        (columns(psi=lambda c: c["psi"] + 0.35), "a compass from magnetic north or turned"),
         (columns(v=lambda c: 0.0 * c["v"]), "v is 0 in all messages"),
     ],
 )
@@ -307,6 +307,18 @@ def test_what_may_be_a_mistake_is_left_to_do(plant: Callable[[Connection], Conne
 def test_a_state_that_comes_late_leaves_the_signs_as_they_are(late: float) -> None:
     found = judge(columns(stamp=lambda c: c["stamp"] - late)(healthy()))
     assert of(found, WRONG) + of(found, TODO) == []
+
+
+@pytest.mark.parametrize("begin", [0.3, 0.9])
+def test_messages_that_come_late_for_a_while_are_no_step_of_a_clock(begin: float) -> None:
+    """A computer without time for the node for 2 s, and then all at once."""
+    connection = healthy()
+    received = connection.topics["/odom"].received
+    stopped = received[int(begin * len(received))]
+    late = np.where((received > stopped) & (received < stopped + 2.0), stopped + 2.0, received)
+    wrong = of(judge(changed(connection, "/odom", received=late)), WRONG)
+    assert len(wrong) == 1
+    assert "was silent for 2 s" in wrong[0]
 
 
 @pytest.mark.parametrize("offset", [0.05, -0.4])

@@ -57,6 +57,12 @@ def test_the_file_has_the_commands_and_the_limits_of_the_ship() -> None:
     assert "# drive_node --ros-args --params-file boat.yaml --params-file boat_otter.yaml -r normalised_wrench:=" in text
 
 
+def test_the_noise_of_a_receiver_that_is_known_is_not_replaced_by_that_of_the_stack() -> None:
+    sections = [yaml.safe_load(interface_text(interface("otter"), "boat", SHIP, known)) for known in (False, True)]
+    observers = [section["/**/controller"]["ros__parameters"]["observer"] for section in sections]
+    assert observers == [{"enabled": True, "position_noise": 0.05}, {"enabled": True}]
+
+
 def test_an_unknown_interface_is_an_error_with_the_nearest_name() -> None:
     with pytest.raises(ParameterError, match="did you mean mavros"):
         interface("mavos")

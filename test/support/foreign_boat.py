@@ -124,12 +124,13 @@ class Boat(Node):
 
 
 def fill(boat: Boat, pose: Any, twist: Any) -> None:
-    """Write the state into a pose and a twist, the latter along the axes of the hull or of the pose."""
+    """Write the state into a pose and a twist, the latter along the axes of the hull or of the pose, or not at all."""
     x, y, psi, u, v, r = boat.state
     pose.position.x, pose.position.y = x, y
     pose.orientation.w, pose.orientation.z = math.cos(0.5 * psi), math.sin(0.5 * psi)
     velocity = boat.world_velocity() if boat.o.twist == "parent" else (u, v)
-    twist.linear.x, twist.linear.y, twist.angular.z = *velocity, r
+    if boat.o.twist != "none":
+        twist.linear.x, twist.linear.y, twist.angular.z = *velocity, r
 
 
 def publish_odometry(boat: Boat, stamp: Any) -> None:
@@ -269,7 +270,7 @@ def main() -> int:
     parser.add_argument("--state", choices=STATES, default="odometry")
     parser.add_argument("--command", choices=COMMANDS, default="wrench")
     parser.add_argument("--frame", default="odom")
-    parser.add_argument("--twist", choices=("child", "parent"), default="child")
+    parser.add_argument("--twist", choices=("child", "parent", "none"), default="child")
     parser.add_argument("--best-effort", action="store_true")
     parser.add_argument(
         "--rate", type=float, nargs=2, default=(50.0, 50.0), help="between which it changes from message to message"

@@ -60,7 +60,7 @@ def init(
     _write(path, text)
     if connection:
         to = path.with_name(f"{path.stem}_{connection.name}.yaml")
-        _write(to, interface_text(connection, path.stem, scenario.controller.vessel))
+        _write(to, interface_text(connection, path.stem, scenario.controller.vessel, "gps_noise" in given))
         print_line(f"connection: {to}, with the commands that start the nodes")
     if not no_check:
         _check(scenario)

@@ -196,7 +196,9 @@ class ControllerNode(TimedNode):
         if reason in (Reason.NO_CONSUMER, Reason.SECOND_PUBLISHER):
             return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}"
         overdue = self._steps.overdue()
-        return self.inputs.monitor.named(overdue[0], reason) if overdue and overdue[1] is reason else reason.text
+        text = self.inputs.monitor.named(overdue[0], reason) if overdue and overdue[1] is reason else reason.text
+        unconnected = self.compatibility.problem() if reason is Reason.NOT_RECEIVED else ""
+        return "; ".join(filter(None, (text, unconnected)))
 
     def pause(self) -> None:
         """Go to standby; a stop stays latched."""

@@ -136,7 +136,7 @@ def judge_drift(samples: Samples, moved: Array, measured: Array, slow: float) ->
         text = (
             f"the velocities point {abs(turned):.0f} deg to {'port' if turned < 0.0 else 'starboard'} of the way of the positions"
         )
-        cause = "a compass that counts from magnetic north, its mounting, or the course in place of the heading"
+        cause = "a twist in the frame of the pose, a compass from magnetic north or turned, the course in place of the heading"
         correction = f"navsat_odom.heading_offset is larger by {math.radians(turned):.2f} then"
         yield Finding(TODO, "heading", f"{text}: {cause}? {correction}")
     else:

@@ -8,8 +8,8 @@ import numpy as np
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.safety.connection import Connection, Role, Topic
 
-LEAST_STEP, SIDE = 0.3, 5
-"""The least step of a clock that counts, s, and how many messages before and after it show it."""
+LEAST_STEP, SIDE, BESIDE = 0.3, 5, 2.0
+"""The least step of a clock that counts, s, and how many messages, and how long, before and after it show it."""
 
 QUARTER, ZONES, GPS, YEAR = 900.0, (1800.0, 50_400.0), 18.0, 3e7
 """Time zones are multiples of a quarter of an hour, up to 14 h; by how much GPS time is ahead of UTC; a year; s."""
@@ -27,7 +27,7 @@ class Step(NamedTuple):
 def clock_step(topic: Topic) -> Step | None:
     """The step by which the stamps of a topic and the times of receipt part for good; None without one.
 
-    A single message that comes late, or a network that stops for a while, is none: the difference returns to what it was.
+    Messages that come late, from a network that stops or to a busy computer, are none: their ages change all the time.
     """
     stamps = topic.columns.get("stamp")
     if stamps is None or len(stamps) < 2 * SIDE or not stamps.all():
@@ -35,7 +35,9 @@ def clock_step(topic: Topic) -> Step | None:
     ages = np.asarray(topic.received - stamps)
     at = SIDE + int(np.argmax(np.abs(np.diff(ages))[SIDE - 1 : len(ages) - SIDE]))
     size = float(np.median(ages[at:]) - np.median(ages[:at]))
-    if abs(size) < LEAST_STEP or abs(ages[at] - ages[at - 1]) < 0.5 * abs(size):
+    spread = max(float(np.ptp(np.quantile(side, (0.05, 0.95)))) for side in (ages[:at], ages[at:]))
+    beside = min(topic.received[at - 1] - topic.received[0], topic.received[-1] - topic.received[at])
+    if abs(size) < max(LEAST_STEP, 4.0 * spread) or beside < BESIDE or abs(ages[at] - ages[at - 1]) < 0.5 * abs(size):
         return None
     steps = [abs(float(times[at] - times[at - 1]) - float(np.median(np.diff(times)))) for times in (stamps, topic.received)]
     of_stamps = steps[0] > steps[1]

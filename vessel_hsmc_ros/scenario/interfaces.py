@@ -72,15 +72,19 @@ def parameters_of(stack: Interface, vessel: KnownVessel) -> dict[str, dict[str, 
     return {node: {name: filled(value) for name, value in values.items()} for node, values in stack.parameters.items()}
 
 
-def interface_text(stack: Interface, name: str, vessel: KnownVessel) -> str:
+def interface_text(stack: Interface, name: str, vessel: KnownVessel, noise_known: bool = False) -> str:
     """Write the parameters file of an interface, which is given to each node after that of the ship.
 
     Args:
         stack: The interface.
         name: Of the ship: the file is `<name>_<interface>.yaml`.
         vessel: What is known of the ship.
+        noise_known: Whether the file of the ship has the noise of its positions, which that of the stack then leaves as it is.
     """
-    sections = {f"/**/{node}": {"ros__parameters": _nested(values)} for node, values in parameters_of(stack, vessel).items()}
+    parameters = parameters_of(stack, vessel)
+    if noise_known:
+        parameters.get("controller", {}).pop("observer.position_noise", None)
+    sections = {f"/**/{node}": {"ros__parameters": _nested(values)} for node, values in parameters.items()}
     head = [f"{stack.title}. Written by `vessel-hsmc init`; edit it at will. Start each node in a terminal of its own:", ""]
     lines = [
         *head,
