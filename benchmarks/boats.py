@@ -45,7 +45,7 @@ MOUNTED = "antenna: [1.0, 0.0], datum: [59.9, 10.7]"
 """Place of the antenna of the foreign boat, and its origin."""
 
 RECEIVER = 0.01
-"""Standard deviation that its receiver is said to have, m: it has none."""
+"""Standard deviation declared for its receiver, m, which is without noise."""
 
 NATIVE = "robot_localization"
 STACKS: dict[str, tuple[str, list[str]]] = {
