@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry, Value
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED, KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
@@ -183,7 +183,7 @@ def hull_data() -> dict[str, tuple[Entry, ...]]:
 
 def _neutral(entry: Entry) -> Value:
     """The value of what a vessel file leaves out: no damping and no coupling, and the node's default for all else."""
-    return 0.0 if "_damping" in entry.name else entry.default
+    return 0.0 if "_damping" in entry.name and entry.default != NOT_DECLARED else entry.default
 
 
 # Read again only when its text has changed: a campaign names the same vessel in thousands of runs.
