@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.hull import vessel_name
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.plant.dynamics import Wrench
@@ -282,12 +282,12 @@ class VesselSimNode(VesselNode):
         }
         return (WARN if level == OK and self._outside else level), message, values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The status, and that of the commands."""
         level, text = (None if self.finished or self._paused else self._drive.problem()) or (OK, "fresh")
-        hull = Concern("hull data", WARN if self._outside else OK, self._outside or "within their range", {})
-        pace = Concern("pace", OK, f"{self._pace.moves} times behind or set", {"moves": self._pace.moves})
-        return [*super().concerns(), Concern("command", level, text, self._drive.values()), hull, pace]
+        hull = DiagnosticTask("hull data", WARN if self._outside else OK, self._outside or "within their range", {})
+        pace = DiagnosticTask("pace", OK, f"{self._pace.moves} times behind or set", {"moves": self._pace.moves})
+        return [*super().diagnostic_tasks(), DiagnosticTask("command", level, text, self._drive.values()), hull, pace]
 
 
 def main(arguments: list[str] | None = None) -> int:

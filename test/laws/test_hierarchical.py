@@ -81,7 +81,7 @@ def test_adaptation_cancels_the_cross_terms_of_the_lyapunov_rate(state, referenc
     f_u, f_v, f_r = unforced_acceleration(state[3], state[4], state[5], SHIP)
     z = complex(state[0], state[1]) * np.exp(-1j * state[2])
 
-    # What is left of dS1 and dS2 after the promised part: the law's estimates in place of the truth.
+    # What is left of dS1 and dS2 after the designed part: the law's estimates in place of the truth.
     left1 = G.a * (f_v - terms.sway_estimate) + (G.b - G.a * z.real) * (f_r - terms.yaw_estimate)
     left2 = (f_u - terms.surge_estimate) + z.imag * (f_r - terms.yaw_estimate)
     rates = adaptation(z.real, z.imag, S1, S2, G.a, G)  # of one neuron that is always fully active

@@ -51,11 +51,11 @@ def test_the_only_singularity_is_where_the_moment_has_no_authority_over_its_surf
 
 def test_exact_networks_in_calm_water_give_the_reaching_laws() -> None:
     """dS1 = -k1·S1 - eta1·sgn S1 and dS2 = -k2·S2 - eta2·sgn S2."""
-    for surface_rate, promised in (
+    for surface_rate, designed in (
         (YAW_RATE, -p.k1 * p.S1 - p.eta1 * p.sgn(p.S1)),
         (p.PRINTED_24, -p.k2 * p.S2 - p.eta2 * p.sgn(p.S2)),
     ):
-        assert sp.simplify(under_the_law(surface_rate).subs(EXACT).subs(CALM) - promised) == 0
+        assert sp.simplify(under_the_law(surface_rate).subs(EXACT).subs(CALM) - designed) == 0
 
 
 def test_estimation_errors_and_the_disturbance_drive_the_surfaces() -> None:

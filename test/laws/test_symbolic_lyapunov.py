@@ -12,7 +12,7 @@ eps_v, eps_r, eps_u = sp.symbols("eps_v eps_r eps_u", real=True)
 tau_uw, tau_vw, tau_rw = p.DISTURBANCE
 
 MISSED_V, MISSED_R, MISSED_U = (e.dot(h) for e, h in zip(E, H, strict=True))  # f~ = W~'H
-PROMISED = -p.k1 * S1**2 - p.k2 * S2**2 - p.eta1 * S1 * p.sgn(S1) - p.eta2 * S2 * p.sgn(S2)  # (35), before eta is used up
+DESIGNED = -p.k1 * S1**2 - p.k2 * S2**2 - p.eta1 * S1 * p.sgn(S1) - p.eta2 * S2 * p.sgn(S2)  # (35), before eta is used up
 
 CONSISTENT = (gamma_v * a * S1 * H_v, gamma_r * ((b - a * z1) * S1 + z2 * S2) * H_r, gamma_u * S2 * H_u)
 FIRST, SECOND, THIRD = S2, a * S1, b * z1 * S1 - a * z1 * S1 + z2 * S2  # what (29) multiplies H1, H2, H3 by
@@ -31,7 +31,7 @@ def lyapunov_rate(adaptation, errors=0, disturbed=0):
 
 
 def test_the_consistent_adaptation_cancels_the_cross_terms_of_32() -> None:
-    assert sp.simplify(lyapunov_rate(CONSISTENT) - PROMISED) == 0
+    assert sp.simplify(lyapunov_rate(CONSISTENT) - DESIGNED) == 0
 
 
 def test_no_other_adaptation_cancels_the_cross_terms() -> None:
@@ -60,12 +60,12 @@ def test_no_other_adaptation_cancels_the_cross_terms() -> None:
 def test_the_printed_adaptation_leaves_cross_terms(printed, residue) -> None:
     """Linear in the weights' errors, so of either sign: V may grow. With the names of (33) only one z1 is superfluous."""
     assert residue != 0
-    assert sp.simplify(lyapunov_rate(printed) - PROMISED - residue) == 0
+    assert sp.simplify(lyapunov_rate(printed) - DESIGNED - residue) == 0
 
 
 def test_the_terms_that_the_switching_gains_must_exceed() -> None:
     """The exact terms behind (34): b - a·z1 weighs both tau_rw and the error of f_r; the printed |b - a| has lost z1."""
     weighs_on_1 = a * (tau_vw + eps_v) + (b - a * z1) * (tau_rw + eps_r)
     weighs_on_2 = (tau_uw + eps_u) + z2 * (tau_rw + eps_r)
-    left = lyapunov_rate(CONSISTENT, errors=1, disturbed=1) - PROMISED
+    left = lyapunov_rate(CONSISTENT, errors=1, disturbed=1) - DESIGNED
     assert sp.simplify(left - S1 * weighs_on_1 - S2 * weighs_on_2) == 0

@@ -72,7 +72,7 @@ def test_the_terms_of_a_law_are_written_into_fields_of_the_same_name() -> None:
 @pytest.mark.parametrize(("namespace", "expected"), [("", {"a": "in the root"}), ("alpha/", {"a": "in alpha"})])
 def test_diagnostics_are_those_of_the_nodes_directly_in_a_namespace(namespace: str, expected: dict[str, str]) -> None:
     entry = STORE.types["diagnostic_msgs/msg/DiagnosticStatus"]
-    names = {"a": "in the root", "alpha/a": "in alpha", "alpha/beta/a": "below alpha", "a: inputs": "one concern"}
+    names = {"a": "in the root", "alpha/a": "in alpha", "alpha/beta/a": "below alpha", "a: inputs": "one task"}
     status = [entry(level=0, name=name, message=text, hardware_id="", values=[]) for name, text in names.items()]
     read = conversions.read_status(message(STATUS, 0, np.random.default_rng(1), status=status), namespace)
     assert {node: values["message"] for node, values in read.items()} == expected

@@ -57,7 +57,7 @@ def test_after_a_step_of_the_clock_odometry_of_another_place_is_taken_at_once(
     sea.run(0.1)
     first = next(state for state in sea.states if math.isfinite(state.surge_error))
     assert abs(first.surge_error) > 400.0
-    assert "jumped" not in node.inputs.concerns()[0].message
+    assert "jumped" not in node.inputs.diagnostic_tasks()[0].message
 
 
 @pytest.mark.parametrize(("step", "forgets"), [(-5 * SECOND, True), (5 * SECOND, False)])

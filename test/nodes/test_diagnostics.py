@@ -1,4 +1,4 @@
-"""Diagnostics: one status for the node as a whole, one for each of its concerns, at once where a level changes."""
+"""Diagnostics: one status for the node as a whole, one for each of its tasks, at once where a level changes."""
 
 from typing import Any
 
@@ -7,10 +7,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern, Reporter, summarised
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, DiagnosticTask, Reporter, summarised
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
-OWN = Concern("", OK, "running", {"steps": 3})
+OWN = DiagnosticTask("", OK, "running", {"steps": 3})
 
 
 @pytest.mark.parametrize(
@@ -24,22 +24,22 @@ OWN = Concern("", OK, "running", {"steps": 3})
 )
 def test_a_node_is_as_bad_as_its_worst_concern_and_names_it(levels: tuple[bytes, bytes], overall: bytes, message: str) -> None:
     names = ("period", "input age")
-    others = [Concern(name, level, f"text {i}", {}) for i, (name, level) in enumerate(zip(names, levels, strict=True))]
-    assert summarised(OWN, others) == Concern("", overall, message, {"steps": 3})
+    others = [DiagnosticTask(name, level, f"text {i}", {}) for i, (name, level) in enumerate(zip(names, levels, strict=True))]
+    assert summarised(OWN, others) == DiagnosticTask("", overall, message, {"steps": 3})
 
 
 def test_a_problem_of_the_nodes_own_work_is_not_hidden_by_a_concern() -> None:
-    own = Concern("", WARN, "waiting", {})
-    assert summarised(own, [Concern("period", ERROR, "late", {})]) == own
+    own = DiagnosticTask("", WARN, "waiting", {})
+    assert summarised(own, [DiagnosticTask("period", ERROR, "late", {})]) == own
 
 
 class TwoConcerns(ReferenceShipNode):
-    """A node with a concern whose level a test sets."""
+    """A node with a task whose level a test sets."""
 
     level = OK
 
-    def concerns(self) -> list[Concern]:
-        return [super().concerns()[0], Concern("pace", self.level, "as set", {"late": 2})]
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        return [super().diagnostic_tasks()[0], DiagnosticTask("pace", self.level, "as set", {"late": 2})]
 
 
 def test_a_change_of_level_is_published_at_once_and_named_after_node_and_concern(bench: Any) -> None:
@@ -50,19 +50,21 @@ def test_a_change_of_level_is_published_at_once_and_named_after_node_and_concern
     node.publish_diagnostics(only_changes=True)
     count = len(arrays)
     node.publish_diagnostics(only_changes=True)  # nothing has changed since
-    whole, concern = bench.until(lambda: arrays[-1].status[0].level == WARN and arrays[-1].status)
+    whole, task = bench.until(lambda: arrays[-1].status[0].level == WARN and arrays[-1].status)
     assert len(arrays) <= count + 1
     assert (whole.name, whole.message) == ("reference_ship", "pace: as set")
-    assert (concern.name, concern.level, concern.message) == ("reference_ship: pace", WARN, "as set")
-    assert [(pair.key, pair.value) for pair in concern.values] == [("late", "2")]
+    assert (task.name, task.level, task.message) == ("reference_ship: pace", WARN, "as set")
+    assert [(pair.key, pair.value) for pair in task.values] == [("late", "2")]
 
 
 def test_each_change_of_a_level_is_published_at_once_and_nothing_else_is(bench: Any) -> None:
     reporter, published = Reporter(bench.probe, lambda: 7, RecorderParameters), []
     reporter.keep = lambda _, array: published.append([status.level for status in array.status])
     for first, second in (b"\0\0", b"\0\0", b"\0\2", b"\0\2", b"\0\0", b"\0\0", b"\1\0", b"\0\2", b"\0\2", b"\0\0"):
-        reporter.diagnose([Concern("", bytes([first]), "", {}), Concern("a", bytes([second]), "", {})], only_changes=True)
+        reporter.diagnose(
+            [DiagnosticTask("", bytes([first]), "", {}), DiagnosticTask("a", bytes([second]), "", {})], only_changes=True
+        )
     assert [(a[0], b[0]) for a, b in published] == [(0, 0), (0, 2), (0, 0), (1, 0), (0, 2), (0, 0)]
-    reporter.diagnose([Concern("", b"\0", "", {})])
-    reporter.diagnose([Concern("", b"\0", "", {})])
+    reporter.diagnose([DiagnosticTask("", b"\0", "", {})])
+    reporter.diagnose([DiagnosticTask("", b"\0", "", {})])
     assert len(published) == 8, "the periodic ones always"

@@ -192,7 +192,7 @@ def test_pulse_widths_are_neutral_after_a_stop_and_without_the_thrust_of_one_thr
         return stack.values()[-1] == (1500, 1500)
 
     bench.until(one_alone)
-    assert stack.node.concerns()[1].values["refused"] > 0
+    assert stack.node.diagnostic_tasks()[1].values["refused"] > 0
 
 
 def test_the_last_command_at_the_end_is_zero(bench: Any) -> None:

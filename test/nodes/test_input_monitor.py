@@ -52,8 +52,8 @@ def test_a_refused_sample_is_reported_with_its_value_and_what_is_allowed(
 def test_repeated_and_reordered_samples_are_counted_and_are_no_error(monitor: InputMonitor) -> None:
     for stamp in (1, 3, 2, 3):
         monitor.take("odometry", sample(stamp), 0, 0)
-    concern = monitor.concern()
-    assert concern.values == {"refused": 2, "odometry: out_of_order": 1, "odometry: duplicate": 1}
+    task = monitor.diagnostic_task()
+    assert task.values == {"refused": 2, "odometry: out_of_order": 1, "odometry: duplicate": 1}
     assert monitor.status() is None
     assert monitor.fresh["odometry"] == 2
 

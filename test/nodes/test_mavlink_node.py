@@ -97,12 +97,12 @@ class Boat:
     def all(self, kind: str) -> list[Any]:
         return [m for m in self.autopilot.heard if m.get_type() == kind]
 
-    def concern(self, name: str) -> Any:
-        return next(c for c in self.node.concerns() if c.name == name)
+    def diagnostic_task(self, name: str) -> Any:
+        return next(c for c in self.node.diagnostic_tasks() if c.name == name)
 
     def driven(self) -> "Boat":
         """The same once it carries out a wrench."""
-        self.until(lambda: self.odometry and self.concern("autopilot").message == "ready")
+        self.until(lambda: self.odometry and self.diagnostic_task("autopilot").message == "ready")
         self.operation = ControlState.ACTIVE
         self.until(lambda: self.autopilot.servos == {1: 1780, 3: 1620}, self.wrench)
         return self
@@ -145,7 +145,7 @@ def test_a_command_reaches_the_thrusters_and_its_time_out_gives_the_channels_bac
 ) -> None:
     made = boat(form=form, **parameters)
     made.autopilot.passed_through = (1, 3) if form == "channels" else ()
-    made.until(lambda: made.concern("autopilot").message == "ready")
+    made.until(lambda: made.diagnostic_task("autopilot").message == "ready")
     made.operation = ControlState.ACTIVE
     made.until(lambda: made.autopilot.servos == servos, made.wrench if form == "manual" else made.thrust)
     made.until(lambda: not made.autopilot.overrides)  # without further commands
@@ -155,7 +155,7 @@ def test_a_command_reaches_the_thrusters_and_its_time_out_gives_the_channels_bac
 def test_guided_takes_speed_and_yaw_rate(boat: Any) -> None:
     made = boat(form="guided", cruise_speed=4.0)
     made.autopilot.mode = GUIDED
-    made.until(lambda: made.concern("autopilot").message == "ready")
+    made.until(lambda: made.diagnostic_task("autopilot").message == "ready")
     made.operation = ControlState.ACTIVE
     made.until(lambda: made.autopilot.guided[1:] == pytest.approx((0.25, -0.2)), made.velocity)
     made.autopilot.change(mode=HOLD)
@@ -181,7 +181,7 @@ def test_a_takeover_ends_the_commands_for_good(boat: Any, kind: str) -> None:
     made.driven()
     made.obeys = False  # a controller that does not go to standby
     act(made.autopilot)
-    made.until(lambda: text in made.concern("autopilot").message, made.wrench)
+    made.until(lambda: text in made.diagnostic_task("autopilot").message, made.wrench)
     made.until(lambda: len(made.all("RC_CHANNELS_OVERRIDE")) == LAST_COMMANDS, made.wrench)  # a packet may be lost
     assert all((m.chan1_raw, m.chan3_raw) == (0, 0) for m in made.all("RC_CHANNELS_OVERRIDE"))
     made.autopilot.heard.clear()
@@ -205,13 +205,13 @@ def test_after_standby_a_person_enables_it_again(boat: Any) -> None:
 def test_a_stick_takes_over_in_guided(boat: Any) -> None:
     made = boat(form="guided")
     made.autopilot.mode = GUIDED
-    made.until(lambda: made.concern("autopilot").message == "ready")
+    made.until(lambda: made.diagnostic_task("autopilot").message == "ready")
     made.operation = ControlState.ACTIVE
     made.until(lambda: made.autopilot.guided[1], made.velocity)
     count = made.node.status()[2].get("rc_channels", 0)
     made.until(lambda: made.node.status()[2].get("rc_channels", 0) > count + 1, made.velocity)
     made.autopilot.radio[3] = 1650
-    made.until(lambda: "channel 3 of the radio is at 1650 µs" in made.concern("autopilot").message, made.velocity)
+    made.until(lambda: "channel 3 of the radio is at 1650 µs" in made.diagnostic_task("autopilot").message, made.velocity)
 
 
 def test_a_stop_is_zero_until_it_is_rearmed_and_the_end_gives_the_channels_back(boat: Any, bench: Any) -> None:
@@ -230,7 +230,7 @@ def test_what_is_awaited_is_named(bench: Any) -> None:
     node = bench.start(MavlinkNode, lockstep=False, connection=address)
     bench.until(lambda: node.connected)
     assert node.status()[1] == f"waiting for a HEARTBEAT of an autopilot on {address}"
-    assert node.concerns()[1].message == "no autopilot heard"
+    assert node.diagnostic_tasks()[1].message == "no autopilot heard"
 
 
 @pytest.mark.parametrize(

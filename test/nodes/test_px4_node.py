@@ -74,7 +74,7 @@ class Boat:
 
     @property
     def waits(self) -> str:
-        return str(next(c for c in self.node.concerns() if c.name == "autopilot").message)
+        return str(next(c for c in self.node.diagnostic_tasks() if c.name == "autopilot").message)
 
     def driven(self) -> "Boat":
         """The same once it carries out a wrench."""
@@ -186,4 +186,4 @@ def test_an_estimate_without_a_motion_is_named_and_not_published(bench: Any, cha
 def test_what_is_awaited_is_named(bench: Any) -> None:
     node = bench.start(Px4Node, lockstep=False)
     assert node.status()[1] == "waiting for /fmu/out/vehicle_status"
-    assert node.concerns()[1].message == "no autopilot heard"
+    assert node.diagnostic_tasks()[1].message == "no autopilot heard"

@@ -85,7 +85,7 @@ def test_an_incompatible_publisher_is_named_until_it_has_left(bench: Any) -> Non
     reliable = {"qos_overrides./odom.subscription.reliability": "reliable"}
     node = bench.start(ControllerNode, lockstep=False, law="guided", **reliable)
     publisher = bench.probe.create_publisher(Odometry, "odom", qos_profile_sensor_data)
-    level, text = bench.until(lambda: (w := node._overall(node.concerns()[0])).message.count("/odom: nothing") and w[1:3])
+    level, text = bench.until(lambda: (w := node._overall(node.diagnostic_tasks()[0])).message.count("/odom: nothing") and w[1:3])
     assert level == WARN
     assert "publisher of probe, because their reliability is not compatible" in text
     assert "qos_overrides./odom.subscription.reliability" in text
@@ -139,7 +139,7 @@ def test_a_twist_that_is_not_filled_in_is_named_on_the_log_and_ends_in_the_safe_
     sea.run(6.5)
     assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.SAFE, ControlState.VELOCITY)
     assert "is the twist not filled in? controller.observer.enabled" in capfd.readouterr().err
-    assert any("not filled in" in concern.message for concern in node.concerns() if concern.name == "monitors")
+    assert any("not filled in" in task.message for task in node.diagnostic_tasks() if task.name == "monitors")
 
 
 def at_two_metres_per_second(sea: RealTimePlant) -> Any:

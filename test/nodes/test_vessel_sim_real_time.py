@@ -137,9 +137,9 @@ def test_in_real_time_a_command_that_is_not_fresh_is_refused_named_and_counted(
     assert conv.read_wrench(helm.applied[-1]) == (1e5, 0.0)
     assert all(np.isfinite(conv.read_odometry(m)).all() for m in helm.odometry)
     (node,) = bench.nodes
-    concern = command(node)
+    task = command(node)
     assert reason in capfd.readouterr().err
-    assert concern.values[f"refused_{name}"] == 1
+    assert task.values[f"refused_{name}"] == 1
     helm.command(simulated_time.now, force=2e5)
     helm.run(0.05)
     assert conv.read_wrench(helm.applied[-1]) == (2e5, 0.0)

@@ -64,4 +64,4 @@ def test_a_lockstep_run_without_faults_has_no_concern(bench: Any, helm: Any) -> 
     gaps = Gaps(bench, helm)
     for _ in range(3):
         gaps.answer(1e5)
-        assert {concern.level for concern in gaps.node.concerns()} == {DiagnosticStatus.OK}
+        assert {task.level for task in gaps.node.diagnostic_tasks()} == {DiagnosticStatus.OK}

@@ -37,29 +37,29 @@ class Watched:
     def latest(self) -> tuple[float, float]:
         return conv.read_wrench(self.output[-1])
 
-    def concern(self, name: str) -> Any:
-        return next(each for each in self.node.concerns() if each.name == name)
+    def diagnostic_task(self, name: str) -> Any:
+        return next(each for each in self.node.diagnostic_tasks() if each.name == name)
 
 
 def test_a_fresh_command_is_passed_on_within_the_limits(bench: Any) -> None:
     watched = Watched(bench, surge_force_limit=100.0, command_timeout=60.0)
     watched.command(1e5, -7.0)
     bench.until(lambda: watched.latest == (100.0, -7.0))
-    assert watched.concern("command").level == OK
+    assert watched.diagnostic_task("command").level == OK
 
 
 def test_without_a_command_the_output_is_zero_and_goes_on(bench: Any) -> None:
     watched = Watched(bench)
     bench.until(lambda: len(watched.output) > 5)
     assert {conv.read_wrench(message) for message in watched.output} == {(0.0, 0.0)}
-    assert watched.concern("command").level == WARN
+    assert watched.diagnostic_task("command").level == WARN
 
 
 @pytest.mark.parametrize(("force", "late"), [(math.nan, 0.0), (5e4, 120.0), (5e4, -1.0)])
 def test_a_command_that_is_not_fresh_is_not_passed_on(bench: Any, force: float, late: float) -> None:
     watched = Watched(bench, command_timeout=60.0)
     watched.command(force, late=late)
-    bench.until(lambda: watched.concern("command").values["refused"] == 1)
+    bench.until(lambda: watched.diagnostic_task("command").values["refused"] == 1)
     watched.command(1e3)
     bench.until(lambda: watched.latest == (1e3, 0.0))
     assert {conv.read_wrench(message)[0] for message in watched.output} == {0.0, 1e3}
@@ -83,7 +83,7 @@ def test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return(
     watched = Watched(bench, command_timeout=0.5, ramp_time=0.5, use_sim_time=True)
     simulated_time.run(0.01)
     watched.command(0.0)
-    bench.until(lambda: watched.concern("command").values["taken"] == 1)
+    bench.until(lambda: watched.diagnostic_task("command").values["taken"] == 1)
     steady.now += 10.0  # all the way to what is commanded
     watched.command(1e3, late=-0.001)
     bench.until(lambda: watched.latest[0] == 1e3)
@@ -93,7 +93,7 @@ def test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return(
 
     steady.now += 10.0  # what passes before the time-out is no part of the ramp
     watched.command(1e3, late=-0.002)
-    bench.until(lambda: watched.concern("command").values["taken"] == 3)
+    bench.until(lambda: watched.diagnostic_task("command").values["taken"] == 3)
     simulated_time.jump(6 * 10**8)
     for share in (0.75, 0.25, 0.0):
         steady.now += 0.125 if share == 0.75 else 0.25
@@ -112,7 +112,7 @@ def test_a_stop_holds_until_it_is_rearmed(bench: Any) -> None:
     bench.until(lambda: watched.latest[0] == 0.0)
     count = len(watched.output)
     watched.command(1e3)
-    bench.until(lambda: watched.concern("command").values["taken"] == 2 and len(watched.output) > count + 3)
+    bench.until(lambda: watched.diagnostic_task("command").values["taken"] == 2 and len(watched.output) > count + 3)
     assert {conv.read_wrench(message) for message in watched.output[count:]} == {(0.0, 0.0)}
     assert watched.node.status()[:2] == (WARN, "stopped: the wrench is zero until ~/rearm")
     assert bench.call(Trigger, "/watchdog/rearm", Trigger.Request()).success
@@ -158,17 +158,17 @@ def test_commands_of_two_publishers_are_not_passed_on(bench: Any) -> None:
     bench.until(lambda: watched.latest[0] == 1e3)
     bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
     bench.until(lambda: watched.latest[0] == 0.0)
-    assert watched.concern("command").level == ERROR
+    assert watched.diagnostic_task("command").level == ERROR
 
 
 def test_a_node_that_falls_silent_is_named(bench: Any) -> None:
     diagnostics = bench.probe.create_publisher(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
     watched = Watched(bench, watched_nodes=["controller"], heartbeat_timeout=0.5)
     alive = DiagnosticArray(status=[DiagnosticStatus(name="controller"), DiagnosticStatus(name="other")])
-    bench.until(lambda: watched.concern("heartbeat").level == ERROR)
-    assert "no diagnostics of controller for " in watched.concern("heartbeat").message
-    bench.until(lambda: diagnostics.publish(alive) or watched.concern("heartbeat").level == OK)
-    bench.until(lambda: watched.concern("heartbeat").level == ERROR)
+    bench.until(lambda: watched.diagnostic_task("heartbeat").level == ERROR)
+    assert "no diagnostics of controller for " in watched.diagnostic_task("heartbeat").message
+    bench.until(lambda: diagnostics.publish(alive) or watched.diagnostic_task("heartbeat").level == OK)
+    bench.until(lambda: watched.diagnostic_task("heartbeat").level == ERROR)
 
 
 def test_the_time_out_counts_from_the_stamp(bench: Any, simulated_time: Any) -> None:
@@ -209,10 +209,10 @@ def test_a_watchdog_hears_the_nodes_of_its_own_vessel_and_no_others(bench: Any) 
         array = DiagnosticArray(status=[DiagnosticStatus(name=name) for name in names])
         end = time.monotonic() + 1.0
         bench.until(lambda: diagnostics.publish(array) or time.monotonic() > end)
-        return float(watched.concern("heartbeat").values["controller_age"])
+        return float(watched.diagnostic_task("heartbeat").values["controller_age"])
 
     bench.until(diagnostics.get_subscription_count)
     assert heard_after("controller", "bravo/controller", "alpha/controller: timing") > 0.5
-    assert watched.concern("heartbeat").level == ERROR
+    assert watched.diagnostic_task("heartbeat").level == ERROR
     bench.until(lambda: heard_after("alpha/controller") < 0.5)
-    bench.until(lambda: watched.concern("heartbeat").level == OK)
+    bench.until(lambda: watched.diagnostic_task("heartbeat").level == OK)

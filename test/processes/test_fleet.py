@@ -11,7 +11,7 @@ import pytest
 from harness import Command, children, command_line, run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.report.making import Wanted, make
+from vessel_hsmc_ros.report.making import Options, make
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.simulation import compilation
 
@@ -84,8 +84,8 @@ def test_summary_and_page_show_every_vessel(three: Path) -> None:
 
 
 def test_the_bag_of_a_fleet_is_reported_by_itself(three: Path, tmp_path: Path) -> None:
-    assert sorted(r.name for r in make([three], Wanted(page=tmp_path / "all.html")).records) == ["tug_1", "tug_2", "tug_3"]
-    (one,) = make([three], Wanted(page=tmp_path / "one.html", namespace="tug_2")).records
+    assert sorted(r.name for r in make([three], Options(page=tmp_path / "all.html")).records) == ["tug_1", "tug_2", "tug_3"]
+    (one,) = make([three], Options(page=tmp_path / "one.html", namespace="tug_2")).records
     assert one.scenario is not None
     assert one.scenario.vessel_sim.initial_pose[1] == 51.0
 

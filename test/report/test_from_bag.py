@@ -10,7 +10,7 @@ from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.metrics import evaluate
-from vessel_hsmc_ros.report.making import Wanted, make, page_of, read
+from vessel_hsmc_ros.report.making import Options, make, page_of, read
 from vessel_hsmc_ros.report.panels import panels
 from vessel_hsmc_ros.report.record import Mark
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
@@ -85,7 +85,7 @@ def test_a_failure_in_the_summary_of_a_run_is_in_the_verdict(recorded: Path) -> 
 
 
 def test_files_of_a_run_folder_are_beside_its_bag(recorded: Path) -> None:
-    made = make([recorded], Wanted(csv=True, figures="svg"))
+    made = make([recorded], Options(csv=True, figures="svg"))
     folder = recorded.parent
     assert made.files == {"page": folder / "report.html", "figures": folder / "figures", "csv": folder / "csv"}
     assert (folder / "csv" / "motion.csv").is_file()
@@ -94,7 +94,7 @@ def test_files_of_a_run_folder_are_beside_its_bag(recorded: Path) -> None:
 
 def test_a_bag_with_odometry_alone_has_a_page_without_metrics(tmp_path: Path) -> None:
     write_odometry(tmp_path / "foreign", ODOMETRY)
-    made = make([tmp_path / "foreign"], Wanted(page=tmp_path / "page.html"))
+    made = make([tmp_path / "foreign"], Options(page=tmp_path / "page.html"))
     assert made.records[0].name == "foreign"
     assert made.records[0].metrics is None
     assert made.records[0].duration == pytest.approx(0.49)
@@ -111,7 +111,7 @@ def test_commands_of_a_bag_without_control_state_keep_their_times(tmp_path: Path
 def test_pages_of_bags_in_one_folder_do_not_overwrite_each_other(tmp_path: Path) -> None:
     for name in ("first", "second"):
         write_odometry(tmp_path / name, ODOMETRY)
-    made = [make([tmp_path / name], Wanted(csv=True, figures="png")).files for name in ("first", "second")]
+    made = [make([tmp_path / name], Options(csv=True, figures="png")).files for name in ("first", "second")]
     assert [files["page"].name for files in made] == ["first_report.html", "second_report.html"]
     paths = [path for files in made for path in files.values()]
     assert len(set(paths)) == 6
@@ -126,7 +126,7 @@ def test_the_page_of_one_file_of_a_bag_carries_its_name(recorded: Path) -> None:
 def test_tables_of_several_runs_are_in_folders_of_their_names(tmp_path: Path) -> None:
     for name in ("first", "second"):
         write_odometry(tmp_path / name, ODOMETRY)
-    make([tmp_path / "first", tmp_path / "second"], Wanted(page=tmp_path / "report.html", csv=True))
+    make([tmp_path / "first", tmp_path / "second"], Options(page=tmp_path / "report.html", csv=True))
     assert (tmp_path / "csv" / "first" / "motion.csv").is_file()
     assert (tmp_path / "csv" / "second" / "motion.csv").is_file()
 
@@ -136,4 +136,4 @@ def test_a_bag_without_odometry_is_refused_with_the_topics_it_has(tmp_path: Path
     writer.add_topic(bag_making.topic("/cmd_wrench", "geometry_msgs/msg/WrenchStamped"))
     writer.close()
     with pytest.raises(BagError, match="has no odometry: its topics are /cmd_wrench"):
-        make([tmp_path / "bag"], Wanted())
+        make([tmp_path / "bag"], Options())

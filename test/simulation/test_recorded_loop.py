@@ -13,7 +13,7 @@ from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation import recorded_loop
-from vessel_hsmc_ros.simulation.recorded_loop import Recorded, serve
+from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
 
 
 def recorded_of(scenario: Scenario) -> Recorded:
@@ -31,7 +31,7 @@ def answers(scenario: Scenario, recorded: Recorded, spans: list[range], interpre
     loop = make_control_loop(controller)
     recorded.wrench[:] = np.nan
     for span in spans:
-        serve(loop, Observer(controller.observer, controller.vessel), recorded, span, interpreted)
+        replay_controller(loop, Observer(controller.observer, controller.vessel), recorded, span, interpreted)
         loop.law.retune(replace(getattr(controller, controller.law), surge_reaching_gain=50.0))
     return recorded.wrench.copy()
 

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import controller_timer
-from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
+from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics
 from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS, ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
@@ -106,7 +106,7 @@ class ControllerWithoutRos(ControllerNode):
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self._alarms: dict[Any, Any] = {}
         self._known = self.loop.law.known
-        self.health = ControlConcerns(self.loop, False)
+        self.health = ControlDiagnostics(self.loop, False)
         self._command, self._state = conv.new_wrench(), conv.new_control_state()
         self._command_out, self._state_out = Ignoring(), self
         self._commanding: Any = Ignoring()

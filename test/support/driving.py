@@ -120,4 +120,4 @@ class Helm:
 
 def command(node: Any) -> Any:
     """What a node's diagnostics state about its commands."""
-    return next(concern for concern in node.concerns() if concern.name == "command")
+    return next(task for task in node.diagnostic_tasks() if task.name == "command")

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.nodes.control_concerns import CONDITION_LIMIT, correlation_condition
+from vessel_hsmc_ros.nodes.control_diagnostics import CONDITION_LIMIT, correlation_condition
 from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.safety.freshness import Freshness, Sample
 from vessel_hsmc_ros.safety.monitors import Alarm

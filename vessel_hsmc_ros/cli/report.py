@@ -32,10 +32,10 @@ def report(
     NAME_report.html beside it.
     """
     from vessel_hsmc_ros.report import rows  # imports the report's libraries
-    from vessel_hsmc_ros.report.making import Wanted, make
+    from vessel_hsmc_ros.report.making import Options, make
 
     hull = schema.build(DrawnHull, {"length": hull_length or 0.0, "beam": hull_beam or 0.0}, "hull")
-    made = make(bags, Wanted(page=output, hull=hull, **options))
+    made = make(bags, Options(page=output, hull=hull, **options))
     print_metrics([(record.name if len(made.records) > 1 else "", rows(record.metrics, record.facts)) for record in made.records])
     for what, path in made.files.items():
         print_line(f"{what}: {path}")

@@ -211,7 +211,7 @@ def read_wrench(message: Any) -> tuple[float, float]:
 def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
     """The values in a diagnostics message by node, for the nodes directly in a namespace, not in one below it.
 
-    Each is the status of a node as a whole; those of its concerns, named `node: concern`, are omitted.
+    Each is the status of a node as a whole; those of its diagnostic tasks, named `node: task`, are omitted.
 
     Args:
         message: A diagnostic_msgs/DiagnosticArray.

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.compatibility import Compatibility
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
-from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern, Reporter, summarised
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, Reporter, summarised
 from vessel_hsmc_ros.nodes.ros_parameters import declare, take_changes
 
 if TYPE_CHECKING:
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 SEND_LIMIT = 2.0
 """Longest wait for a subscriber whose queue is full, s."""
 
-__all__ = ["ERROR", "OK", "WARN", "WATCHER_NICENESS", "Concern", "VesselNode"]
+__all__ = ["ERROR", "OK", "WARN", "WATCHER_NICENESS", "DiagnosticTask", "VesselNode"]
 
 LEVEL_PERIOD = 0.1
-"""Longest delay of the diagnostics after the level of a concern has changed, s; without a change they come every second."""
+"""Longest delay of the diagnostics after the level of a task has changed, s; without a change they come every second."""
 
 WARNING_PERIOD = 5.0
 """Least time between two warnings of the same missing connection, s."""
@@ -63,7 +63,7 @@ class VesselNode(Node):
     def __init__(self, **options: Any) -> None:
         self.compatibility = Compatibility(self)
         super().__init__(self.NAME, **options)
-        survive_requests(self, self.services)
+        refuse_failed_requests(self, self.services)
         self.parameters: Any = declare(self, self.PARAMETERS)
         self.compatibility.check()
         self.add_on_set_parameters_callback(partial(take_changes, self))
@@ -183,9 +183,9 @@ class VesselNode(Node):
         """Level, message and values for /diagnostics, once the node is connected."""
         return OK, "running", {}
 
-    def concerns(self) -> list[Concern]:
-        """The node's concerns for /diagnostics, once it is connected; the first, without a name, is its `status`."""
-        return [Concern("", *self.status())]
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        """The node's diagnostic tasks for /diagnostics, once it is connected; the first, without a name, is its `status`."""
+        return [DiagnosticTask("", *self.status())]
 
     def retune(self, parameters: Any) -> None:
         """Apply changed tunable parameters.
@@ -236,15 +236,15 @@ class VesselNode(Node):
             self.black_box.write(reason, ends=True)
 
     def publish_diagnostics(self, only_changes: bool = False) -> None:
-        """Publish the node's status and that of each concern; with `only_changes`, if the level of one of them has changed."""
-        own, *others = self.concerns()
+        """Publish the status of node and diagnostic tasks; with `only_changes`, if the level of one of them has changed."""
+        own, *others = self.diagnostic_tasks()
         others = others if self.connected else []
         whole = self._overall(summarised(own, others))
         self.reporter.diagnose([whole, *others], only_changes)
         if self.black_box and whole.level == ERROR:
             self.black_box.write(whole.message)
 
-    def _overall(self, own: Concern) -> Concern:
+    def _overall(self, own: DiagnosticTask) -> DiagnosticTask:
         """The most important of: failure, missing connection, conflicting publisher, and the status of the node's own work."""
         if self.failure:
             return own._replace(level=ERROR, message=self.failure)
@@ -272,7 +272,7 @@ class VesselNode(Node):
         self.on_connected()
 
 
-def survive_requests(node: Node, services: Iterable[Service]) -> None:
+def refuse_failed_requests(node: Node, services: Iterable[Service]) -> None:
     """Answer a request with which the code of a service fails by its empty response and a line on the log.
 
     rclpy raises for a transition that the present state does not have, and for a parameter of an unknown type: whoever

@@ -16,10 +16,10 @@ from vessel_hsmc_ros.guided.actuator_identification import described
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, Concern
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, DiagnosticTask
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.connections import Publishers
-from vessel_hsmc_ros.nodes.control_concerns import LEVELS, ControlConcerns, guard_concern, operation_status
+from vessel_hsmc_ros.nodes.control_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_state, read_reference
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
@@ -67,7 +67,7 @@ class ControllerNode(TimedNode):
         self._alarms: dict[Reason, Alarm] = {}
         self._known = self.loop.law.known
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
-        self.health = ControlConcerns(self.loop, p.lockstep)
+        self.health = ControlDiagnostics(self.loop, p.lockstep)
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
@@ -277,10 +277,10 @@ class ControllerNode(TimedNode):
         clock = (WARN, self.clock_problem) if self.clock_problem else self._clock_step.current
         return *(clock or self.inputs.monitor.status() or operation_status(supervision)), values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The node as a whole, its inputs, its output guard, and the health of law and timing."""
-        guard, health = guard_concern(self.loop.supervision), self.health.concerns(self.parameters.diagnostics)
-        return [*super().concerns(), *self.inputs.concerns(), guard, *health]
+        guard, health = guard_task(self.loop.supervision), self.health.diagnostic_tasks(self.parameters.diagnostics)
+        return [*super().diagnostic_tasks(), *self.inputs.diagnostic_tasks(), guard, *health]
 
 
 def main(arguments: list[str] | None = None) -> int:

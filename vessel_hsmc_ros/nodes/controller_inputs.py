@@ -16,8 +16,8 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.state_columns import POSITION_VARIANCES
-from vessel_hsmc_ros.nodes.base import Concern, VesselNode
-from vessel_hsmc_ros.nodes.concerns import ages
+from vessel_hsmc_ros.nodes.base import DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.diagnostic_tasks import ages
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
 from vessel_hsmc_ros.safety.freshness import Sample
 from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
@@ -106,13 +106,13 @@ class ControllerInputs:
         self._jumps.reset()
         self._measured = self._desired = None
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """Refused samples, and the ages of the latest ones."""
         node = self._node
         lockstep, limit = node.parameters.lockstep, node.parameters.input_timeout
         # In lockstep the plant waits, for instance during a pause: no age is too large.
         now, limit = (node.stamp, math.inf) if lockstep else (node.now(), limit)
-        return [self.monitor.concern(), ages("input age", self.monitor.ages(now), limit)]
+        return [self.monitor.diagnostic_task(), ages("input age", self.monitor.ages(now), limit)]
 
     def take_odometry(self, measured: Measured, now: int, received: int) -> bool:
         """Take odometry if it counts and its motion is that of a ship; returns whether it counts.

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.law.terms import Terms
-from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns
+from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, Desired, Measured
 from vessel_hsmc_ros.nodes.managed import ManagedNode
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -24,7 +24,7 @@ class TimedNode(ManagedNode):
 
     loop: ControlLoop
     inputs: ControllerInputs
-    health: ControlConcerns
+    health: ControlDiagnostics
     stamp: int
     clock_problem: str
 

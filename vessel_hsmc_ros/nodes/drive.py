@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -269,10 +269,10 @@ class DriveNode(VesselNode):
             return *self._problem.current, values
         return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The status, and that of the commands."""
         level, text = self._input.problem() or (OK, "fresh")
-        return [*super().concerns(), Concern("command", level, text, self._input.values())]
+        return [*super().diagnostic_tasks(), DiagnosticTask("command", level, text, self._input.values())]
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.nodes import qos
 if TYPE_CHECKING:
     from rclpy.publisher import Publisher
 
-INTRUDER_PERIOD = NANOSECONDS // 20
+PUBLISHER_PERIOD = NANOSECONDS // 20
 """Time between two messages of a second publisher, ns."""
 
 CLOCK_PERIOD = NANOSECONDS // 200
@@ -43,7 +43,7 @@ class Source(Protocol):
         """
 
 
-class Intruder:
+class SecondPublisher:
     """A second publisher of a topic, or an incompatible reader, of a node of its own; it exists while its fault is active.
 
     The publisher publishes where the receivers subscribe, below `relayed/`, and shows itself to the rightful publisher by a
@@ -70,7 +70,7 @@ class Intruder:
             self._node.destroy_node()
             self._node = None
         if active and self._talk is not None and now >= self._next:
-            self._next = now + INTRUDER_PERIOD
+            self._next = now + PUBLISHER_PERIOD
             self._talk.publish(self._message(now))
 
     def _appear(self) -> None:
@@ -139,6 +139,6 @@ def make_sources(relay: Node, script: FaultScript, by_thrusters: bool) -> list[S
         script: The faults of the run.
         by_thrusters: Whether thrusters drive the ship.
     """
-    intruding = [fault for fault in script.faults if fault.kind in ("second_publisher", "mismatched_qos")]
-    intruders = [Intruder(relay, fault, f"second_publisher_{index}") for index, fault in enumerate(intruding)]
-    return [*intruders, *(SteppedClock(relay, node, faults) for node, faults in stepped_nodes(script, by_thrusters).items())]
+    second = [fault for fault in script.faults if fault.kind in ("second_publisher", "mismatched_qos")]
+    publishers = [SecondPublisher(relay, fault, f"second_publisher_{index}") for index, fault in enumerate(second)]
+    return [*publishers, *(SteppedClock(relay, node, faults) for node, faults in stepped_nodes(script, by_thrusters).items())]

@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.nodes.reporting import Concern, RecentProblem
+from vessel_hsmc_ros.nodes.reporting import DiagnosticTask, RecentProblem
 from vessel_hsmc_ros.safety.freshness import REPEATED, Freshness, Sample
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -154,7 +154,7 @@ class InputMonitor:
         """Age of the last sample taken of each input by its stamp, s, at a time, ns; None before the first."""
         return {name: None if f.last is None else seconds(now - f.last) for name, f in self._freshness.items()}
 
-    def concern(self) -> Concern:
+    def diagnostic_task(self) -> DiagnosticTask:
         """How many samples were refused, by input and reason."""
         counts = {
             f"{name}: {reason.name.lower()}": count
@@ -162,7 +162,7 @@ class InputMonitor:
             for reason, count in freshness.refused.items()
         }
         level, message = self.status() or (DiagnosticStatus.OK, "inputs are fresh")
-        return Concern("inputs", level, message, {"refused": sum(counts.values()), **counts})
+        return DiagnosticTask("inputs", level, message, {"refused": sum(counts.values()), **counts})
 
     def _refused(self, name: str, sample: Sample, reason: Reason, now: int) -> str:
         """Why a sample is refused, with its value and what is allowed."""

@@ -18,7 +18,7 @@ from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallba
 from std_srvs.srv import SetBool
 
 from vessel_hsmc_ros.core.exceptions import RefusalError
-from vessel_hsmc_ros.nodes.base import VesselNode, survive_requests
+from vessel_hsmc_ros.nodes.base import VesselNode, refuse_failed_requests
 
 STANDBY = "disabled: in standby, nothing is commanded"
 
@@ -40,7 +40,7 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
     def manage(self) -> None:
         """Offer the transitions and services; the node is then inactive."""
         LifecycleNodeMixin.__init__(self)
-        survive_requests(self, [self._service_change_state])
+        refuse_failed_requests(self, [self._service_change_state])
         self.trigger_configure()
         self.create_service(SetBool, "~/enable", self._serve_enable)
         self.reporter.offer("stop", self._stop)

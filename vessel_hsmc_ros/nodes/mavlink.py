@@ -24,7 +24,7 @@ from vessel_hsmc_ros.messages.mavlink import (
     motion,
 )
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.mavlink_commands import Commands
 from vessel_hsmc_ros.nodes.mavlink_link import Link
 from vessel_hsmc_ros.nodes.process import run_node
@@ -284,11 +284,11 @@ class MavlinkNode(VesselNode):
             return *self._problem.current, values
         return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The status, that of the autopilot, and that of the commands."""
         waits = self._handover.taken or self._handover.waits(time.monotonic())
-        autopilot = Concern("autopilot", WARN if waits else OK, waits or "ready", {})
-        return [*super().concerns(), autopilot, *self._commands.concerns()]
+        autopilot = DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {})
+        return [*super().diagnostic_tasks(), autopilot, *self._commands.diagnostic_tasks()]
 
 
 def main(arguments: list[str] | None = None) -> int:

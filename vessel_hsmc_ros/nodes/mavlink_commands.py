@@ -12,7 +12,7 @@ from std_msgs.msg import Float64
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.messages.mavlink import RELEASED, Pulses, axes, axis_width
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, Concern, VesselNode
+from vessel_hsmc_ros.nodes.base import OK, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
 from vessel_hsmc_ros.nodes.mavlink_link import Link
 from vessel_hsmc_ros.safety.handover import Sticks
@@ -111,9 +111,9 @@ class Commands:
             channels = self._p.channels if self._p.form == "channels" else self._p.stick_channels
             self._link.override({int(number): RELEASED for number in channels})
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The state of the wrench, where it is the command."""
         if self._input is None:
             return []
         level, text = self._input.problem() or (OK, "fresh")
-        return [Concern("command", level, text, self._input.values())]
+        return [DiagnosticTask("command", level, text, self._input.values())]

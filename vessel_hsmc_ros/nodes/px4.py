@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions, px4
 from vessel_hsmc_ros.messages.mavlink import BootClock
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -178,14 +178,14 @@ class Px4Node(VesselNode):
                 return WARN, f"waiting for {self.resolve_topic_name('fmu/out/' + topic)}", values
         return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The status, that of the autopilot, and that of the commands."""
         waits = self._handover.taken or self._handover.waits(time.monotonic())
         level, text = self._input.problem() or (OK, "fresh")
         return [
-            *super().concerns(),
-            Concern("autopilot", WARN if waits else OK, waits or "ready", {}),
-            Concern("command", level, text, self._input.values()),
+            *super().diagnostic_tasks(),
+            DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {}),
+            DiagnosticTask("command", level, text, self._input.values()),
         ]
 
 

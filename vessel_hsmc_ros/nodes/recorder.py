@@ -16,8 +16,8 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE, definition
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
-from vessel_hsmc_ros.nodes.concerns import recording
+from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.diagnostic_tasks import recording
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 from vessel_hsmc_ros.nodes.process import run_in_batches, run_node
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
@@ -275,10 +275,10 @@ class RecorderNode(VesselNode):
             return WARN, f"{self._dropped} messages were lost", values
         return OK, f"recording; waiting for {', '.join(missing)}" if missing else "recording", values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """Queue, disk space and gaps besides the status."""
         waited, self._waited = self._waited, 0
-        return [*super().concerns(), *recording(self._writer.directory, waited / NANOSECONDS, self._dropped)]
+        return [*super().diagnostic_tasks(), *recording(self._writer.directory, waited / NANOSECONDS, self._dropped)]
 
 
 def _scenario(path: str) -> str:

@@ -20,8 +20,8 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, WARN, Concern, VesselNode
-from vessel_hsmc_ros.nodes.concerns import motion
+from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.diagnostic_tasks import motion
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.reference.factory import make_reference
@@ -297,13 +297,13 @@ class ReferenceShipNode(VesselNode):
         values = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
         return (WARN, self._refused, values) if self._refused else (OK, "running", values)
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """Feasibility of the reference besides the status."""
         u, v, r = self._ship.state[3:]
         acceleration = dict(
             zip(("surge_acceleration", "sway_acceleration", "yaw_acceleration"), self._ship.acceleration(), strict=True)
         )
-        return [*super().concerns(), motion({"surge": u, "sway": v, "yaw_rate": r, **acceleration}, self._refused)]
+        return [*super().diagnostic_tasks(), motion({"surge": u, "sway": v, "yaw_rate": r, **acceleration}, self._refused)]
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -1,4 +1,4 @@
-"""What a node reports about itself: its diagnostics, one status a concern, and an event for each thing that happens to it."""
+"""What a node reports about itself: its diagnostics, one status a task, and an event for each thing that happens to it."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
-class Concern(NamedTuple):
-    """The state of one concern of a node, such as the age of its inputs: a status of /diagnostics.
+class DiagnosticTask(NamedTuple):
+    """The state of one diagnostic task of a node, such as the age of its inputs: a status of /diagnostics.
 
     Attributes:
-        name: What it concerns; empty for the node as a whole.
+        name: What it is about; empty for the node as a whole.
         level: OK, WARN, ERROR, or STALE where its values are not updated.
         message: The state in a few words.
         values: Measured values by name.
@@ -38,18 +38,18 @@ class Concern(NamedTuple):
     values: dict[str, Any]
 
 
-def summarised(own: Concern, others: Sequence[Concern]) -> Concern:
-    """The status of a node as a whole: that of its own work or, where that is OK, of all concerns that are not.
+def summarised(own: DiagnosticTask, others: Sequence[DiagnosticTask]) -> DiagnosticTask:
+    """The status of a node as a whole: that of its own work or, where that is OK, of all tasks that are not.
 
     Args:
         own: Status of the node's own work.
-        others: Its further concerns; a STALE one counts as a warning.
+        others: Its further tasks; a STALE one counts as a warning.
     """
-    raised = [concern for concern in others if concern.level != OK]
+    raised = [task for task in others if task.level != OK]
     if own.level != OK or not raised:
         return own
-    level = ERROR if any(concern.level == ERROR for concern in raised) else WARN
-    return own._replace(level=level, message="; ".join(f"{concern.name}: {concern.message}" for concern in raised))
+    level = ERROR if any(task.level == ERROR for task in raised) else WARN
+    return own._replace(level=level, message="; ".join(f"{task.name}: {task.message}" for task in raised))
 
 
 class Reporter:
@@ -74,28 +74,28 @@ class Reporter:
         if any(entry.tunable for entry in schema.entries(parameters).values()):
             self._events = node.create_publisher(Event, EVENTS, qos.EVENTS)
 
-    def diagnose(self, concerns: Sequence[Concern], only_changes: bool = False) -> None:
-        """Publish a status for each concern, the first of them that of the node as a whole.
+    def diagnose(self, tasks: Sequence[DiagnosticTask], only_changes: bool = False) -> None:
+        """Publish a status for each task, the first of them that of the node as a whole.
 
         Args:
-            concerns: The node's concerns.
+            tasks: Those of the node.
             only_changes: Publish only if the level of one of them has changed since the last call.
         """
-        levels = [concern.level for concern in concerns]
+        levels = [task.level for task in tasks]
         if only_changes and levels == self._levels:
             return
         self._levels = levels
         array = DiagnosticArray()
         array.header.stamp = conversions.time_message(self._stamp())
-        array.status = [self._status(concern) for concern in concerns]
+        array.status = [self._status(task) for task in tasks]
         self._diagnostics.publish(array)
         self.keep(self._diagnostics.topic_name, array)
 
-    def _status(self, concern: Concern) -> DiagnosticStatus:
+    def _status(self, task: DiagnosticTask) -> DiagnosticStatus:
         node = self._node.get_fully_qualified_name().lstrip("/")
-        name = f"{node}: {concern.name}" if concern.name else node
-        pairs = [KeyValue(key=key, value=str(value)) for key, value in concern.values.items()]
-        return DiagnosticStatus(level=concern.level, name=name, message=concern.message, hardware_id="", values=pairs)
+        name = f"{node}: {task.name}" if task.name else node
+        pairs = [KeyValue(key=key, value=str(value)) for key, value in task.values.items()]
+        return DiagnosticStatus(level=task.level, name=name, message=task.message, hardware_id="", values=pairs)
 
     def event(self, kind: str, text: str) -> None:
         """Publish and log an event."""

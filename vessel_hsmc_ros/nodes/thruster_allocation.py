@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.nodes.process import run_node
@@ -204,11 +204,11 @@ class ThrusterAllocationNode(VesselNode):
             return OK, f"waiting for a command on {self.resolve_topic_name('cmd_wrench')}", values
         return OK, "saturated: the nearest wrench is given" if self._is_saturated else "running", values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The status, and that of the commands."""
-        own, *_ = super().concerns()
+        own, *_ = super().diagnostic_tasks()
         text = "fresh" if own.level == OK else own.message
-        return [own, Concern("command", own.level, text, self._input.values())]
+        return [own, DiagnosticTask("command", own.level, text, self._input.values())]
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, Concern, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
@@ -92,7 +92,7 @@ class WatchdogNode(VesselNode):
             return WARN, self._latch.text, values
         return OK, "passing commands on" if self._is_fresh() else "the wrench is zero or on its way there", values
 
-    def concerns(self) -> list[Concern]:
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The status, that of the commands, and that of the heartbeats."""
         level, text = self._input.problem() or (OK, "fresh")
         ages = {name: time.monotonic() - at for name, at in self._heard_at.items()}
@@ -101,9 +101,9 @@ class WatchdogNode(VesselNode):
         if silent:
             self.get_logger().error(heartbeat[1], throttle_duration_sec=5.0)
         return [
-            *super().concerns(),
-            Concern("command", level, text, self._input.values()),
-            Concern("heartbeat", *heartbeat, {f"{name}_age": age for name, age in ages.items()}),
+            *super().diagnostic_tasks(),
+            DiagnosticTask("command", level, text, self._input.values()),
+            DiagnosticTask("heartbeat", *heartbeat, {f"{name}_age": age for name, age in ages.items()}),
         ]
 
 

@@ -73,7 +73,7 @@ PAGE = "report.html"
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Options:
     """The requested files and their properties.
 
     Attributes:
@@ -97,14 +97,14 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Made:
-    """The records of the runs, and the written files and folders by kind: page, figures, csv, parquet."""
+class WrittenFiles:
+    """The written files and folders by kind (page, figures, csv, parquet), and the records of the runs."""
 
     records: list[Record]
     files: dict[str, Path]
 
 
-def make(bags: Sequence[Path], wanted: Wanted) -> Made:
+def make(bags: Sequence[Path], options: Options) -> WrittenFiles:
     """Read bags, or the bags of run folders, and write their page and the requested figures and tables.
 
     Raises:
@@ -112,9 +112,9 @@ def make(bags: Sequence[Path], wanted: Wanted) -> Made:
         ReportError: a file cannot be written, or pyarrow is missing.
     """
     bags = [bag_path(bag) for bag in bags]
-    chosen = wanted.page or page_of(bags)
+    chosen = options.page or page_of(bags)
     check_writable(chosen.parent)
-    return write(read(bags, wanted.namespace), replace(wanted, page=chosen))
+    return write(read(bags, options.namespace), replace(options, page=chosen))
 
 
 def _ships(records: Sequence[Record]) -> list[str]:
@@ -123,28 +123,28 @@ def _ships(records: Sequence[Record]) -> list[str]:
     return [name for name in dict.fromkeys(names) if name]
 
 
-def write(records: Sequence[Record], wanted: Wanted) -> Made:
+def write(records: Sequence[Record], options: Options) -> WrittenFiles:
     """Write the page of some records, and the requested figures and tables.
 
     Raises:
         ReportError: a file cannot be written, or pyarrow is missing.
     """
-    files = {"page": wanted.page or Path(PAGE)}
-    # Files beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
+    files = {"page": options.page or Path(PAGE)}
+    # WrittenFiles beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
     prefix = "" if files["page"].name == PAGE else f"{files['page'].stem}_"
-    title = wanted.title or " · ".join([*(record.name for record in records), *_ships(records)])
-    page.write(files["page"], records, title, wanted.hull.of(page.hull_of(records)), wanted.notes)
-    if wanted.figures:
+    title = options.title or " · ".join([*(record.name for record in records), *_ships(records)])
+    page.write(files["page"], records, title, options.hull.of(page.hull_of(records)), options.notes)
+    if options.figures:
         from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 
         files["figures"] = files["page"].parent / f"{prefix}figures"
-        figures.draw(records, files["figures"], wanted.figures)
+        figures.draw(records, files["figures"], options.figures)
     for kind, export_run in (("csv", export.write_csv), ("parquet", export.write_parquet)):
-        if getattr(wanted, kind):
+        if getattr(options, kind):
             files[kind] = files["page"].parent / f"{prefix}{kind}"
             for record in records:
                 export_run(record.run, files[kind] / _file_name(record.name) if len(records) > 1 else files[kind])
-    return Made(list(records), files)
+    return WrittenFiles(list(records), files)
 
 
 def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversal
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.report.legs import planned
-from vessel_hsmc_ros.report.making import Wanted, read, write
+from vessel_hsmc_ros.report.making import Options, read, write
 from vessel_hsmc_ros.report.record import limits
 from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.runs import worker_pool
@@ -215,6 +215,6 @@ def compare_bags(bags: Sequence[Path], folder: RunFolder) -> Compared:
         ReportError: the page or a figure cannot be written.
     """
     records = read(bags)
-    made = write(records, Wanted(page=folder.report, figures="png"))
+    made = write(records, Options(page=folder.report, figures="png"))
     table = [[row.label, *(row.text(run) for run in range(len(records)))] for row in metrics_table(records)]
     return Compared(["", *(record.name for record in records)], table, made.files)

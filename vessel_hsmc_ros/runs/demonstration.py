@@ -97,11 +97,11 @@ def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
         BagError: a bag cannot be read.
         ReportError: the page or a figure cannot be written.
     """
-    from vessel_hsmc_ros.report.making import Wanted, read, write  # imports the libraries of reports
+    from vessel_hsmc_ros.report.making import Options, read, write  # imports the libraries of reports
 
     records = read(bags)
     notes = conclusions(records)
-    made = write(records, Wanted(page=page, title=f"{SCENARIO}: {' and '.join(LAWS)}", figures="png", notes=notes))
+    made = write(records, Options(page=page, title=f"{SCENARIO}: {' and '.join(LAWS)}", figures="png", notes=notes))
     return Comparison(records, notes, made.files)
 
 

@@ -32,7 +32,7 @@ from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.simulation.recorded_loop import Recorded, serve
+from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
 
 TOPICS = ("odom", "reference", "cmd_wrench")
 SURGE_AND_YAW = [0, 2]
@@ -167,11 +167,11 @@ def _computed(scenario: Scenario, events: Sequence[Event], recorded: Recorded, i
     # An event has the stamp of the node's latest command, so it takes effect from the next odometry message on.
     for at, group in itertools.groupby(events, key=lambda event: event.time):
         stop = max(start, int(np.searchsorted(time, at, side="right")))
-        serve(loop, idle, recorded, range(start, stop), interpreted)
+        replay_controller(loop, idle, recorded, range(start, stop), interpreted)
         start = stop
         if start < len(time):
             controller = _apply(loop, controller, [*group])
-    serve(loop, idle, recorded, range(start, len(time)), interpreted)
+    replay_controller(loop, idle, recorded, range(start, len(time)), interpreted)
     return recorded.wrench
 
 

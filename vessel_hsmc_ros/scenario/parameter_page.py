@@ -8,9 +8,9 @@ from typing import Any
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.scenario.guarantees import GUARANTEES, REMEDIES
 from vessel_hsmc_ros.scenario.interfaces import Interface, commands, interfaces
 from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
-from vessel_hsmc_ros.scenario.promises import PROMISES, REMEDIES
 
 HEAD = """# Parameters
 
@@ -164,18 +164,18 @@ def safety_page(text: str) -> str:
     return BLOCK.sub(block, text)
 
 
-def _promises() -> str:
+def _guarantees() -> str:
     rows = (
         (
-            promise.signal,
-            with_defaults(promise.timeout),
-            promise.clock,
-            with_defaults(promise.action),
-            with_defaults(promise.recovery),
-            ", ".join(f"`{reason.name}`" for reason in promise.reasons),
-            ", ".join(f"[{number}](#tests)" for number in _numbers(promise.tests)),
+            guarantee.signal,
+            with_defaults(guarantee.timeout),
+            guarantee.clock,
+            with_defaults(guarantee.action),
+            with_defaults(guarantee.recovery),
+            ", ".join(f"`{reason.name}`" for reason in guarantee.reasons),
+            ", ".join(f"[{number}](#tests)" for number in _numbers(guarantee.tests)),
         )
-        for promise in PROMISES
+        for guarantee in GUARANTEES
     )
     return _rows(("signal", "time or bound", "clock", "action", "recovery", "reason", "tests"), rows)
 
@@ -185,8 +185,8 @@ def _numbers(tests: Iterable[str]) -> list[int]:
 
 
 def held_by() -> dict[str, None]:
-    """The tests of all promises, each once, in the order of the table."""
-    return dict.fromkeys(test for promise in PROMISES for test in promise.tests)
+    """The tests of all guarantees, each once, in the order of the table."""
+    return dict.fromkeys(test for guarantee in GUARANTEES for test in guarantee.tests)
 
 
 def _tests() -> str:
@@ -215,4 +215,4 @@ def _rows(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-TABLES = {"promises": _promises, "reasons": _reasons, "tests": _tests}
+TABLES = {"guarantees": _guarantees, "reasons": _reasons, "tests": _tests}

@@ -27,7 +27,7 @@ MIN_COMPILED_STEPS = 5000
 
 
 class Recorded(NamedTuple):
-    """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it answers.
+    """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it commands.
 
     Attributes:
         stamp: Times of the steps that the messages belong to, (n,) ns.
@@ -66,16 +66,16 @@ def inputs_of(recorded: Recorded, k: int) -> ControlInputs:
 
 
 @kernel
-def answer(
+def replay_steps(
     start: int, stop: int, state: ControlState, constants: ControlConstants, recorded: Recorded
 ) -> tuple[int, ControlState]:
-    """Answer the messages of the rows start to stop - 1.
+    """Compute the commands for the rows start to stop - 1.
 
     Args:
         start, stop: Rows.
         state: What the row before `start` has left; its arrays are written in place.
         constants: What stays constant.
-        recorded: Inputs and answers.
+        recorded: Inputs and commands.
 
     Returns:
         The number of rows that are done, and the state that they have left; fewer than `stop` where the law has no finite wrench,
@@ -94,13 +94,13 @@ def answer(
     return stop, state
 
 
-def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
-    """Answer a span of recorded messages, and leave law, observer and wrench of the loop as they are then.
+def replay_controller(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
+    """Compute the commands for a span of recorded messages, and leave law, observer and wrench of the loop as they are then.
 
     Args:
         loop: The controller.
         idle: An observer that is switched off, for a loop without one.
-        recorded: Inputs and answers.
+        recorded: Inputs and commands.
         span: The rows.
         interpreted: Run interpreted in any case.
 
@@ -110,15 +110,15 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
     law = loop.law
     few = interpreted or len(span) < MIN_COMPILED_STEPS
     if few or not isinstance(law, KernelLaw) or not is_compilable(type(law)) or not available():
-        _serve_interpreted(loop, recorded, span)
+        _replay_interpreted(loop, recorded, span)
         return
     # What a person has commanded, and the handover after it, are not compiled.
-    span = _serve_interpreted(loop, recorded, span, until_law=True)
+    span = _replay_interpreted(loop, recorded, span, until_law=True)
     if not span:
         return
     observer = loop.observer or idle
     run = compiled(
-        answer,
+        replay_steps,
         f"the law {law.name} for recorded inputs",
         allocates=loop.observer is not None,
         control_period=period_of(type(law), loop.observer is not None),
@@ -139,8 +139,8 @@ def serve(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, in
         raise cause(law, inputs_of(recorded, row), state, constants)
 
 
-def _serve_interpreted(loop: ControlLoop, recorded: Recorded, span: range, until_law: bool = False) -> range:
-    """Answer the rows of a span, or those up to where the law commands by itself; returns the others."""
+def _replay_interpreted(loop: ControlLoop, recorded: Recorded, span: range, until_law: bool = False) -> range:
+    """Compute the commands for the rows of a span, or those up to where the law commands by itself; returns the others."""
     for k in span:
         if until_law and loop.follows_law:
             return range(k, span.stop)

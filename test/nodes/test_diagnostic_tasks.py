@@ -1,4 +1,4 @@
-"""The concerns of the nodes: when each of them is OK, a warning, an error or stale."""
+"""The diagnostic tasks of the nodes: when each of them is OK, a warning, an error or stale."""
 
 import math
 import shutil
@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.law.terms import Terms
-from vessel_hsmc_ros.nodes import concerns
-from vessel_hsmc_ros.nodes.control_concerns import ControlConcerns, correlation_condition, monitors
-from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, Concern
+from vessel_hsmc_ros.nodes import diagnostic_tasks
+from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics, correlation_condition, monitors
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, DiagnosticTask
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
@@ -24,21 +24,21 @@ PERIOD = 10_000_000
 
 
 def test_inputs_are_stale_where_one_was_never_received_or_is_too_old() -> None:
-    assert concerns.ages("input age", {"odometry": 0.1, "reference": 0.4}, 0.5).level == OK
-    late = concerns.ages("input age", {"odometry": 0.6, "reference": None}, 0.5)
+    assert diagnostic_tasks.ages("input age", {"odometry": 0.1, "reference": 0.4}, 0.5).level == OK
+    late = diagnostic_tasks.ages("input age", {"odometry": 0.6, "reference": None}, 0.5)
     assert (late.level, late.message) == (STALE, "no recent odometry and reference")
     assert late.values["odometry"] == 0.6
 
 
 @pytest.mark.parametrize(("recent", "level"), [(0, OK), (5, OK), (6, WARN), (300, WARN), (301, ERROR)])
 def test_missed_deadlines_are_a_warning_from_some_a_minute_and_an_error_from_one_of_twenty(recent: int, level: bytes) -> None:
-    assert concerns.counted("missed deadlines", 1000, recent, 6000, "missed periods").level == level
+    assert diagnostic_tasks.counted("missed deadlines", 1000, recent, 6000, "missed periods").level == level
 
 
 def test_events_of_more_than_a_minute_ago_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
-    recent, found = concerns.Recent(), []
+    recent, found = diagnostic_tasks.Recent(), []
     for now, count in ((0.0, 10), (30.0, 14), (61.0, 15), (91.0, 15)):  # noqa: B007
         found.append(recent.increase(count))
     assert found == [0, 4, 1, 0]
@@ -47,32 +47,32 @@ def test_events_of_more_than_a_minute_ago_are_not_counted(monkeypatch: pytest.Mo
 @pytest.mark.parametrize(("free", "level"), [(2e9, OK), (5e8, WARN), (5e7, ERROR)])
 def test_a_disk_that_fills_is_a_warning_and_then_an_error(free: float, level: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
-    found = {c.name: c.level for c in concerns.recording(Path(), 0.0, 0)}
+    found = {c.name: c.level for c in diagnostic_tasks.recording(Path(), 0.0, 0)}
     assert found == {"queue": OK, "disk space": level, "gaps": OK}
 
 
 def test_a_slow_recorder_and_lost_messages_are_warnings(tmp_path: Path) -> None:
-    found = {c.name: c.level for c in concerns.recording(tmp_path, 5.5, 2)}
+    found = {c.name: c.level for c in diagnostic_tasks.recording(tmp_path, 5.5, 2)}
     assert (found["queue"], found["gaps"]) == (WARN, WARN)
-    assert concerns.recording(tmp_path / "gone", 0.0, 0)[1].level == STALE
+    assert diagnostic_tasks.recording(tmp_path / "gone", 0.0, 0)[1].level == STALE
 
 
 def test_a_reference_that_is_not_finite_is_an_error_and_a_refused_goal_a_warning() -> None:
-    assert concerns.motion({"surge": 1.0}, "").level == OK
-    assert concerns.motion({"surge": 1.0}, "goal refused").level == WARN
-    assert concerns.motion({"surge": math.nan}, "").level == ERROR
+    assert diagnostic_tasks.motion({"surge": 1.0}, "").level == OK
+    assert diagnostic_tasks.motion({"surge": 1.0}, "goal refused").level == WARN
+    assert diagnostic_tasks.motion({"surge": math.nan}, "").level == ERROR
 
 
 @pytest.fixture
-def health() -> ControlConcerns:
-    return ControlConcerns(make_control_loop(ControllerParameters(law="guided")), lockstep=False)
+def health() -> ControlDiagnostics:
+    return ControlDiagnostics(make_control_loop(ControllerParameters(law="guided")), lockstep=False)
 
 
-def of(health: ControlConcerns, name: str, **limits: Any) -> Concern:
-    return next(c for c in health.concerns(DiagnosticsParameters(**limits)) if c.name == name)
+def of(health: ControlDiagnostics, name: str, **limits: Any) -> DiagnosticTask:
+    return next(c for c in health.diagnostic_tasks(DiagnosticsParameters(**limits)) if c.name == name)
 
 
-def test_a_surface_or_a_weight_norm_above_its_limit_is_a_warning_that_names_it(health: ControlConcerns) -> None:
+def test_a_surface_or_a_weight_norm_above_its_limit_is_a_warning_that_names_it(health: ControlDiagnostics) -> None:
     health.stepped(Terms(yaw_surface=-3.0, surge_surface=1.0, sway_weight_norm=4.0))
     assert of(health, "surface magnitude").level == OK
     above = of(health, "surface magnitude", surface_limit=2.0)
@@ -81,7 +81,7 @@ def test_a_surface_or_a_weight_norm_above_its_limit_is_a_warning_that_names_it(h
     assert of(health, "weight norm", weight_norm_limit=5.0).level == OK
 
 
-def test_a_term_that_a_law_does_not_have_is_no_problem_and_an_infinite_one_is_an_error(health: ControlConcerns) -> None:
+def test_a_term_that_a_law_does_not_have_is_no_problem_and_an_infinite_one_is_an_error(health: ControlDiagnostics) -> None:
     health.stepped(Terms())
     assert of(health, "numerical health").level == OK
     assert of(health, "surface magnitude", surface_limit=1.0).message == "the law has none"
@@ -89,7 +89,7 @@ def test_a_term_that_a_law_does_not_have_is_no_problem_and_an_infinite_one_is_an
     assert of(health, "numerical health").message == "not finite: surge_estimate"
 
 
-def test_a_control_period_that_scatters_by_more_than_half_is_a_warning(health: ControlConcerns) -> None:
+def test_a_control_period_that_scatters_by_more_than_half_is_a_warning(health: ControlDiagnostics) -> None:
     now = 0
     for k in range(100):
         now += PERIOD
@@ -102,16 +102,16 @@ def test_a_control_period_that_scatters_by_more_than_half_is_a_warning(health: C
     assert of(health, "period").level == WARN
 
 
-def test_a_saturated_law_is_stated_with_its_share(health: ControlConcerns) -> None:
+def test_a_saturated_law_is_stated_with_its_share(health: ControlDiagnostics) -> None:
     health.stepped(Terms())
     of(health, "saturation")  # the counting begins
     for k in range(10):
         health.stepped(Terms(surge_saturated=k < 3))
-    assert of(health, "saturation") == Concern("saturation", OK, "30% of the last minute at a limit", {"share": 0.3})
+    assert of(health, "saturation") == DiagnosticTask("saturation", OK, "30% of the last minute at a limit", {"share": 0.3})
 
 
 def test_a_monitor_that_warns_is_a_warning_and_one_that_demands_the_safe_action_an_error() -> None:
-    assert concerns.saturation(0.5, lasting=True).level == WARN
+    assert diagnostic_tasks.saturation(0.5, lasting=True).level == WARN
     assert monitors({Reason.NOT_MOVING: Alarm.OK, Reason.SATURATED: Alarm.OK}).level == OK
     assert monitors({Reason.NOT_MOVING: Alarm.OK, Reason.SATURATED: Alarm.WARN}).level == WARN
     found = monitors({Reason.NOT_MOVING: Alarm.SAFE, Reason.SATURATED: Alarm.OK})

@@ -1,4 +1,4 @@
-"""The concerns of the controller: what a person on the bridge sees of the control law and its timing."""
+"""The diagnostic tasks of the controller: what a person on the bridge sees of the control law and its timing."""
 
 import math
 from collections import deque
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.law.terms import Terms
-from vessel_hsmc_ros.nodes.concerns import MINUTE, Recent, bounded, counted, saturation
-from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, Concern
+from vessel_hsmc_ros.nodes.diagnostic_tasks import MINUTE, Recent, bounded, counted, saturation
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.supervision import Supervision
@@ -24,8 +24,8 @@ CONDITION_LIMIT = 1e12
 """Condition of the correlation matrix of the observer above which its numbers lose their meaning."""
 
 
-class ControlConcerns:
-    """Collects what the concerns need, once a control period, and states them on request.
+class ControlDiagnostics:
+    """Collects what the diagnostic tasks need, once a control period, and states them on request.
 
     Args:
         loop: The loop of the law.
@@ -52,7 +52,7 @@ class ControlConcerns:
         self._updates += 1
         self._saturated += terms.surge_saturated or terms.yaw_saturated
 
-    def concerns(self, limits: DiagnosticsParameters) -> list[Concern]:
+    def diagnostic_tasks(self, limits: DiagnosticsParameters) -> list[DiagnosticTask]:
         """All of them, with the limits above which they warn."""
         t, watch = self._terms, self._loop.watch
         alarms = {monitor.reason: monitor.alarm for monitor in watch.monitors} if watch else {}
@@ -77,7 +77,7 @@ class ControlConcerns:
             self._numerical_health(),
         ]
 
-    def _period(self) -> Concern:
+    def _period(self) -> DiagnosticTask:
         """Scatter of the control period: a warning where one of twenty is off by more than half."""
         intervals = list(self._intervals)
         nominal = self._loop.grid.period
@@ -85,30 +85,30 @@ class ControlConcerns:
         usual = off[int(0.95 * (len(off) - 1))]
         level = WARN if usual > 0.5 * nominal else OK
         message = f"95 % within {1e3 * usual:.2f} ms of {1e3 * nominal:g} ms"
-        return Concern("period", level, message, {"nominal": nominal, "deviation_p95": usual, "deviation_max": off[-1]})
+        return DiagnosticTask("period", level, message, {"nominal": nominal, "deviation_p95": usual, "deviation_max": off[-1]})
 
-    def _numerical_health(self) -> Concern:
+    def _numerical_health(self) -> DiagnosticTask:
         t = self._terms
         values = {name: value for name, value in t._asdict().items() if isinstance(value, float)}
         infinite = [name for name, value in values.items() if math.isinf(value)]
         if not all(map(math.isfinite, self._loop.wrench)):
             infinite.append("wrench")
         if infinite:
-            return Concern("numerical health", ERROR, f"not finite: {', '.join(infinite)}", {})
+            return DiagnosticTask("numerical health", ERROR, f"not finite: {', '.join(infinite)}", {})
         if not self._loop.observer:
-            return Concern("numerical health", OK, "all values are finite", {})
+            return DiagnosticTask("numerical health", OK, "all values are finite", {})
         condition = correlation_condition(self._loop.observer.covariance)
         if not condition < CONDITION_LIMIT:
-            return Concern("numerical health", ERROR, "the observer's covariance is singular", {"condition": condition})
-        return Concern("numerical health", OK, "all values are finite", {"condition": condition})
+            return DiagnosticTask("numerical health", ERROR, "the observer's covariance is singular", {"condition": condition})
+        return DiagnosticTask("numerical health", OK, "all values are finite", {"condition": condition})
 
 
-def monitors(alarms: Mapping[Reason, Alarm], details: Sequence[str] = ()) -> Concern:
+def monitors(alarms: Mapping[Reason, Alarm], details: Sequence[str] = ()) -> DiagnosticTask:
     """The monitors of what no single sample shows, by what each of them looks for, and what they have found."""
     raised = [*(reason.text for reason, alarm in alarms.items() if alarm is not Alarm.OK), *details]
     level = ERROR if Alarm.SAFE in alarms.values() else WARN if raised else OK
     shown = {reason.name.lower(): alarm.name.lower() for reason, alarm in alarms.items()}
-    return Concern("monitors", level, "; ".join(raised) or "nothing found", shown)
+    return DiagnosticTask("monitors", level, "; ".join(raised) or "nothing found", shown)
 
 
 def correlation_condition(covariance: NDArray[np.float64]) -> float:
@@ -138,8 +138,8 @@ def operation_status(supervision: Supervision) -> tuple[bytes, str]:
     return LEVELS[supervision.reason.level], f"{supervision.operation.name.lower()}: {supervision.reason.text}"
 
 
-def guard_concern(supervision: Supervision) -> Concern:
+def guard_task(supervision: Supervision) -> DiagnosticTask:
     """The output guard: an error while a violation of it is the reason of the safe action."""
     counts = {reason.name.lower(): count for reason, count in supervision.violations.items()}
     broken = supervision.reason in supervision.violations
-    return Concern("guard", ERROR if broken else OK, "violated" if broken else "no violation", counts)
+    return DiagnosticTask("guard", ERROR if broken else OK, "violated" if broken else "no violation", counts)

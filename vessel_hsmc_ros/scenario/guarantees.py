@@ -1,4 +1,4 @@
-"""What the nodes promise on each signal: the rows of the table in docs/safety.md.
+"""What the nodes guarantee on each signal: the rows of the table in docs/safety.md.
 
 A name in braces, such as {controller.input_timeout}, stands for the default of that parameter, from its declaration.
 """
@@ -8,7 +8,7 @@ from typing import NamedTuple
 from vessel_hsmc_ros.safety.reasons import Reason
 
 
-class Promise(NamedTuple):
+class Guarantee(NamedTuple):
     """One row.
 
     Attributes:
@@ -49,8 +49,8 @@ FORMS = "nodes/test_faults_of_forms.py"
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 
 
-PROMISES: tuple[Promise, ...] = (
-    Promise(
+GUARANTEES: tuple[Guarantee, ...] = (
+    Guarantee(
         "odometry or reference is silent",
         "{controller.input_timeout}",
         "steady clock; the node's with use_sim_time",
@@ -64,7 +64,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{FORMS}::test_each_fault_of_a_state_leads_to_the_safe_action_and_back",
         ),
     ),
-    Promise(
+    Guarantee(
         "odometry or reference comes late",
         "{controller.input_timeout}",
         ROS_TIME,
@@ -77,7 +77,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{CONTROLLER}::test_odometry_of_another_time_or_frame_leads_to_the_safe_action_and_back",
         ),
     ),
-    Promise(
+    Guarantee(
         "a stamp is ahead of the clock",
         "{controller.safety.freshness.future_tolerance}",
         ROS_TIME,
@@ -86,7 +86,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.STAMP_FUTURE,),
         (TAKEN, f"{CONTROLLER}::test_odometry_of_another_time_or_frame_leads_to_the_safe_action_and_back"),
     ),
-    Promise(
+    Guarantee(
         "a sample comes twice, or after a later one",
         "at once",
         ROS_TIME,
@@ -95,7 +95,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.DUPLICATE, Reason.OUT_OF_ORDER),
         (f"{FRESH}::test_duplicates_and_reorderings_are_dropped_and_counted",),
     ),
-    Promise(
+    Guarantee(
         "a sample is in another frame, not finite, or too uncertain",
         "at once; covariance {controller.safety.freshness.covariance_limit}",
         "-",
@@ -104,7 +104,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.WRONG_FRAME, Reason.NOT_FINITE, Reason.UNCERTAIN),
         (TAKEN, "nodes/test_controller_real_time.py::test_an_input_that_is_not_finite_is_reported_and_ignored"),
     ),
-    Promise(
+    Guarantee(
         "the odometry jumps as no ship does",
         "{controller.safety.jump_samples} samples held out",
         ROS_TIME,
@@ -117,7 +117,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{CONTROLLER}::test_a_jump_is_held_out_and_then_taken_without_a_bump",
         ),
     ),
-    Promise(
+    Guarantee(
         "the law has no value, or one that is not finite, above its limit, or faster than its rate",
         "at once",
         PERIODS,
@@ -130,7 +130,7 @@ PROMISES: tuple[Promise, ...] = (
             "nodes/test_controller_real_time.py::test_where_the_law_has_no_value_the_safe_action_is_commanded",
         ),
     ),
-    Promise(
+    Guarantee(
         "the ship is driven and does not move",
         "warning {controller.safety.monitors.not_moving_warning}; safe {controller.safety.monitors.not_moving_safe}",
         PERIODS,
@@ -139,7 +139,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.NOT_MOVING,),
         (f"{PLAUSIBLE}::test_a_ship_that_is_driven_and_does_not_move_gives_a_warning_and_then_the_safe_action",),
     ),
-    Promise(
+    Guarantee(
         "the command stays at one limit",
         "warning {controller.safety.monitors.saturation_warning}; safe {controller.safety.monitors.saturation_safe}",
         PERIODS,
@@ -148,7 +148,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.SATURATED,),
         (f"{PLAUSIBLE}::test_a_command_at_one_limit_gives_a_warning_and_then_the_safe_action",),
     ),
-    Promise(
+    Guarantee(
         "the measured velocities do not fit the positions, without an observer",
         "5 s of motion, then warning {controller.safety.monitors.velocity_warning}; safe"
         " {controller.safety.monitors.velocity_safe}",
@@ -162,7 +162,7 @@ PROMISES: tuple[Promise, ...] = (
             "control/test_velocity_watch.py::test_velocities_in_the_frame_of_the_pose_lead_to_the_safe_action",
         ),
     ),
-    Promise(
+    Guarantee(
         "measurements contradict the observer",
         "warning {controller.safety.monitors.innovation_warning}; safe {controller.safety.monitors.innovation_safe}",
         PERIODS,
@@ -171,7 +171,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.INNOVATION,),
         (f"{PLAUSIBLE}::test_measurements_that_the_observer_rejects_give_an_alarm",),
     ),
-    Promise(
+    Guarantee(
         "enabling, recovery, change of gains, re-localisation",
         "{controller.safety.ramp_time} from a limit of controller.vessel to zero",
         PERIODS,
@@ -186,7 +186,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{CONTROLLER}::test_a_changed_gain_and_a_reset_move_the_command_at_a_bounded_rate",
         ),
     ),
-    Promise(
+    Guarantee(
         "a person stops it: `~/stop`",
         "next control period",
         PERIODS,
@@ -199,7 +199,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{CONTROLLER}::test_a_stop_latches_until_it_is_rearmed_and_enabled",
         ),
     ),
-    Promise(
+    Guarantee(
         "a person puts it in standby, or enables it too early",
         "next control period",
         PERIODS,
@@ -213,7 +213,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{CONTROLLER}::test_enable_is_refused_with_the_reason_while_an_input_is_missing",
         ),
     ),
-    Promise(
+    Guarantee(
         "another node publishes `cmd_wrench` as well",
         "0.1 s, by the graph",
         "steady clock",
@@ -227,7 +227,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{WATCHDOG}::test_commands_of_two_publishers_are_not_passed_on",
         ),
     ),
-    Promise(
+    Guarantee(
         "the clock is set back, or has not begun",
         "at once",
         ROS_TIME,
@@ -241,7 +241,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{PLANT}::test_after_a_step_of_the_clock_the_plant_goes_on_and_takes_new_commands_only",
         ),
     ),
-    Promise(
+    Guarantee(
         "the clock jumps ahead",
         "next control period; 0.5 s is a jump",
         "ROS time beside the steady clock",
@@ -253,7 +253,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{CLOCK}::test_a_step_of_the_system_clock_is_the_reason_of_the_safe_action",
         ),
     ),
-    Promise(
+    Guarantee(
         "the controller is ended by SIGINT or SIGTERM",
         "at once; exit waits at most 0.4 s for acknowledgements",
         "steady clock",
@@ -262,7 +262,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.SHUTTING_DOWN,),
         (f"{CONTROLLER}::test_the_last_command_is_zero",),
     ),
-    Promise(
+    Guarantee(
         "the controller is killed or stopped by SIGKILL, SIGSTOP",
         "{vessel_sim.command_timeout}, {thruster_allocation.command_timeout}, {watchdog.command_timeout},"
         " {drive.command_timeout}",
@@ -278,7 +278,7 @@ PROMISES: tuple[Promise, ...] = (
             "nodes/test_drive_node.py::test_without_commands_the_output_ramps_to_zero_and_then_ends",
         ),
     ),
-    Promise(
+    Guarantee(
         "a command is late, ahead, repeated, in another frame or not finite",
         "{vessel_sim.command_timeout}, {vessel_sim.freshness.future_tolerance}",
         ROS_TIME,
@@ -292,7 +292,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{FORMS}::test_each_fault_of_a_command_ends_the_output_and_a_good_one_goes_on",
         ),
     ),
-    Promise(
+    Guarantee(
         "a node falls silent",
         "{watchdog.heartbeat_timeout}",
         "steady clock",
@@ -301,7 +301,7 @@ PROMISES: tuple[Promise, ...] = (
         (Reason.OVERDUE,),
         (f"{WATCHDOG}::test_a_node_that_falls_silent_is_named",),
     ),
-    Promise(
+    Guarantee(
         "an autopilot leaves its mode, is disarmed, restarts or reports a failsafe, or a pilot moves a stick",
         "at once with its message; a heartbeat after {mavlink.heartbeat_timeout}",
         "steady clock",
@@ -314,7 +314,7 @@ PROMISES: tuple[Promise, ...] = (
             f"{MAVLINK}::test_a_stick_takes_over_in_guided",
         ),
     ),
-    Promise(
+    Guarantee(
         "PX4 leaves Offboard, is disarmed, restarts, reports a failsafe or falls silent",
         "at once with its message; silence after {px4.heartbeat_timeout}",
         "steady clock",
