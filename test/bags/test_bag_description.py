@@ -49,6 +49,13 @@ def test_of_two_vessels_one_is_chosen_by_namespace(tmp_path: Path) -> None:
         bag["odom"]
 
 
+def test_a_vessel_whose_odometry_passes_through_the_fault_relay_is_one_vessel(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag")
+    write_run(None, 10, namespace="/alpha/", close=False, writer=writer)
+    write_run(None, 10, namespace="/alpha/relayed/", writer=writer)
+    assert open_bag(tmp_path / "bag").namespace() == "/alpha/"
+
+
 def test_a_bag_without_a_scenario_takes_params_yaml_beside_it(recorded: Recorded, tmp_path: Path) -> None:
     shutil.copytree(recorded[0], tmp_path / "bag")
     with pytest.raises(ScenarioError, match=r"was recorded without its scenario, and .*params.yaml does not exist"):
@@ -117,3 +124,12 @@ def test_the_recording_names_the_versions_that_computed_it(recorded: Recorded) -
     assert recording["numpy"] == np.__version__
     assert recording["python"] == platform.python_version()
     assert open_bag(recorded[0]).information["custom_data"] == recording
+
+
+def test_the_notes_of_a_recorder_that_was_killed_are_the_latest(tmp_path: Path) -> None:
+    """A file has those of its beginning, until its end; metadata.yaml is brought up to date in between."""
+    writer = BagWriter(tmp_path / "bag", notes={"messages_dropped": "0"})
+    write_run(None, 10, close=False, writer=writer)
+    writer.notes["messages_dropped"] = "3"
+    writer.flush_metadata()
+    assert open_bag(tmp_path / "bag").recording["messages_dropped"] == "3"

@@ -192,12 +192,13 @@ class Bag:
         Among others `mode`, `scenario`, `messages_dropped`, and the versions that computed it: `version` (of this package),
         `numpy` and `python`, as far as the recorder wrote them.
         """
-        notes: dict[str, str] = dict(self.information.get("custom_data") or {})
+        notes: dict[str, str] = {}
         for contents in self.files:
             for _, _, record in contents.metadata:
                 if record.name == RECORDING:
                     notes.update(record.metadata)
-        return notes
+        # A file has the notes of its beginning, until it is complete; metadata.yaml is brought up to date in between.
+        return notes | dict(self.information.get("custom_data") or {})
 
     @cached_property
     def attachments(self) -> dict[str, bytes]:
