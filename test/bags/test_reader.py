@@ -1,6 +1,7 @@
 """`open_bag`: the columns of topics equal what other readers find message by message."""
 
 import shutil
+from dataclasses import astuple
 from operator import attrgetter
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bag_making import PERIOD, TYPES, Recorded, message, serialized, topic, write_run
+from bag_making import PERIOD, TYPES, Recorded, made_run, message, serialized, topic, write_run
 from mcap.writer import Writer
 from message_reading import read_acceleration, read_disturbance
 from rosbags.highlevel import AnyReader
@@ -278,6 +279,25 @@ def test_the_message_of_a_stamp_is_found_among_messages_out_of_their_order(tmp_p
     index, found = matched(np.array([10, 20, 25, 30, 40]), SimpleNamespace(stamp=stamps))  # type: ignore[arg-type]
     assert found.tolist() == [True, True, False, True, True]
     assert index[found].tolist() == [4, 3, 0, 2], "the last one of a stamp"
+
+
+@pytest.mark.parametrize("missing", [None, "disturbance"])
+def test_a_run_is_the_same_in_whatever_order_its_messages_came(tmp_path: Path, missing: str | None) -> None:
+    """Also of a recording of somebody else, which lacks a topic."""
+    runs = []
+    for order in (range(40), np.random.default_rng(2).permutation(40).tolist()):
+        writer = BagWriter(tmp_path / f"bag_{len(runs)}")
+        for name in [name for name in TYPES if name not in ("controller/state", "/clock", missing)]:
+            written = topic(f"/{name}", TYPES[name])
+            writer.add_topic(written)
+            messages = [data for _, of, _, data in made_run(40) if of == name]
+            for at, k in enumerate(order):
+                writer.write(written, messages[k], at, at)
+        writer.close()
+        runs.append(open_bag(writer.directory).record("/", VESSEL).run)
+    for first, second in zip(astuple(runs[0]), astuple(runs[1]), strict=True):
+        np.testing.assert_array_equal(first, second)
+    assert len(runs[0].time) == 40
 
 
 def test_a_step_in_a_pause_near_its_beginning_has_the_reference_before_it(tmp_path: Path) -> None:

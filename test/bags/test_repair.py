@@ -87,6 +87,23 @@ def test_a_second_repair_changes_nothing(tmp_path: Path) -> None:
     assert (writer.directory / "bag_0.mcap").read_bytes() == content
 
 
+def test_a_bag_that_was_completed_without_its_description_gets_one_of_all_its_messages(tmp_path: Path) -> None:
+    """As by a recorder that is killed after it has closed its last file."""
+    writer, ticks = BagWriter(tmp_path / "bag"), topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    before = (tmp_path / "bag" / "metadata.yaml").read_bytes()
+    for stamp in range(100):
+        writer.write(ticks, clock(stamp), stamp, stamp)
+    writer.close()
+    assert is_complete(tmp_path / "bag")
+    (tmp_path / "bag" / "metadata.yaml").write_bytes(before)
+    assert not is_complete(tmp_path / "bag")
+    done = repair(tmp_path / "bag")
+    assert (done.messages, done.files, done.described) == (100, 0, True)
+    assert open_bag(tmp_path / "bag").information["message_count"] == 100
+    assert is_complete(tmp_path / "bag")
+
+
 def test_a_folder_that_is_not_a_bag_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BagError, match="is not a bag: it holds no MCAP file"):
         repair(tmp_path)

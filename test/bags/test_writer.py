@@ -170,3 +170,15 @@ def test_wherever_a_record_ends_before_a_page_the_index_leads_to_all_that_follow
         found = {each.name: each.data.decode() for each in reader.iter_attachments()}
         assert {name: text for name, text in found.items() if text} == texts
         assert [message.log_time for _, _, message in reader.iter_messages()] == list(range(10))
+
+
+def test_each_file_of_a_split_bag_has_the_notes_of_its_end(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1.0), notes={"messages_dropped": "0"})
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    for dropped, stamp in enumerate((0, 2_000_000_000, 4_000_000_000)):
+        writer.write(ticks, clock(stamp), stamp, stamp)
+        writer.notes["messages_dropped"] = str(dropped + 1)
+    writer.close()
+    files = sorted((tmp_path / "bag").glob("*.mcap"))
+    assert [open_bag(path).recording["messages_dropped"] for path in files] == ["1", "2", "3"]

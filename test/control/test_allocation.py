@@ -208,6 +208,18 @@ def test_a_slow_azimuth_gives_the_part_of_its_force_that_points_its_way() -> Non
     assert turned[-1].wrench[2] == pytest.approx(600.0)
 
 
+def test_after_a_stop_thrusts_grow_from_zero_and_azimuths_turn_on_from_where_they_are() -> None:
+    layout = {"angle_rate": [0.2], "thrust_rate": [50.0]}
+    allocation = Allocation(layout_of("azimuths", **layout))
+    for _ in range(6):
+        before = allocation.step(0.0, 600.0, 1.0)
+    allocation.stop()
+    after = allocation.step(0.0, 600.0, 1.0)
+    assert after.angle == pytest.approx([before.angle[0] + 0.2, before.angle[1] - 0.2])
+    assert after.thrust == pytest.approx([50.0, 50.0])
+    assert min(before.thrust) > 100.0
+
+
 def test_fixed_thrusters_make_up_for_a_slow_rudder() -> None:
     allocation = Allocation(layout_of("rudder_and_bow_thruster", angle_rate=[0.02]))
     first = allocation.step(500.0, 250.0, 1.0, SURGE_SPEED)

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.control_loop import LONGEST_AGE, ControlLoop
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
@@ -154,6 +154,16 @@ def test_the_observer_takes_the_command_of_the_time_of_the_measurement() -> None
         np.testing.assert_array_equal(loop.estimate, estimate)
         commands.append(loop.wrench)
     assert len(set(commands)) > 5
+
+
+def test_a_measurement_that_is_older_than_the_commands_known_takes_the_oldest_of_them() -> None:
+    old, older = (ControlLoop(make_controller("pd", 0.1), RateGrid(10.0), observed()) for _ in range(2))
+    for k in range(160):
+        moved = as_motion(np.array(STATE) + 1e-2 * k)
+        old.step(k * 100_000_000, moved, REFERENCE, NONE, k * 100_000_000, LONGEST_AGE)
+        older.step(k * 100_000_000, moved, REFERENCE, NONE, k * 100_000_000, LONGEST_AGE + 0.1 * (k % 40))
+        np.testing.assert_array_equal(old.estimate, older.estimate)
+    assert old.wrench != (0.0, 0.0)
 
 
 def test_after_a_reset_a_loop_with_late_measurements_goes_on_like_a_new_one() -> None:

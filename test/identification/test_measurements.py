@@ -4,13 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_making import PERIOD, TYPES, message, serialized, topic
 from cybership2_runs import cybership2
 
 from vessel_hsmc_ros import load_scenario, simulate
+from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
 from vessel_hsmc_ros.identification.checks import checked
 from vessel_hsmc_ros.identification.estimate import identify
-from vessel_hsmc_ros.identification.measurements import from_csv, from_run
+from vessel_hsmc_ros.identification.measurements import from_bag, from_csv, from_run
 from vessel_hsmc_ros.identification.types import model
 
 
@@ -69,6 +71,24 @@ def test_the_wrench_between_the_samples_of_a_slow_sensor_is_averaged(tmp_path: P
     found = from_csv(written(tmp_path, "time,x,y,heading,surge_force,yaw_moment", rows))
     np.testing.assert_allclose(found.time, 0.1 * number[::3])
     np.testing.assert_allclose(found.wrench, np.outer(number[1::3], [1.0, 0.0, -1.0]))
+
+
+def test_a_wrench_of_other_stamps_holds_until_the_next_in_whatever_order_they_were_recorded(tmp_path: Path) -> None:
+    found = []
+    for number, order in enumerate((np.arange(100), np.random.default_rng(3).permutation(100))):
+        writer, rng = BagWriter(tmp_path / f"bag_{number}"), np.random.default_rng(1)
+        for name, later in (("odom", 0), ("applied_wrench", PERIOD // 3)):
+            written = topic(f"/{name}", TYPES[name])
+            writer.add_topic(written)
+            made = [message(written.kind, k * PERIOD + later, rng) for k in range(100)]
+            for at, k in enumerate(order):
+                writer.write(written, serialized(made[k], written.kind), at, at)
+        writer.close()
+        found.append(from_bag(writer.directory))
+    np.testing.assert_array_equal(found[0].wrench, found[1].wrench)
+    assert len(found[0].time) == 99, "before the first wrench there is none"
+    assert found[0].wrench[0, 0] == made[0].wrench.force.x
+    np.testing.assert_array_equal(found[0].velocity, found[1].velocity)
 
 
 def test_a_file_that_is_not_a_table_is_one_line(tmp_path: Path) -> None:

@@ -60,8 +60,11 @@ def test_stamps_since_boot_become_times_without_the_delays_of_single_messages() 
     assert clock.time(5.2, 1000.19) == pytest.approx(1000.19), "a shorter one corrects the estimate"
     assert clock.time(1000.0, 1995.3) == pytest.approx(1995.18, abs=0.1), "the clocks may diverge"
     assert clock.reboots == 0
-    assert clock.time(0.5, 2000.0) == 2000.0
-    assert clock.reboots == 1
+    for reboots, received in ((1, 2000.0), (2, 3000.0)):
+        assert clock.time(0.5, received) == received
+        assert clock.time(0.6, received + 0.15) == pytest.approx(received + 0.1, abs=1e-4)
+        assert clock.time(20.0, received + 19.6) == pytest.approx(received + 19.5, abs=5e-3)
+        assert clock.reboots == reboots
 
 
 def test_the_estimate_follows_a_clock_that_is_slow() -> None:

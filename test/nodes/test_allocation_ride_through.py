@@ -101,3 +101,19 @@ def test_in_lockstep_a_rudder_is_turned_for_the_last_speed_while_odometry_is_mis
         bench.until(lambda step=step: len(angles) == step + 1)
     assert [message.data for message in angles] == [angles[0].data] * 5
     assert 0.0 < abs(angles[0].data) < 0.5
+
+
+def test_in_lockstep_angles_hold_while_commands_are_missing_also_after_the_timeout(bench: Any) -> None:
+    thrusts, angles = (bench.collect(Float64, f"thrusters/screw/{part}") for part in ("thrust", "angle"))
+    commands, odometry = bench.publisher(WrenchStamped, "cmd_wrench"), bench.publisher(Odometry, "odom")
+    node = bench.start(ThrusterAllocationNode, ride_through=True, command_timeout=0.3, **layout("rudder"))
+    bench.until(lambda: node.connected and commands.get_subscription_count() and odometry.get_subscription_count())
+    command, ship = conv.new_wrench(), conv.new_odometry()
+    conv.write_wrench(command, conv.time_message(0), (100.0, 400.0))
+    for step in range(6):
+        conv.write_odometry(ship, conv.time_message(step * 10**8), np.array([0.0, 0.0, 0.0, 5.0, 0.0, 0.0]))
+        odometry.publish(ship)
+        commands.publish(nothing(step * 10**8) if step else command)
+        bench.until(lambda step=step: len(angles) == len(thrusts) == step + 1)
+    assert [math.isnan(message.data) for message in angles] == [False, *[True] * 5]
+    assert [message.data for message in thrusts[4:]] == [0.0, 0.0]

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from controller_without_ros import ControllerWithoutRos
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from safety_sequences import FRESH_SAMPLES, Machine
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
@@ -76,11 +76,26 @@ def test_a_pose_and_a_twist_are_apart_by_the_time_out_at_most(pose: int, twist: 
     assert bool(Joined().send(("twist", twist), ("pose", pose))) is taken
 
 
-def test_after_a_time_out_the_law_may_command_only_after_enough_new_samples() -> None:
+def test_the_variance_of_a_pose_is_that_of_the_measurement() -> None:
+    taken: list[Measured] = []
+    joined = PoseAndTwist(ControllerWithoutRos(False, True, {"odometry.form": "pose_covariance_twist"}), taken.append)
+    for twist, pose in ((TwistStamped(), PoseWithCovarianceStamped()), (TwistStamped(), PoseWithCovarianceStamped())):
+        twist.header.stamp = pose.header.stamp = conv.time_message(START + len(taken) * PERIOD)
+        pose.pose.pose.orientation.w = 1.0
+        pose.pose.covariance[7] = 3.0 + len(taken)
+        joined.take_twist(twist)
+        joined.take_pose(pose)
+    assert [measured.sample.covariance for measured in taken] == [3.0, 4.0]
+
+
+@pytest.mark.parametrize("interruption", [("none", 4), ("frame", 1), ("nan", 1), ("uncertain", 1), ("old", 1)])
+def test_after_a_time_out_or_a_refused_sample_the_law_may_command_only_after_enough_new_ones(
+    interruption: tuple[str, int],
+) -> None:
     machine = Machine(0)
     with machine.node.on_its_clock():
         machine.begin(active=False)
-        for kind, periods in (("good", 5), ("none", 4), ("good", 1)):
+        for kind, periods in (("good", 5), interruption, ("good", 1)):
             for _ in range(periods):
                 machine.step(kind, "good", "slow")
         assert machine.node.timer.ready() is Reason.NOT_READY

@@ -82,3 +82,15 @@ def test_messages_that_a_relay_delays_count_by_their_stamps(steps: Steps) -> Non
     steps.plant.send_odometry(3000 * STEP)  # a stamp 30 s ahead
     assert steps.take("odom").operation == ControlState.ACTIVE
     assert steps.plant.stamps() == [k * STEP for k in range(4)]
+
+
+def test_inputs_that_are_ahead_of_their_step_wait_for_it(steps: Steps) -> None:
+    """The reference ship is one period ahead of the plant."""
+    steps.plant.send_reference(0)
+    for step in range(6):
+        steps.plant.send_reference((step + 1) * STEP)
+        steps.plant.send_odometry(step * STEP)
+        steps.clock.publish(Clock(clock=conv.time_message(step * STEP)))
+        steps.bench.until(lambda step=step: len(steps.plant.states) == step + 1)
+    assert steps.plant.stamps() == [k * STEP for k in range(6)]
+    assert {state.operation for state in steps.plant.states} == {ControlState.ACTIVE}

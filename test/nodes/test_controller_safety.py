@@ -6,16 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from driving import STATE, STEP, RealTimePlant
+from driving import REFERENCE, STATE, STEP, RealTimePlant
 from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Log
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, Event
 
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.safety.reasons import Reason
 
 TICK = 2_500_000
 TIMEOUT = 0.1
@@ -275,3 +277,17 @@ def test_a_fallback_law_steers_where_the_chosen_one_is_undefined(sea: RealTimePl
     assert sea.states[-1].operation == ControlState.SAFE
     assert sea.states[-1].reason == ControlState.LAW_UNDEFINED
     assert any(sea.wrenches()[-1]), "a ramp would have ended"
+
+
+def test_each_time_that_a_monitor_begins_to_warn_it_is_logged(bench: Any, sea: RealTimePlant) -> None:
+    lines = bench.collect(Log, "/rosout", qos.CLOCK)
+    sea.start(ControllerNode, law="guided", safety__monitors__saturation_warning=0.1, safety__ramp_time=0.1)
+    far = REFERENCE + np.array([500.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    for desired in (far, STATE, far, STATE):
+        sea.desired = desired
+        sea.run(0.4)
+
+    def warned() -> list[str]:
+        return [line.msg for line in lines if line.msg.startswith(Reason.SATURATED.text)]
+
+    bench.until(lambda: len(warned()) == 2)

@@ -76,9 +76,11 @@ class Recording:
 class Boat(SteppedNode):
     """An autopilot, a controller and its commands around the node."""
 
-    def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, form: str = "manual", ramp_time: float = 0.0) -> None:
+    def __init__(
+        self, bench: Any, monkeypatch: pytest.MonkeyPatch, form: str = "manual", ramp_time: float = 0.0, **given_more: Any
+    ) -> None:
         monkeypatch.setattr(mavlink, "Link", Recording)
-        more = THRUSTERS if form == "channels" else {}
+        more = given_more | (THRUSTERS if form == "channels" else {})
         given = {"form": form, "ramp_time": ramp_time, "command_timeout": TIMEOUT, "mode": "MANUAL", **UNLIKE, **more}
         super().__init__(
             bench, monkeypatch, MavlinkNode, (mavlink, mavlink_commands, command_input, stop_latch, takeover), **given
@@ -320,3 +322,12 @@ def test_two_restarts_end_the_commands_each_time(boat: Any) -> None:
         assert made.events == ["the autopilot has been restarted"] * boots
         made.step(STANDBY)
         assert made.step()[-1] == FULL["manual"]
+
+
+def test_outputs_are_those_of_the_main_port_and_in_the_order_of_the_thrusters(boat: Any) -> None:
+    made = boat(servos=[3.0, 1.0])
+    for port, first, third in ((0, 1700, 1500), (1, 1100, 1100), (0, 1500, 1300)):
+        made.receive("SERVO_OUTPUT_RAW", port=port, servo1_raw=first, servo3_raw=third)
+        made.node._poll()
+    applied = [conv.read_wrench(message) for topic, message in made.sent if topic == "applied_wrench"]
+    assert applied == [pytest.approx((50.0, 12.5)), pytest.approx((-50.0, 12.5))]

@@ -222,6 +222,18 @@ def test_with_sensor_noise_the_true_state_is_published_on_its_own_topic(bench: A
     assert 0.0 < abs(measured[0] - 5.0) < 5.0
 
 
+def test_a_frequency_that_is_changed_later_goes_on_from_the_present_phase_each_time(bench: Any, helm: Any) -> None:
+    bench.start(VesselSimNode, rate_hz=10.0, disturbance__periodic__frequency=1.0)
+    phase = 0.0
+    for step in range(1, 7):
+        bench.until(lambda step=step: len(helm.disturbance) == step)
+        assert read_disturbance(helm.disturbance[-1])[0] == pytest.approx(1100.0 * (1.0 + math.sin(phase)))
+        frequency = (1.0, 1.0, 3.0, 3.0, 0.5, 0.5)[step - 1]
+        assert bench.set_parameters("vessel_sim", disturbance__periodic__frequency=frequency).successful
+        helm.command((step - 1) * 10**8)
+        phase += 0.1 * frequency
+
+
 def test_a_changed_disturbance_acts_from_the_next_step_on(bench: Any, helm: Any) -> None:
     bench.start(VesselSimNode)
     bench.until(lambda: len(helm.disturbance) == 1)

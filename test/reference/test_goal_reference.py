@@ -79,6 +79,26 @@ def test_without_a_goal_the_reference_stays_and_reset_returns_to_the_start() -> 
     np.testing.assert_array_equal(states, again)
 
 
+def test_a_goal_at_the_same_place_with_another_heading_turns_the_ship_there() -> None:
+    reference = reference_of()
+    for heading in (1.0, 1.0, -0.5):
+        reference.set_goal(0.0, 0.0, heading)
+        states, _ = motion_of(reference, 120.0)
+        np.testing.assert_allclose(states[-1, :3], [0.0, 0.0, heading], atol=0.02)
+
+
+def test_a_goal_is_set_in_the_step_that_is_nearest_to_its_time() -> None:
+    scheduled, set_then = reference_of([(0.3, 9.0, 5.0, 1.0), (0.7, 3.0, 2.0, 0.0)], period=0.1), reference_of(period=0.1)
+    for step in range(10):  # 0.3/0.1 is 2.9999999999999996, and 0.7/0.1 is 6.999999999999999
+        if step == 3:
+            set_then.set_goal(9.0, 5.0, 1.0)
+        if step == 7:
+            set_then.set_goal(3.0, 2.0, 0.0)
+        assert scheduled.target()[:3] == set_then.target()[:3]
+        scheduled.advance()
+        set_then.advance()
+
+
 def test_goals_with_negative_times_are_never_set() -> None:
     states, _ = motion_of(reference_of([(-1.0, 9.0, 9.0, 1.0), (-1.0, 5.0, 5.0, 0.0)]), 5.0)
     assert not states.any()

@@ -131,6 +131,20 @@ def test_a_velocity_for_which_the_hull_data_do_not_hold_is_mentioned() -> None:
     assert "hull data" not in judged(np.zeros_like, changes={**limited, "vessel_sim.disturbance.current.east": 1.0})
 
 
+@pytest.mark.parametrize(("column", "velocity"), [(3, "surge velocity of -1.2 m/s"), (5, "yaw rate of -0.3 rad/s")])
+def test_a_velocity_astern_or_to_starboard_for_which_the_hull_data_do_not_hold_is_mentioned(column: int, velocity: str) -> None:
+    time = np.arange(0.0, 200.0, 0.5)
+    state = np.zeros((len(time), 6))
+    state[:300, column], state[300:, column] = 0.2, float(velocity.split()[-2])
+    run = make_run(time, state, reference=state, wrench=np.zeros((len(time), 2)))
+    ranges: dict[str, object] = {
+        "vessel_sim.vessel.surge_speed_range": [-1.0, 1.5],
+        "vessel_sim.vessel.yaw_rate_range": [-0.25, 0.25],
+    }
+    scenario = load_scenario("case2_tracking", {**GUIDED, **ranges})
+    assert velocity in with_verdict(Record("run", run, measured(run, scenario), scenario=scenario)).verdict
+
+
 @pytest.mark.parametrize("psi", [0.0, 0.7, 0.5 * np.pi, -0.5 * np.pi, np.pi])
 def test_the_velocity_through_the_water_is_that_along_the_hull_whatever_its_heading(psi: float) -> None:
     """A current with the ship leaves less, one against it more."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.safety.monitors import Alarm, Velocities
 from vessel_hsmc_ros.safety.parameters import MonitorParameters
 
@@ -106,3 +106,20 @@ def test_an_interruption_begins_the_comparison_anew() -> None:
     for k in range(200):
         t = 0.05 * k + 3.0 * (k // 80)
         assert monitor.step(round(t * 1e9), WRONG["not filled in"][0](true_motion(t), None), 0.05) is Alarm.OK
+
+
+def test_after_a_clock_that_was_set_back_the_comparison_begins_anew_at_once() -> None:
+    monitor = Velocities(MonitorParameters(), LENGTH)
+    for k in range(20):
+        monitor.step(round((1000.0 + 0.05 * k) * 1e9), true_motion(0.05 * k), 0.05)
+    after = [monitor.step(k * 50_000_000, WRONG["not filled in"][0](true_motion(0.05 * k), None), 0.05) for k in range(220)]
+    assert after[-1] is Alarm.SAFE
+
+
+def test_a_gyro_with_an_error_is_found_on_a_course_to_the_west_where_the_heading_wraps() -> None:
+    monitor, random = Velocities(MonitorParameters(), LENGTH), np.random.default_rng(1)
+    for k in range(220):
+        west = Motion(-SPEED * 0.05 * k, 0.0, wrap(math.pi + 0.02 * random.normal()), SPEED, 0.0, 0.2)
+        monitor.step(k * 50_000_000, west, 0.05)
+    assert monitor.alarm is Alarm.SAFE
+    assert "yaw rate is 0.2 rad/s" in monitor.detail

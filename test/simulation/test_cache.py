@@ -145,6 +145,19 @@ def test_an_edit_of_each_of_these_modules_leads_to_another_folder(tmp_path: Path
     assert len(set(keys)) == len(edited) + 1
 
 
+def test_another_processor_or_another_version_of_what_compiles_leads_to_another_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cache, "sources", list)
+    keys = [cache.key.__wrapped__()]
+    monkeypatch.setattr("llvmlite.binding.get_host_cpu_name", lambda: "another")
+    keys.append(cache.key.__wrapped__())
+    for changed in ("numba", "llvmlite", "numpy"):
+        monkeypatch.setattr(cache, "version", lambda name, changed=changed: "9" if name == changed else "1")
+        keys.append(cache.key.__wrapped__())
+    monkeypatch.setattr(cache.platform, "python_version", lambda: "3.99")
+    keys.append(cache.key.__wrapped__())
+    assert len(set(keys)) == len(keys)
+
+
 def test_only_the_latest_folders_of_earlier_sources_are_kept(place: Path) -> None:
     kernels = place / "vessel_hsmc_ros"
     for age in range(6):
