@@ -104,14 +104,14 @@ def test_samples_that_do_not_serve_are_refused_with_their_place() -> None:
     broken, late = run.pose.copy(), run.time.copy()
     broken[7, 1] = np.nan
     late[100:] += 30.0
-    for given, message in (
+    for given, text in (
         (run._replace(pose=broken), "pose of sample 7 is not finite"),
         (run._replace(time=run.time[::-1]), "must increase"),
         (run._replace(time=late), r"no sample for 30\.2 s at t = 19\.8 s"),
         (run._replace(wrench=0.0 * run.wrench), "no force or moment"),
         (type(run)(run.time[:20], run.pose[:20], run.velocity[:20], run.wrench[:20]), "has 20 samples"),
     ):
-        with pytest.raises(IdentificationError, match=message):
+        with pytest.raises(IdentificationError, match=text):
             checked(given)
     with pytest.raises(IdentificationError, match="at least one window of 90 s"):
         identify([run], model("paper"), window=90.0)

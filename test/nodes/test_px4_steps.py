@@ -47,9 +47,7 @@ class Boat(SteppedNode):
             self.node._on_timer()
         sent = self.sent[count:]
         throttle = [message.throttle_body_x for topic, message in sent if topic == "fmu/in/rover_throttle_setpoint"]
-        steering = [
-            getattr(message, self.node._steering) for topic, message in sent if topic == "fmu/in/rover_steering_setpoint"
-        ]
+        steering = [getattr(message, self.node._steering) for topic, message in sent if topic == "fmu/in/rover_steering_setpoint"]
         return list(zip(throttle, steering, strict=True))
 
     def estimate(self, sampled: float, published: float) -> int:
