@@ -25,6 +25,8 @@ def test_other_packets_are_none(packet: bytes) -> None:
 def test_a_ship_heading_west_of_north_that_turns_and_slips() -> None:
     line = write_state(12.5, Motion(3.0, 40.0, 0.5 * math.pi + 0.25, 2.0, 0.5, 0.1), (0.3, -0.2, 0.05))
     assert (line[:2], line[-2:]) == (b"\n{", b"}\n"), "on a line of its own"
+    for vector in (b"gyro", b"accel_body", b"position", b"attitude", b"velocity"):
+        assert b'"%s":[' % vector in line, "ArduPilot finds a vector only two characters after its name"
     state = json.loads(line)
     assert state["timestamp"] == 12.5
     assert state["position"] == [40.0, 3.0, 0.0]

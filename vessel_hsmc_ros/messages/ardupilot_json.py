@@ -17,6 +17,9 @@ PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
 
 GRAVITY = 9.80665
 
+SEPARATORS = ",", ":"
+"""The autopilot looks for the values next to the colons: after a blank it finds no vector."""
+
 
 class Outputs(NamedTuple):
     """The outputs of a frame: the rate that the autopilot would like, Hz, the number of the frame, and pulse widths, µs."""
@@ -58,4 +61,4 @@ def write_state(time: float, motion: Motion, acceleration: tuple[float, float, f
         "attitude": [0.0, 0.0, wrap(0.5 * math.pi - motion.psi)],
         "velocity": [north, east, 0.0],
     }
-    return f"\n{json.dumps(content)}\n".encode()
+    return f"\n{json.dumps(content, separators=SEPARATORS)}\n".encode()
