@@ -45,9 +45,9 @@ Read [safety](safety.md) first, and have the hardware stop within reach. What st
   described in [parameters](parameters.md).
 
 `python benchmarks/boats.py` steers a simulated boat whose stack is a program of plain rclpy or pymavlink, without code of this
-package, through the interface of each section along a survey path of 20 m legs with a lane distance of 8 m. Root mean square of the
-distance from the reference, over 90 s on a machine of two cores, by `chrt -f 1 python benchmarks/boats.py --seconds 90`: in the
-order of the scheduler before other programs, of which the machine had many.
+package, through the interface of each section along a survey path of 20 m legs with a lane distance of 8 m. Root mean square of
+the distance from the reference, over 90 s on a machine of two cores, by `chrt -f 1 python benchmarks/boats.py --seconds 90`: at
+a real-time priority, because other programs kept both cores busy.
 
 | interface | error [m] | largest [m] |
 | --- | --- | --- |
@@ -57,13 +57,12 @@ order of the scheduler before other programs, of which the machine had many.
 | ardupilot_dds, cmd_vel | 0.007 | 0.024 |
 | mavlink: position and attitude at 30 Hz, MANUAL_CONTROL | 0.015 | 0.033 |
 | px4: odometry at 100 Hz, throttle and steering | 0.011 | 0.033 |
-| otter: fixes at 10 Hz without velocity, normalised wrench | 0.015 | 0.035 |
+| otter: fixes at 10 Hz without velocity, normalised wrench | 0.017 | 0.039 |
 | vrx: fixes at 20 Hz without velocity, thrusts | 0.012 | 0.030 |
 | heron, cmd_vel | 0.015 | 0.032 |
 | pwm: odometry at 50 Hz, pulse widths of two thrusters | 0.009 | 0.031 |
 
-A computer that has no time for the nodes costs more than any interface: with six programs beside them on two cores mavros had
-0.489 m in place of 0.008.
+A computer that has no time for the nodes costs more than any interface.
 
 The simulated boat has loops for speed and turn rate with a time constant of 0.5 and 0.3 s, and instant actuators.
 """
