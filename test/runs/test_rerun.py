@@ -4,14 +4,20 @@ from pathlib import Path
 
 import bag_making
 import pytest
+import yaml
+from click.testing import CliRunner
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter
+from vessel_hsmc_ros.cli.replay import replay
+from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.runs import verification
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.runs.verification import Rerun, rerun
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario
 
 CHANGE = {"controller.law": "guided"}
 
@@ -55,3 +61,39 @@ def test_page_and_figures_are_in_a_run_folder_of_their_own(repeated: Rerun) -> N
     assert repeated.change == "controller.law = guided"
     assert "recorded and with controller.law = guided" in repeated.folder.report.read_text()
     assert (repeated.folder.figures / "track.png").exists()
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bag of two vessels, with the parameters of their nodes: they start at other places, and have other laws."""
+    writer = BagWriter(tmp_path_factory.mktemp("fleet") / "bag")
+    document = {}
+    for vessel, x, law in (("alpha", 1.0, "guided"), ("beta", 2.0, "los_pid")):
+        scenario = load_scenario("case2_tracking", {"vessel_sim.initial_pose": [x, 0.0, 0.0], "controller.law": law})
+        for node, content in yaml.safe_load(dump_scenario(scenario)).items():
+            document[f"/{vessel}/{node.rpartition('/')[2]}"] = content
+    writer.attach(PARAMETERS, yaml.safe_dump(document))
+    for vessel in ("alpha", "beta"):
+        bag_making.write_run(None, 200, namespace=f"/{vessel}/", close=vessel == "beta", writer=writer)
+    return writer.directory
+
+
+@pytest.mark.parametrize(("vessel", "x"), [("alpha", 1.0), ("beta", 2.0)])
+def test_of_two_vessels_the_one_that_is_chosen_is_repeated(fleet: Path, tmp_path: Path, vessel: str, x: float) -> None:
+    again = rerun(open_bag(fleet), {"vessel_sim.seed": 5}, vessel, tmp_path)
+    assert load_scenario(str(again.folder.parameters)).vessel_sim.initial_pose[0] == x
+
+
+@pytest.mark.parametrize(("vessel", "law"), [("alpha", "guided"), ("beta", "los_pid")])
+def test_of_two_vessels_the_commands_of_the_one_that_is_chosen_are_recomputed(
+    fleet: Path, monkeypatch: pytest.MonkeyPatch, vessel: str, law: str
+) -> None:
+    chosen: list[str] = []
+
+    def noting(_bag: object, scenario: Scenario, _namespace: object) -> None:
+        chosen.append(scenario.controller.law)
+        raise BagError("enough")
+
+    monkeypatch.setattr(verification, "verify", noting)
+    assert isinstance(CliRunner().invoke(replay, [str(fleet), "--verify", "--namespace", vessel]).exception, BagError)
+    assert chosen == [law]

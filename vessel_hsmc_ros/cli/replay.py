@@ -88,7 +88,7 @@ def replay(
 def _verify(bag: Bag, edits: tuple[str, ...], namespace: str | None) -> None:
     from vessel_hsmc_ros.runs.verification import parameter_changes, verify, version_note
 
-    scenario = bag.scenario(parse_changes(edits))
+    scenario = bag.scenario(parse_changes(edits), namespace=bag.namespace(namespace))
     with Console(stderr=True).status("recomputing every command"):
         result = verify(bag, scenario, namespace)
     for line in verdict(result):

@@ -251,7 +251,7 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
 
     check_writable(output)
     # For as long as the recording: metrics of runs of different duration would not be comparable.
-    scenario = _shortened(bag.scenario(dict(changes)), bag, namespace)
+    scenario = _shortened(bag.scenario(dict(changes), namespace=bag.namespace(namespace)), bag, namespace)
     recorded = replace(report.of_bag(bag.path, namespace), name="recorded")
     run = simulate(scenario)
     change = ", ".join(f"{name} = {value}" for name, value in changes.items())
