@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from campaigns import campaign
 
-from vessel_hsmc_ros.campaign.results import ALWAYS, Results
+from vessel_hsmc_ros.campaign.results import ALWAYS, LENGTH, Results
 from vessel_hsmc_ros.campaign.sampling import noise_seed
 
 
@@ -32,3 +32,10 @@ def test_laws_are_compared_on_the_same_draws_where_each_lacks_some(tmp_path: Pat
 def test_campaigns_of_neighbouring_seeds_share_no_noise() -> None:
     seeds = [noise_seed(seed, draw) for seed in range(20) for draw in range(500)]
     assert len(set(seeds)) == len(seeds)
+
+
+def test_a_metric_with_a_limit_in_lengths_is_in_those_of_the_hull_that_was_drawn(tmp_path: Path) -> None:
+    plan = campaign(tmp_path, limits={ALWAYS[0]: {"lengths": 0.02}})
+    rows = {"run": np.arange(2), ALWAYS[0]: np.array([1.0, -1.0]), "ended_early": np.zeros(2, bool)}
+    assert Results(plan, {**rows, LENGTH: np.array([5.0, 20.0])}).cost(ALWAYS[0]).tolist() == [0.2, 0.05]
+    assert Results(plan, rows).cost(ALWAYS[0]).tolist() == [1.0 / plan.base.vessel_sim.vessel.length] * 2

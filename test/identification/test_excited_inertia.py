@@ -77,6 +77,13 @@ def test_a_sway_force_counts_where_there_is_one() -> None:
     assert line.startswith("sway_inertia rests on 1 reversal of the sway force")
 
 
+def test_the_reversals_of_several_runs_add_up() -> None:
+    wrench = np.zeros((100, 3))
+    wrench[:, 0] = wrench[:, 2] = np.sign(np.sin(0.12 * np.arange(100)))
+    assert len(few_reversals([still(wrench)], ["yaw_inertia"])) == 1, "3 in each"
+    assert few_reversals([still(wrench), still(-wrench)], ["yaw_inertia"]) == []
+
+
 @pytest.mark.parametrize(("delay", "expected"), [(0.0, [0, 1, 4, 9]), (-0.25, [0.5, 2.5, 6.5, 9]), (0.5, [0, 0, 1, 4])])
 def test_a_delayed_force_is_the_mean_of_the_held_one_over_each_interval(delay: float, expected: list[float]) -> None:
     values = np.array([0.0, 1.0, 4.0, 9.0])

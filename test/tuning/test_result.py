@@ -2,17 +2,20 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.tuning.cases import Case
-from vessel_hsmc_ros.tuning.cost import Objective
+from vessel_hsmc_ros.tuning.cost import Cost, Objective
+from vessel_hsmc_ros.tuning.files import MAX_LISTED_RUNS, _cases, summary
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.tuning.plan import Tuning
+from vessel_hsmc_ros.tuning.plan import Evaluation, Tuning
 from vessel_hsmc_ros.tuning.result import Result, tune
 from vessel_hsmc_ros.tuning.search import Trial
 
@@ -42,6 +45,20 @@ def test_held_out_runs_of_another_size_are_relative_to_their_own(tmp_path: Path)
     assert result.held_out_present.cost == pytest.approx((1.0, 1.0, 0))
     assert result.held_out_tuned.cost == pytest.approx(result.tuned.cost)
     assert result.tuned.cost.cost < 0.99
+    sides = summary(result)
+    assert [[row["case"] for row in sides[side]["runs"]] for side in ("cases", "held_out")] == [["1.0"], ["500.0"]]
+
+
+def test_of_many_runs_those_that_have_become_worst_are_listed() -> None:
+    scenario = load_scenario("case2_tracking", {"controller.law": "guided", "vessel_sim.duration": 1.0})
+    cases = [Case(f"run {k}", scenario) for k in range(MAX_LISTED_RUNS + 3)]
+    count = len(cases)
+    tuned = np.column_stack([np.roll(np.arange(1.0, count + 1.0), 20), np.ones(count)])
+    sides = [Evaluation(values, np.ones((count, 2)), ("",) * count, Cost(1.0, 1.0, 0)) for values in (np.ones((count, 2)), tuned)]
+    tuning = SimpleNamespace(objective=Objective())
+    section = _cases("runs", SimpleNamespace(tuning=tuning), cases, *sides)  # type: ignore[arg-type]
+    ratios = [float(line[-1]) for line in section.lines]
+    assert ratios == sorted(range(4, count + 1), reverse=True)
 
 
 @pytest.mark.parametrize(
