@@ -31,6 +31,11 @@ def test_init_writes_a_scenario_that_loads_and_names_the_next_command(tmp_path: 
     assert load_scenario(path).controller.vessel.surge_force_limit == 300.0
 
 
+def test_the_next_command_of_a_path_with_a_space_can_be_pasted(tmp_path: Path) -> None:
+    output = call("init", str(tmp_path / "my boat"), *DATA, "--no-check")
+    assert output.strip().endswith(f"next: vessel-hsmc simulate '{tmp_path / 'my boat.yaml'}'")
+
+
 def test_the_check_states_no_digits_that_mean_nothing() -> None:
     check = ShipCheck(2.5, 1.97431, 0.5, 10.0, Demand(0.01, 1.0, 1.0), 0.3, 0.2, 4.91e-9, 2e-9, 300.0)
     first, _, last = verdict(check)

@@ -33,6 +33,7 @@ def test_of_a_file_and_a_value_the_later_one_counts(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("vessel_sim.duration", "--set vessel_sim.duration is not allowed: it takes node.param=value"),
+        ("a.x=", "--set a.x= is not allowed: there is no value after the equals sign"),
         ("a.x=[1", r"--set a.x=\[1 is not allowed: \[1 is not a YAML value"),
     ],
 )

@@ -52,7 +52,10 @@ class Occurrence:
 
 
 # Letters alone delimit a word, so that the parts of a snake_case name are words too.
-PATTERNS = [(re.compile(rf"(?<![a-z])(?:{term['find']})(?![a-z])", re.IGNORECASE), term["write"]) for term in TERMS["terms"]]
+PATTERNS = [
+    (re.compile(rf"(?<![a-z])(?:{term['find']})(?![a-z])", 0 if term.get("exact") else re.IGNORECASE), term["write"])
+    for term in TERMS["terms"]
+]
 
 
 def excepted(path: str, line: str) -> bool:

@@ -18,6 +18,11 @@ def test_parts_of_longer_words_are_not_found(line: str) -> None:
     assert words(line) == []
 
 
+def test_constants_without_a_noun_are_found_and_words_like_them_are_not() -> None:
+    assert words("if len(rows) > MOST:") == ["MOST"]
+    assert words("of most rows; MOST_FORCE, AT_MOST, at MOST_") == []
+
+
 def test_an_occurrence_names_its_place_and_the_standard_term() -> None:
     (found,) = terms.occurrences("docs/live.md", "first\nthe weather\n")
     assert str(found) == "docs/live.md:2: weather -> environmental loads, disturbance; wind, waves and current"

@@ -47,7 +47,7 @@ def of_row(scenario: str | None, folder: Path | None, number: int | None, change
             raise click.UsageError("Missing argument 'SCENARIO'; or give --campaign and --run")
         return None
     if folder is None or number is None or scenario is not None or changed:
-        raise click.UsageError("a row of a campaign takes --campaign and --run, no SCENARIO, no --set and no --real-time")
+        raise click.UsageError("to repeat a run of a campaign give --campaign and --run, without SCENARIO, --set and --real-time")
     from vessel_hsmc_ros.campaign.dataset import Row  # imports the libraries of campaigns
 
     return Row.read(folder, number)

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import ship_of
-from vessel_hsmc_ros.scenario.parameters_file import tree
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, tree
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
@@ -103,7 +103,7 @@ def _is_vessel_file(path: Path) -> bool:
     try:
         document = read_yaml(read_text(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ScenarioError(f"file {path} cannot be read: {' '.join(str(error).split())}") from None
+        raise ScenarioError(f"file {path} cannot be read: {in_one_line(error)}") from None
     return isinstance(document, dict) and "vessel" in document
 
 

@@ -1,6 +1,7 @@
 """`vessel-hsmc init`: a commented scenario for a ship of one's own, or for a vessel of the library, checked at once."""
 
 import os
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -64,7 +65,7 @@ def init(
         print_line(f"connection: {to}, with the commands that start the nodes")
     if not no_check:
         _check(scenario)
-    print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}")
+    print_line(f"scenario: {path}; next: vessel-hsmc simulate {shlex.quote(str(path))}")
 
 
 def _write(path: Path, text: str) -> None:

@@ -206,6 +206,10 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
         key, equals, value = change.partition("=")  # at the first one: a regular expression may contain more
         if not equals:
             raise ParameterError(f"{option} {change} is not allowed: it takes node.param=value")
+        if not value.strip():
+            raise ParameterError(
+                f"{option} {change} is not allowed: there is no value after the equals sign; '' is an empty text"
+            )
         try:
             parsed[key.strip()] = read_yaml(value)
         except yaml.YAMLError:

@@ -89,7 +89,9 @@ def flat(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def in_one_line(error: Exception) -> str:
-    """The message of an error without its line breaks, and without PyYAML's name for a text in memory."""
+    """The message of an error without its line breaks, its number and file, and PyYAML's name for a text in memory."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
     return re.sub(r' in "<[a-z]+ string>",', ",", " ".join(str(error).split()))
 
 
