@@ -123,3 +123,18 @@ def test_a_gyro_with_an_error_is_found_on_a_course_to_the_west_where_the_heading
         monitor.step(k * 50_000_000, west, 0.05)
     assert monitor.alarm is Alarm.SAFE
     assert "yaw rate is 0.2 rad/s" in monitor.detail
+
+
+@pytest.mark.parametrize("decay", [4.0, 8.0, 16.0])
+def test_an_alarm_stays_while_the_ship_comes_to_rest(decay: float) -> None:
+    """The changing error of a ship that slows down looks like noise; an alarm that ends gives the law full thrust again."""
+    monitor, x, speed = Velocities(MonitorParameters(), LENGTH), 0.0, 2.3
+    found = []
+    for k in range(1600):
+        if found and found[-1] is Alarm.SAFE:
+            speed *= 1.0 - 0.05 / decay
+        x += 0.05 * speed
+        found.append(monitor.step(50_000_000 * k, REST._replace(x=x), 0.05))
+    assert found == sorted(found)
+    assert found[-1] is Alarm.SAFE
+    assert speed < 0.05

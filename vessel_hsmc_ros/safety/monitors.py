@@ -156,6 +156,7 @@ class Compared(NamedTuple):
         wrong: Whether they contradict each other.
         known: Whether the ship moves fast enough for a verdict.
         about: The quantity that is wrong: 0 for the velocity, 1 for the yaw rate.
+        fits: Whether they agree without an allowance for noise, which a ship that slows down seems to have.
     """
 
     moved: Array
@@ -163,6 +164,7 @@ class Compared(NamedTuple):
     wrong: bool
     known: bool
     about: int
+    fits: bool = True
 
 
 class Velocities(Monitor):
@@ -214,7 +216,7 @@ class Velocities(Monitor):
         elif stamp > self._last[0]:
             self._integrate(stamp, motion)
         found = self._found
-        if found is not None and found.known:
+        if found is not None and found.known and (found.wrong or found.fits or self.alarm is Alarm.OK):
             self.watch(found.wrong, period)
             self.detail = explained(found) if self.alarm is not Alarm.OK else ""
         return self.alarm
@@ -266,13 +268,15 @@ def compared(rates: Array, slow: tuple[float, float]) -> Compared:
     # changes little from block to block, and is not noise.
     noise = 1.4826 * np.median(np.abs(np.diff(errors, axis=0)), axis=0) / math.sqrt(6.0)
     noise *= DEVIATIONS * 1.25 * math.sqrt(2.0 / len(errors))
-    verdicts = []
+    verdicts, fits = [], True
     for part, least in zip((slice(0, 2), slice(2, 3)), slow, strict=True):
         fastest = max(np.linalg.norm(moved[part]), np.linalg.norm(measured[part]))
         allowed = SHARE * fastest + np.linalg.norm(noise[part]) + least
         verdicts.append((fastest > 2.0 * least, bool(np.linalg.norm(error[part]) > allowed)))
+        fits = fits and bool(fastest <= 2.0 * least or np.linalg.norm(error[part]) <= SHARE * fastest)
     wrong = [known and bad for known, bad in verdicts]
-    return Compared(moved, measured, any(wrong), any(known for known, _ in verdicts), wrong.index(True) if any(wrong) else 0)
+    known = any(each for each, _ in verdicts)
+    return Compared(moved, measured, any(wrong), known, wrong.index(True) if any(wrong) else 0, fits)
 
 
 def explained(found: Compared) -> str:
