@@ -14,8 +14,9 @@ from reference_motion import PERIOD, assert_feasible, motion_of
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference, travel_limits
 from vessel_hsmc_ros.reference.timetable import motion_at
+from vessel_hsmc_ros.reference.turning import sustained
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 
@@ -200,3 +201,70 @@ def test_a_corner_without_room_is_refused_with_what_would_do() -> None:
     with pytest.raises(GoalError, match=r"path: corner 2 of 90° needs [\d.]+ m of a leg even at .* longer legs or a stop there"):
         reference.set_path([(100.0, 0.0), (200.0, 0.0), (200.0, 0.1), (300.0, 0.1)])
     assert math.dist(motion_of(reference, 1.0)[0][-1, :2], before[:2]) < 2.0
+
+
+def boat_of(length: float, **path: Any) -> ReferenceShipParameters:
+    """The reference that `init` writes for a boat of which the length is known, with a path around a corner."""
+    ship = parse_scenario(scenario_text("boat", MainData(length=length)), "boat", source="boat")
+    around = [20.0 * length, 0.0, 20.0 * length, 20.0 * length]
+    return replace(
+        ship.reference_ship, mode="path", path=replace(ship.reference_ship.path, waypoints=tuple(around), time=0.0, **path)
+    )
+
+
+@pytest.mark.parametrize("length", [0.5, 300.0])
+def test_a_corner_whose_radius_has_no_room_is_refused_with_a_radius_that_has(length: float) -> None:
+    with pytest.raises(
+        ParameterError, match=r"path: corner 1 of 90° needs .* a corner_radius of ([\d.]+) m, longer legs"
+    ) as caught:
+        make_reference(boat_of(length, corner_radius=40.0 * length), PERIOD)
+    named = float(re.search(r"corner_radius of ([\d.]+) m", str(caught.value))[1])  # type: ignore[index]
+    assert 5.0 * length < named < 15.0 * length
+    make_reference(boat_of(length, corner_radius=named), PERIOD)
+
+
+@pytest.mark.parametrize(
+    ("motion", "path", "reason"),
+    [
+        (
+            {},
+            {"corner_radius": 0.05},
+            r"path\.corner_radius: no turn with a radius of 0\.05 m .*; [\d.]+ m at [\d.]+ m/s would do$",
+        ),
+        ({"yaw_acceleration": 1e-6}, {}, r"path: no turn at [\d.]+ m/s or less .*; a stop at each waypoint or .* would do$"),
+        ({"current": 9.0}, {}, r"path: speed = .* against a current of 9 m/s needs .*; a smaller motion\.current would do$"),
+        ({"speed": 9.0}, {}, r"path: speed = 9 m/s needs a surge force of .*; at most [\d.]+ m/s would do$"),
+    ],
+)
+def test_a_path_beyond_the_limits_is_refused_with_what_would_do(motion: Any, path: Any, reason: str) -> None:
+    p = boat_of(4.0, **path)
+    with pytest.raises(ParameterError, match=reason):
+        make_reference(replace(p, motion=replace(p.motion, **motion)), PERIOD)
+
+
+@pytest.mark.parametrize("mode", ["path", "lawnmower"])
+def test_where_no_turn_is_possible_at_the_speed_of_the_legs_the_turns_are_slower(mode: str) -> None:
+    p = boat_of(4.0)
+    low, high = p.motion.speed, 10.0 * p.motion.speed
+    for _ in range(20):  # the largest speed at which a leg leaves the force that it must
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if sustained(middle, p.vessel.coefficients(), travel_limits(p)) else (low, middle)
+    p = replace(p, mode=mode, motion=replace(p.motion, speed=low), lawnmower=replace(p.lawnmower, speed=low))
+    reference: Any = make_reference(p, PERIOD)
+    route, profile = reference.track.stretches[0].route, reference.track.stretches[0].profile
+    bent = route.curvature(np.linspace(0.0, route.length, 500))[0] != 0.0
+    speed = profile.at(profile.time_at(np.linspace(0.0, route.length, 500)))[1]
+    assert speed.max() == pytest.approx(low)
+    assert 0.5 * low < speed[bent].max() < 0.99 * low
+
+
+@pytest.mark.parametrize("length", [0.5, 300.0])
+def test_after_a_short_last_leg_the_turning_ends_within_the_yaw_acceleration(length: float) -> None:
+    p = boat_of(length)
+    short = 1.4 * length * np.exp(1j * math.radians(60.0))
+    around = (20.0 * length, 0.0, 20.0 * length + float(short.real), float(short.imag))
+    table = make_reference(replace(p, path=replace(p.path, waypoints=around)), PERIOD).constants.table  # type: ignore[attr-defined]
+    step = 1e-3 * p.motion.yaw_rate / p.motion.yaw_acceleration
+    rates = np.array([motion_at(float(table.times[-1]) + k * step, table)[0].r for k in range(-1500, 100)])
+    assert rates[-1] == 0.0
+    assert np.abs(np.diff(rates)).max() <= 1.01 * p.motion.yaw_acceleration * step

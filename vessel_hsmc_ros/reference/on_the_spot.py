@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 from vessel_hsmc_ros.reference.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.reference.speed_profile import RISE, Phase, Section, SpeedProfile, phases
-from vessel_hsmc_ros.reference.timetable import Timetable
+from vessel_hsmc_ros.reference.timetable import Timetable, blended
 from vessel_hsmc_ros.reference.turning import LARGEST_SHARE, SLOWER, SLOWEST, TravelLimits
 
 Array = NDArray[np.float64]
@@ -29,6 +29,9 @@ DECAY, DECAY_STEPS = 12.0, 128
 
 HALT_SHARE = 0.8
 """Share of the limits of the acceleration that a halt takes; the rest is for the transition to it."""
+
+BLENDED = 0.2
+"""Share of a halt in which the acceleration of the motion before it decays."""
 
 PASSES = 5
 """Passes that find the heading towards a point while the ship moves aside."""
@@ -74,11 +77,12 @@ def spot_turn(pose: tuple[float, float, float], target: complex, vessel: Vessel,
     return table
 
 
-def halt(motion: Motion, vessel: Vessel, limits: TravelLimits) -> Timetable:
+def halt(motion: Motion, row: Array, vessel: Vessel, limits: TravelLimits) -> Timetable:
     """Come to rest.
 
     Args:
         motion: Motion at the beginning.
+        row: The row of a table there, whose acceleration decays.
         vessel: Coefficients of the hull.
         limits: Limits of the motion.
 
@@ -91,7 +95,8 @@ def halt(motion: Motion, vessel: Vessel, limits: TravelLimits) -> Timetable:
     times = _instants(profile, vessel, drifts=True)
     integral, share, rate = profile.at(times)
     given = _Given(times, u * share, u * rate, psi + r * integral, r * share, r * rate)
-    return _integrated(complex(x, y), v, given, vessel)[0]
+    halted = _integrated(complex(x, y), v, given, vessel)[0]
+    return blended(halted, row, BLENDED * float(halted.times[-1]))
 
 
 def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limits: TravelLimits) -> Timetable:
@@ -106,7 +111,10 @@ def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limi
         if np.max(np.abs(inputs(Velocities(still, v, r, still, dv, dr), vessel)[1])) <= LARGEST_SHARE * limits.yaw_moment:
             return table
         share *= SLOWER
-    raise ParameterError("no turn on the spot is within the yaw moment of this ship")
+    raise ParameterError(
+        f"reference_ship: a turn on the spot takes more than {LARGEST_SHARE:g} of vessel.yaw_moment_limit ="
+        f" {limits.yaw_moment:g} N·m, even at {SLOWEST:g} of motion.yaw_acceleration; a smaller one would do"
+    )
 
 
 def _instants(profile: SpeedProfile, vessel: Vessel, drifts: bool) -> Array:

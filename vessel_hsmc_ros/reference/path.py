@@ -26,8 +26,8 @@ from vessel_hsmc_ros.reference.turning import check_straight, largest_accelerati
 
 Array = NDArray[np.float64]
 
-DISTINCT = 1e-3
-"""Waypoints nearer to each other than this are one, relative to the radius of a turn."""
+DISTINCT = 2e-3
+"""Waypoints nearer to each other than this are one, relative to the radius of gyration of the hull."""
 
 AT_REST = 1e-3
 """Share of the speed below which the ship counts as at rest where a path begins."""
@@ -38,9 +38,6 @@ JOIN_SPEEDS = (1.0, 0.6, 0.35, 0.2)
 SET_OFF, SET_OFF_SHARE = 0.3, 0.1
 """Speed of the beginning after a turn on the spot, in terms of the radius of gyration and the yaw acceleration, and largest share
 of the leg that it takes."""
-
-BLENDED = 0.2
-"""Share of a halt in which the acceleration of the motion before it decays."""
 
 
 class Plan(NamedTuple):
@@ -73,7 +70,7 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     for one in sorted(speeds):
         check_straight(f"{ship.owner}: speed", one, ship.vessel, ship.limits)
     fastest = max(speeds, default=speed)
-    least = DISTINCT * fitted_turning(fastest, ship).radius
+    least = DISTINCT * math.sqrt(ship.vessel.m33 / ship.vessel.m22)
     parts = _parts(_distinct(complex(motion.x, motion.y), waypoints, least))
     pieces: list[PathPiece] = []
     if math.hypot(motion.u, motion.v) > AT_REST * fastest:
@@ -186,8 +183,7 @@ def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fa
             continue
         parts.pop(0)
         return piece
-    halted = halt(motion, ship.vessel, ship.limits)
-    return PathPiece(blended(halted, world_row(motion, acceleration), BLENDED * float(halted.times[-1])))
+    return PathPiece(halt(motion, world_row(motion, acceleration), ship.vessel, ship.limits))
 
 
 def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> PathPiece:

@@ -3,6 +3,7 @@
 import cmath
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.corners import Corner, corner_of
+from vessel_hsmc_ros.reference.feasibility import amount
 from vessel_hsmc_ros.reference.route import Element, Pieces, straight
 from vessel_hsmc_ros.reference.speed_profile import Section
 from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, turning_at, turning_with
@@ -19,6 +21,9 @@ RUN_UP = 0.25
 
 SLOWER, RUNGS = 0.95, 80
 """Ratio of the speeds at which a corner is tried, and their number."""
+
+SMALLER, RADII = 0.8, 12
+"""Ratio of the radii of which the first that fits is named where a corner has no room, and their number."""
 
 SHORTEST = 1e-9
 """A leg between two corners that is shorter than this share of it is left out."""
@@ -59,14 +64,21 @@ Planned = tuple[list[Element], list[Section]]
 
 
 def fitted_turning(speed: float, ship: Ship) -> Turning:
-    """The turn of the ship's corners at a speed, or slower where their radius needs it.
+    """The turn of the ship's corners at a speed, or slower where she needs it.
 
     Raises:
-        ParameterError: there is none within the limits.
+        ParameterError: there is none within the limits; the message contains what would do.
     """
-    if ship.radius:
-        return turning_with(ship.radius, speed, ship.vessel, ship.limits)
-    return turning_at(speed, ship.vessel, ship.limits)
+    try:
+        if ship.radius:
+            return turning_with(ship.radius, speed, ship.vessel, ship.limits)
+        return turning_at(speed, ship.vessel, ship.limits)
+    except ParameterError as error:
+        if not ship.radius:
+            raise ParameterError(f"{ship.owner}: {error}; a stop at each waypoint or larger limits of turning would do") from None
+        tightest = fitted_turning(speed, ship._replace(radius=0.0))
+        remedy = f"{tightest.radius:.3g} m at {tightest.speed:.3g} m/s would do"
+        raise ParameterError(f"{ship.owner}.corner_radius: {error}; {remedy}") from None
 
 
 def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Planned:
@@ -182,10 +194,25 @@ def _rungs(speed: float, current: float) -> int:
 
 
 def _unsailable(bend: _Bend, before: float, after: float, ship: Ship, rungs: int) -> str:
-    corner, speed = bend.corner(ship, SLOWER**rungs)
+    slower = SLOWER**rungs
+    corner, speed = bend.corner(ship, slower)
     needs, has = max((corner.before, before), (corner.after, after), key=lambda pair: pair[0] - pair[1])
-    remedy = "a smaller corner_radius, " if ship.radius else ""
+    radius = _fitting_radius(bend, before, after, ship, slower) if ship.radius else None
+    remedy = f"a corner_radius of {radius:g} m, " if radius else ""
     return (
-        f"{ship.owner}: corner {bend.number} of {abs(math.degrees(bend.angle)):.0f}° needs {needs:.3g} m of a leg even at"
-        f" {speed:.2g} m/s, and has {has:.3g} m; {remedy}longer legs or a stop there would do"
+        f"{ship.owner}: corner {bend.number} of {abs(math.degrees(bend.angle)):.0f}° needs {amount(needs, 'm')} of a leg even at"
+        f" {speed:.2g} m/s, and has {amount(has, 'm')}; {remedy}longer legs or a stop there would do"
     )
+
+
+def _fitting_radius(bend: _Bend, before: float, after: float, ship: Ship, slower: float) -> float | None:
+    """The largest radius, by steps and rounded down to three digits, of a corner that the legs leave room for, m."""
+    radius = ship.radius
+    for _ in range(RADII):
+        radius *= SMALLER
+        with suppress(ParameterError):
+            corner, _ = bend.corner(ship._replace(radius=radius), slower)
+            if corner.before <= before and corner.after <= after:
+                digits = 2 - math.floor(math.log10(radius))
+                return math.floor(radius * 10.0**digits) / 10.0**digits
+    return None

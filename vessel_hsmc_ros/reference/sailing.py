@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.plant.dynamics import Vessel
+from vessel_hsmc_ros.reference.on_the_spot import halt
 from vessel_hsmc_ros.reference.route import Route
 from vessel_hsmc_ros.reference.route_motion import RouteMotion, motion_along, timetable
 from vessel_hsmc_ros.reference.speed_profile import Phase, Section, SpeedProfile, phases
-from vessel_hsmc_ros.reference.timetable import Timetable
+from vessel_hsmc_ros.reference.timetable import Timetable, joined
 from vessel_hsmc_ros.reference.turning import TravelLimits, excesses, largest_acceleration
 
 
@@ -25,6 +27,9 @@ class Sailing(NamedTuple):
 AT_REST = (0.0, 0.0)
 
 REACHED = 1e-9
+
+RESTING = 1e-3
+"""Share of the largest yaw rate below which a ship that has come to the end is at rest."""
 
 ATTEMPTS, SLOWER, GENTLER = 24, 0.95, 0.7
 """Attempts to keep all limits, and what reduces the speed of a turn and the acceleration from one to the next."""
@@ -58,7 +63,7 @@ def sail(
         sailing = _sailing(owner, route, phases(slower, acceleration, start[0]), vessel, start)
         found = excesses(sailing.motion, limits)
         if not found:
-            return sailing
+            return sailing._replace(table=_rested(sailing.table, vessel, limits))
         # A drift that has not decayed takes yaw acceleration where the speed changes, and where turns follow each other.
         worst = route.index_at(found[0].s)
         if route.elements[worst].turn:
@@ -76,6 +81,14 @@ def _sailing(owner: str, route: Route, parts: Sequence[Phase], vessel: Vessel, s
     profile = SpeedProfile(parts)
     motion = motion_along(route, profile, vessel, beta)
     return Sailing(route, profile, motion, timetable(motion, route, 0.0))
+
+
+def _rested(table: Timetable, vessel: Vessel, limits: TravelLimits) -> Timetable:
+    """A table, and the end of the turning that is left where the drift has not decayed on a short last leg."""
+    x, y, psi, _, _, r = map(float, table.rows[-1, :6])
+    if abs(r) <= RESTING * limits.yaw_rate:
+        return table
+    return joined([table, halt(Motion(x, y, psi, 0.0, 0.0, r), table.rows[-1], vessel, limits)])
 
 
 def place(route: Route, s: float) -> str:

@@ -6,6 +6,7 @@ the steady turn stays within the limits, the transition the shortest, by steps, 
 """
 
 import math
+from contextlib import suppress
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -31,6 +32,9 @@ STEADY_SHARE = 0.85
 
 WIDER, LONGER, SLOWER = 1.1, 1.2, 0.97
 """Steps in which a turn becomes wider, its transitions longer, and its speed less."""
+
+TOO_WIDE = 1.3
+"""A radius so many times that of a turn one step of the speed slower is not worth the speed."""
 
 MAX_LENGTH_RATIO = 200.0
 """Largest radius, in terms of the smallest one that the yaw rate allows, and largest transition, in terms of the radius."""
@@ -107,7 +111,9 @@ def sustained(speed: float, vessel: Vessel, limits: TravelLimits, curvature: flo
 
 @lru_cache(maxsize=256)
 def turning_at(speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
-    """The tightest turn at a speed.
+    """The tightest turn at a speed, or at the largest speed below it at which the ship can turn.
+
+    Near the top speed a turn takes force that is not left, so that its radius is many times that of one a little slower.
 
     Args:
         speed: Speed over ground, m/s.
@@ -117,12 +123,24 @@ def turning_at(speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
     Raises:
         ParameterError: there is none.
     """
+    slower = speed
+    while slower >= SLOWEST * speed:
+        radius, tighter = (_smallest_radius(share * slower, vessel, limits) for share in (1.0, SLOWER))
+        with suppress(ParameterError):
+            if radius < TOO_WIDE * tighter:
+                return Turning(slower, radius, _transition(slower, radius, vessel, limits))
+        slower *= SLOWER
+    raise ParameterError(f"no turn at {speed:.3g} m/s or less is within the limits of this ship")
+
+
+def _smallest_radius(speed: float, vessel: Vessel, limits: TravelLimits) -> float:
+    """The smallest radius, by steps, of a steady turn at a speed, m; infinite if there is none."""
     radius = smallest = speed / (STEADY_SHARE * limits.yaw_rate)
-    while radius <= MAX_LENGTH_RATIO * smallest:
-        if sustained(speed, vessel, limits, 1.0 / radius):
-            return Turning(speed, radius, _transition(speed, radius, vessel, limits))
+    if not sustained(speed, vessel, limits, 1.0 / (MAX_LENGTH_RATIO * smallest)):
+        return math.inf
+    while not sustained(speed, vessel, limits, 1.0 / radius):
         radius *= WIDER
-    raise ParameterError(f"no turn at {speed:.3g} m/s is within the limits of this ship")
+    return radius
 
 
 @lru_cache(maxsize=256)
@@ -172,9 +190,10 @@ def check_straight(name: str, speed: float, vessel: Vessel, limits: TravelLimits
         low, high = (middle, high) if sustained(middle, vessel, limits) else (low, middle)
     needed = steady_demand(0.0, speed, vessel, limits.current).surge_force
     against = f" against a current of {limits.current:g} m/s" if limits.current else ""
+    remedy = f"at most {low:.3g} m/s would do" if low > SLOWEST * speed else "a smaller motion.current would do"
     raise ParameterError(
         f"{name} = {speed:g} m/s{against} needs a surge force of {amount(needed, 'N')}: {LARGEST_SHARE:g} of"
-        f" vessel.surge_force_limit is {amount(LARGEST_SHARE * limits.surge_force, 'N')}; at most {low:.3g} m/s would do"
+        f" vessel.surge_force_limit is {amount(LARGEST_SHARE * limits.surge_force, 'N')}; {remedy}"
     )
 
 
