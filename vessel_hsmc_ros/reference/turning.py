@@ -42,7 +42,7 @@ MAX_LENGTH_RATIO = 200.0
 SLOWEST = 0.02
 """Smallest share of the speed at which a turn is sought."""
 
-RESOLVED = 0.999
+RESOLVED = 0.997
 """Share of the limits up to which peaks between two instants of a motion are below them as well."""
 
 BISECTIONS = 30
