@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.lqg.regulator import DECAYS, RATIOS, SPEEDS, interpolate, regulator, table
 
-E_0, R_0 = 0.06, 0.5
+E_0, R_0 = 0.1, 0.5
 
 
 def plant(W, a, kappa):

@@ -41,7 +41,7 @@ from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.lqg.filter import CE, CN, FR, FU, FV, KAPPA, LN_A, STATES, R, U, V, correct, predict, unforced
-from vessel_hsmc_ros.lqg.guidance import Track, braked, sway_in_turn, track
+from vessel_hsmc_ros.lqg.guidance import Track, braked, drift_in_turn, track
 from vessel_hsmc_ros.lqg.parameters import Gains, LqgParameters, gains
 from vessel_hsmc_ros.lqg.regulator import interpolate
 
@@ -68,13 +68,14 @@ class Memory(NamedTuple):
     Attributes:
         started: Whether there has been a step.
         pose: The pose predicted for the next step.
-        x, P: States of the filter and their covariance, written in place.
+        x, P, noise: States of the filter, their covariance, and the variances of the measurements, written in place.
         tau_1, tau_2: Accelerations by the wrench since the last step, as modelled.
         head: Column of the present period in `queue`.
-        v_s, r_s, dr_s: Sway velocity and, filtered, turn of the track and its rate of change.
+        beta: Drift angle of the track.
+        r_s, dr_s: Its turn, filtered, and the rate of change of that.
         xi: Integral of the position error.
         queue: The last commands, (2, n + 1), written in place.
-        K, scratch: Working memory, shapes (4,) and (8, 12).
+        K, scratch: Working memory, shapes (4,) and (8, 15).
         bank: What is learned of the actuators.
         W: There are no networks.
     """
@@ -83,10 +84,11 @@ class Memory(NamedTuple):
     pose: tuple[float, float, float]
     x: Array
     P: Array
+    noise: Array
     tau_1: float
     tau_2: float
     head: int
-    v_s: float
+    beta: float
     r_s: float
     dr_s: float
     xi: tuple[float, float]
@@ -121,7 +123,7 @@ class Turn(NamedTuple):
     psi_c: float
     r_c: float
     alpha: float
-    v_s: float
+    beta: float
     r_s: float
     dr_s: float
 
@@ -147,7 +149,7 @@ def at_present(y: Motion, lever: float, m: Memory, g: Gains) -> Motion:
     if not m.started:
         px, py, psi = y.x, y.y, y.psi
         x[U], x[V], x[R] = y.u, y.v + lever * y.r, y.r
-    correct(x, m.P, y.u, y.v + lever * y.r, y.r, m.scratch, g)
+    correct(x, m.P, m.noise, (y.u, y.v + lever * y.r, y.r), m.scratch, g)
     px, py = px + (1.0 - g.z_p) * (y.x - px), py + (1.0 - g.z_p) * (y.y - py)
     psi = math.remainder(psi + (1.0 - g.z_h) * math.remainder(y.psi - psi, TURN), TURN)
     return Motion(px, py, psi, float(x[U]), float(x[V]) - lever * float(x[R]), float(x[R]))
@@ -190,17 +192,18 @@ def turn(t: Track, psi: float, v_r: float, r: float, m: Memory, g: Gains) -> Tur
         g: Constants.
     """
     a, kappa, K, q = math.exp(float(m.x[LN_A])), float(m.x[KAPPA]), m.K, g.q
-    v_s, dv_s = sway_in_turn(m.v_s, t, a, kappa, float(m.x[FV]), g.h)
-    # Turn and its rate of change are filtered, because the turn of the track may jump.
-    r_s = m.r_s + g.step_f * (t.dchi - clip(dv_s / t.W, 1.0 / q) - m.r_s)
+    beta, dbeta = drift_in_turn(m.beta, t, a, kappa, float(m.x[FV]), g.h)
+    turning, v_s = t.dchi - clip(dbeta, 1.0 / q), t.W * math.sin(beta)
+    # Its derivative is that of a filter, because the turn of the track may jump.
+    r_s = m.r_s + g.step_f * (turning - m.r_s)
     dr_s = m.dr_s + g.step_f * ((r_s - m.r_s) / g.h - m.dr_s)
     interpolate(t.W * q, a * q, kappa, g.table, K)
     of = K.tolist()
     K_e, K_psi, K_v, K_r = of[0] / (q * q), of[1] / (q * q), of[2] / q, of[3] / q
-    psi_c = t.chi - math.asin(clip(v_s / t.W, 0.9)) - clip(K_e / K_psi * t.e_c, g.theta)
+    psi_c = t.chi - beta - clip(K_e / K_psi * t.e_c, g.theta)
     toward = braked(math.remainder(psi_c - psi, TURN), K_psi / K_r, g.a_max, g.r_max)
-    r_c = r_s + toward - K_v / K_r * clip(v_r - v_s, 0.5 * t.W)
-    return Turn(psi_c, r_c, dr_s + K_r * (r_c - r), v_s, r_s, dr_s)
+    r_c = turning + toward - K_v / K_r * clip(v_r - v_s, 0.5 * t.W)
+    return Turn(psi_c, r_c, dr_s + K_r * (r_c - r), beta, r_s, dr_s)
 
 
 @kernel
@@ -254,7 +257,7 @@ def step(
     )  # fmt: skip
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
     left = Memory(
-        True, (later.x, later.y, later.psi), x, m.P, tau_1, tau_2, head, c.v_s, c.r_s, c.dr_s, t.xi, m.queue, m.K, m.scratch,
+        True, (later.x, later.y, later.psi), x, m.P, m.noise, tau_1, tau_2, head, c.beta, c.r_s, c.dr_s, t.xi, m.queue, m.K, m.scratch,
         m.bank, m.W,
     )  # fmt: skip
     return wrench, terms, left
@@ -323,6 +326,6 @@ class LqgController(KernelLaw[LqgParameters]):
         g, models = self.constants.gains, self.constants.bank
         latest = math.ceil(max(DEAD_TIMES) * models.unit / self.period) if models.every else 0
         places = max(g.surge.delay, g.yaw.delay, latest) + math.ceil(LONGEST_AGE / self.period)
-        arrays = np.zeros((2, places + 1)), np.zeros(4), np.zeros((8, STATES + 2))
-        at_start = (0.0, 0.0, 0.0), g.x_0.copy(), np.diag(g.P_0), 0.0, 0.0, 0, 0.0, 0.0, 0.0, (0.0, 0.0)
+        arrays = np.zeros((2, places + 1)), np.zeros(4), np.zeros((8, 15))
+        at_start = (0.0, 0.0, 0.0), g.x_0.copy(), np.diag(g.P_0), np.array([g.R_u, g.R_r]), 0.0, 0.0, 0, 0.0, 0.0, 0.0, (0.0, 0.0)
         self.memory = Memory(False, *at_start, *arrays, first_state(models, LONGEST_AGE), NO_NETWORKS)

@@ -5,6 +5,7 @@
 | u, v, r | surge velocity, sway velocity of the pivot, yaw rate, over ground | L/T, L/T, 1/T |
 | f_u, f_v, f_r | accelerations by all that is not modelled: damping, wind, waves, errors of the inertia | L/T², L/T², 1/T² |
 | a, kappa | decay rate of the sway; sway acceleration per surge velocity and yaw rate | 1/T, - |
+| b | decay rate of the surge velocity through the water | 1/T |
 | c_E, c_N | current, constant over the earth; what wind does as if it were one | L/T |
 | u_r, v_r | velocities through the water, (u, v) - R(psi)ᵀ·c | L/T |
 | c_h, c_n | the current along and across the hull | L/T |
@@ -13,9 +14,9 @@
 | R, Q, P | variances of the measurements, of the noise per time, and of the states | |
 | h | control period | T |
 
-    du = r·c_n + m·v_r·r + f_u + a_1              df = noise
-    dv = -r·c_h - kappa·u_r·r - a·v_r + f_v       d(ln a), dkappa, dc = -w_0·(their deviation from what was expected) + noise
-    dr = f_r + a_2                                measured: u, v, r
+    du = r·c_n + m·v_r·r - b·u_r + f_u + a_1         df = noise
+    dv = -r·c_h - kappa·u_r·r - a·v_r + f_v         d(ln a), dkappa, db, dc = -w_0·(their deviation from what was expected) + noise
+    dr = f_r + a_2                                   measured: u, v, r
 
 The pivot is the point whose sway the yaw moment does not accelerate. The current stands in the earth-fixed frame, so that what
 one leg has taught holds on the next. Its covariance is the doubt: what a straight leg does not show stays as it was expected.
@@ -30,16 +31,19 @@ from vessel_hsmc_ros.core.kinematics import to_body
 from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.lqg.parameters import Gains
 
-U, V, R, FU, FV, FR, LN_A, KAPPA, CE, CN = range(10)
+U, V, R, FU, FV, FR, LN_A, KAPPA, B, CE, CN = range(11)
 """Indices of the states."""
 
-STATES = 10
+STATES = 11
 
 GATE = 4.0
 """Standard deviations at which an innovation is cut."""
 
-LN_A_RANGE, KAPPA_RANGE = (-1.0, 2.8), (0.4, 1.2)
-"""Ranges of ln a and of kappa."""
+FOLLOWING, NOISIEST = 2.0, 1e4
+"""Time in T in which the variances of the measurements follow the innovations, and their largest multiple of the least."""
+
+LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-1.0, 2.8), (0.4, 1.2), (0.0, 2.0)
+"""Ranges of ln a, kappa and b."""
 
 
 @kernel
@@ -47,7 +51,7 @@ def measure(x: Array, P: Array, i: int, y: float, variance: float, S: Array) -> 
     """Correct the states by a measurement of state i, in place.
 
     Args:
-        x, P: States, shape (10,), and their covariance, shape (10, 10).
+        x, P: States, shape (11,), and their covariance, shape (11, 11).
         i: The state.
         y: Its measured value.
         variance: R.
@@ -67,13 +71,28 @@ def measure(x: Array, P: Array, i: int, y: float, variance: float, S: Array) -> 
 
 
 @kernel
-def correct(x: Array, P: Array, u: float, v: float, r: float, S: Array, g: Gains) -> None:
-    """Correct the states by the measured velocities, in place, and keep a and kappa within their ranges."""
-    measure(x, P, U, u, g.R_u, S)
-    measure(x, P, V, v, g.R_u, S)
-    measure(x, P, R, r, g.R_r, S)
+def correct(x: Array, P: Array, noise: Array, y: tuple[float, float, float], S: Array, g: Gains) -> None:
+    """Correct the states by the measured velocities, in place, and keep a, kappa and b within their ranges.
+
+    Args:
+        x, P: States and covariance.
+        noise: Variances of a measured velocity and yaw rate, R, shape (2,), which follow the innovations.
+        y: Measured u, v, r.
+        S: Working memory.
+        g: Constants.
+    """
+    step = g.h / FOLLOWING
+    for i in range(3):
+        k = 0 if i < R else 1
+        most = 100.0 * (float(P[i, i]) + float(noise[k]))
+        found = min((y[i] - float(x[i])) * (y[i] - float(x[i])), most) - float(P[i, i])
+        noise[k] += (0.5 if i < R else 1.0) * step * (found - float(noise[k]))
+        least = g.R_r if k else g.R_u
+        noise[k] = between(float(noise[k]), least, NOISIEST * least)
+        measure(x, P, i, y[i], float(noise[k]), S)
     x[LN_A] = between(float(x[LN_A]), LN_A_RANGE[0], LN_A_RANGE[1])
     x[KAPPA] = between(float(x[KAPPA]), KAPPA_RANGE[0], KAPPA_RANGE[1])
+    x[B] = between(float(x[B]), B_RANGE[0], B_RANGE[1])
 
 
 @kernel
@@ -82,7 +101,7 @@ def unforced(u: float, v: float, r: float, psi: float, x: Array, g: Gains) -> tu
     c_h, c_n = to_body(float(x[CE]), float(x[CN]), psi)
     u_r, v_r = u - c_h, v - c_n
     return (
-        float(x[FU]) + r * c_n + g.m * v_r * r,
+        float(x[FU]) + r * c_n + g.m * v_r * r - float(x[B]) * u_r,
         float(x[FV]) - float(x[KAPPA]) * u_r * r - r * c_h - math.exp(float(x[LN_A])) * v_r,
         float(x[FR]),
     )
@@ -96,19 +115,21 @@ def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g:
         x, P: States and covariance.
         psi: Heading.
         a_1, a_2: Accelerations by force and moment.
-        S: Working memory, shape (8, 12).
+        S: Working memory, shape (8, 15).
         g: Constants.
     """
-    h, u, v, r, kappa = g.h, float(x[U]), float(x[V]), float(x[R]), float(x[KAPPA])
+    h, u, v, r, kappa, b = g.h, float(x[U]), float(x[V]), float(x[R]), float(x[KAPPA]), float(x[B])
     c, s = math.cos(psi), math.sin(psi)
     c_h, c_n = to_body(float(x[CE]), float(x[CN]), psi)
     u_r, v_r, a = u - c_h, v - c_n, math.exp(float(x[LN_A]))
     fall = 1.0 - math.exp(-a * h)
     step = fall / a
     J = S[4]
-    J[0], J[1], J[2], J[3], J[4] = h * g.m * r, h * (c_n + g.m * v_r), h * r * s * (g.m - 1.0), h * r * c * (1.0 - g.m), h
-    J[5], J[6], J[7], J[8], J[9] = -step * kappa * r, -fall, -step * (kappa * u_r + c_h), -fall * v_r, -step * u_r * r
-    J[10], J[11] = step * (kappa - 1.0) * r * c - fall * s, step * (kappa - 1.0) * r * s + fall * c
+    J[0], J[1], J[2], J[3], J[4] = -h * b, h * g.m * r, h * (c_n + g.m * v_r), -h * u_r, h
+    J[5], J[6] = h * (r * s * (g.m - 1.0) + b * c), h * (r * c * (1.0 - g.m) + b * s)
+    J[7], J[8], J[9], J[10], J[11] = -step * kappa * r, -fall, -step * (kappa * u_r + c_h), -fall * v_r, -step * u_r * r
+    J[12], J[13] = step * (kappa - 1.0) * r * c - fall * s, step * (kappa - 1.0) * r * s + fall * c
+    J[14] = step
     propagate(P, S)
     for i in range(STATES):
         P[i, i] += g.Q[i] * h
@@ -117,7 +138,7 @@ def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g:
         for n in range(STATES):
             P[i, n] -= g.w_0 * h * P[i, n]
             P[n, i] -= g.w_0 * h * P[n, i]
-    x[U] = u + h * (float(x[FU]) + r * c_n + g.m * v_r * r + a_1)
+    x[U] = u + h * (float(x[FU]) + r * c_n + g.m * v_r * r - b * u_r + a_1)
     x[V] = v + step * (float(x[FV]) - kappa * u_r * r - r * c_h) - fall * v_r
     x[R] = r + h * (float(x[FR]) + a_2)
 
@@ -148,7 +169,8 @@ def propagate(P: Array, S: Array) -> None:
 def _times(column: Array, elements: Array, rows: Array, k: int) -> None:
     """G times a column, as column k of three rows."""
     c, J = column.tolist(), elements.tolist()
-    rows[0, k] = J[0] * c[V] + J[1] * c[R] + J[2] * c[CE] + J[3] * c[CN] + J[4] * c[FU]
-    by_sway = J[5] * c[U] + J[6] * c[V] + J[7] * c[R] + J[8] * c[LN_A] + J[9] * c[KAPPA]
-    rows[1, k] = by_sway + J[10] * c[CE] + J[11] * c[CN] + J[4] * c[FV]
+    by_surge = J[0] * c[U] + J[1] * c[V] + J[2] * c[R] + J[3] * c[B] + J[4] * c[FU]
+    rows[0, k] = by_surge + J[5] * c[CE] + J[6] * c[CN]
+    by_sway = J[7] * c[U] + J[8] * c[V] + J[9] * c[R] + J[10] * c[LN_A] + J[11] * c[KAPPA]
+    rows[1, k] = by_sway + J[12] * c[CE] + J[13] * c[CN] + J[14] * c[FV]
     rows[2, k] = J[4] * c[FR]

@@ -42,14 +42,18 @@ INTEGRAL = 0.03, 0.1
 """Largest component of xi, L/T, and distance within which it is integrated, L."""
 
 LEAN = 0.1
-"""Shortest time constant, in terms of 1/a, in which the sway takes part in a turn."""
+"""Shortest time constant, in terms of 1/a, in which the drift takes part in a turn."""
+
+STEEPEST = 0.8
+"""Sine of the largest drift angle."""
 
 
 class Track(NamedTuple):
     """Speed, course and turn of the track, and what the ship has to do along her hull.
 
     Attributes:
-        W, chi, dchi: Speed and course through the water, and its rate of change.
+        W, chi: Speed and course through the water.
+        dW, dchi: Their rates of change.
         e_c: Distance to port of the track.
         w_t, dw_t: Velocity over ground along the hull, and its rate of change in the axes of the hull.
         xi: The integral one period later.
@@ -57,6 +61,7 @@ class Track(NamedTuple):
 
     W: float
     chi: float
+    dW: float
     dchi: float
     e_c: float
     w_t: float
@@ -97,6 +102,7 @@ def track(
     Bx, By = Bx + missing * math.cos(ship.psi), By + missing * math.sin(ship.psi)
     W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
     dchi = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ay - Wy * ax) / max(square, 1e-4), LARGEST_TURN)
+    dW = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
     e_c = (1.0 - far) * to_body(e_x, e_y, chi)[1]
     # The velocity along the hull closes the whole error.
     w_t, w_n = to_body(vx - k * e_x, vy - k * e_y, ship.psi)
@@ -106,20 +112,23 @@ def track(
         e_1, e_2 = to_body(e_x, e_y, goal.psi)
         step = g.h * moving * g.k_i
         xi = (clip(xi[0] + step * e_1, INTEGRAL[0]), clip(xi[1] + step * e_2, INTEGRAL[0]))
-    return Track(W, chi, dchi, e_c, w_t, dw_t, xi)
+    return Track(W, chi, dW, dchi, e_c, w_t, dw_t, xi)
 
 
 @kernel
-def sway_in_turn(v_s: float, t: Track, a: float, kappa: float, f_v: float, h: float) -> tuple[float, float]:
-    """The sway velocity one period later that goes with the turn of the track, and its rate of change.
+def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: float) -> tuple[float, float]:
+    """The drift angle one period later that goes with the turn of the track, and its rate of change.
 
-    (1 - kappa)·dv_s = -a·v_s - kappa·W·dchi + f_v follows from dv = -a·v - kappa·W·r + f_v with r = dchi - dv_s/W. Where kappa is
-    near 1 or above, the sway would have to begin before the turn: it takes part at once.
+    With u = W·cos(beta), v = W·sin(beta) and r = dchi - dbeta, dv = -kappa·u·r - a·v + f_v becomes
+
+        (1 - kappa)·cos(beta)·dbeta = f_v/W - kappa·cos(beta)·dchi - (a + dW/W)·sin(beta)
+
+    Where kappa is near 1 or above, the drift would have to begin before the turn: it takes part almost at once.
     """
-    goal = clip((f_v - kappa * t.W * t.dchi) / a, 0.8 * t.W)
-    lean = LEAN + (1.0 - kappa if kappa < 1.0 else 0.0)
-    change = (1.0 - math.exp(-a * h / lean)) * (goal - v_s)
-    return v_s + change, change / h
+    decay, along = max(a + t.dW / t.W, 0.5 * a), math.cos(beta)
+    goal = clip((f_v / t.W - kappa * along * t.dchi) / decay, STEEPEST)
+    change = -math.expm1(-decay * h / max(1.0 - kappa, LEAN)) * (goal - math.sin(beta)) / along
+    return beta + change, change / h
 
 
 @kernel

@@ -46,6 +46,9 @@ FROUDE = 0.06
 FIRST_DOUBT = 0.05, 0.02, 0.1
 """Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
 
+FIRST_SHARE = 0.3
+"""Share of the standard deviations of what lasts at the start: first velocities may be those of an observer that has just begun."""
+
 RATIO_DOUBT, DECLARED_DOUBT = 0.1, 0.3
 """Standard deviations of kappa, and of the logarithm of a declared decay of the sway."""
 
@@ -59,24 +62,25 @@ def number(default: float, description: str, unit: str, symbol: str, high: float
 class LqgParameters:
     """Numbers of the law in units of the ship's length L and of the time T of her turns."""
 
-    cross_track: float = number(0.06, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
+    cross_track: float = number(0.1, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
     turn_rate: float = number(0.5, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
-    position_gain: float = number(1.0, "Approach speed per position error.", "1/T", "k_p")
+    position_gain: float = number(1.4, "Approach speed per position error.", "1/T", "k_p")
     approach_speed: float = number(0.2, "Largest approach speed.", "L/T", "v_max")
-    integral_gain: float = number(0.07, "Integral gain on the position error.", "1/T²", "k_i")
+    integral_gain: float = number(0.15, "Integral gain on the position error.", "1/T²", "k_i")
     surge_gain: float = number(5.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
     approach_angle: float = number(0.8, "Largest angle at which a track is approached.", "rad", "theta", math.pi / 2)
     turn_share: float = number(
         0.4, "Share of the largest yaw acceleration that braking curves use, of instant actuators.", "", "a_s", 1.0
     )
-    velocity_noise: float = number(0.03, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
-    yaw_rate_noise: float = number(0.03, "Standard deviation of measured yaw rates over T/20.", "1/T", "n_r")
+    velocity_noise: float = number(0.01, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
+    yaw_rate_noise: float = number(0.01, "Standard deviation of measured yaw rates over T/20.", "1/T", "n_r")
     surge_walk: float = number(0.1, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
     sway_walk: float = number(0.005, "Change of the sway disturbance in T, as a standard deviation.", "L/T²", "q_v")
     yaw_walk: float = number(0.2, "Change of the yaw disturbance in T, as a standard deviation.", "1/T²", "q_r")
     sway_decay: float = number(2.0, "Decay rate of the sway where it is not declared.", "1/T", "a_0")
     sway_doubt: float = number(0.7, "Standard deviation of its natural logarithm.", "", "s_a")
-    current_doubt: float = number(0.06, "Standard deviation of each component of a current.", "L/T", "s_c")
+    surge_decay_doubt: float = number(0.3, "Decay rate of the surge velocity, expected and its standard deviation.", "1/T", "s_b")
+    current_doubt: float = number(0.03, "Standard deviation of each component of a current.", "sqrt(g·L)", "s_c")
     return_rate: float = number(
         0.02, "Rate at which sway damping and current, unobserved, return to what was expected.", "1/T", "w_0"
     )
@@ -100,7 +104,7 @@ class Gains(NamedTuple):
         q: Stretch of the regulator's unit of time.
         m: m22/m11.
         R_u, R_r: Variances of a measured velocity and yaw rate.
-        Q, P_0, x_0: Growth of the variances per time, variances and states at the start, shape (10,).
+        Q, P_0, x_0: Growth of the variances per time, variances and states at the start, shape (11,).
         w_0: Rate of return to x_0.
         z_p, z_h: Poles of the correction of position and heading.
         step_f: Step of the filter of the turns that are fed forward.
@@ -172,12 +176,13 @@ def prior(p: LqgParameters, vessel: KnownVessel, T: float) -> dict[str, Array | 
     ratio = vessel.coriolis_ratio if vessel.coriolis_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.1)
     declared = vessel.sway_damping_rate >= 0.0
     decay = vessel.sway_damping_rate * T if declared else p.sway_decay
-    lasting = DECLARED_DOUBT if declared else p.sway_doubt, RATIO_DOUBT, p.current_doubt, p.current_doubt
+    current = p.current_doubt * math.sqrt(GRAVITY * vessel.length) * T / vessel.length
+    lasting = DECLARED_DOUBT if declared else p.sway_doubt, RATIO_DOUBT, p.surge_decay_doubt, current, current
     walks = p.surge_walk, p.sway_walk, p.yaw_walk
     return {
         "m": 1.0 / ratio,
-        "x_0": np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.log(max(decay, 1e-3)), ratio, 0.0, 0.0]),
-        "P_0": np.square([p.velocity_noise, p.velocity_noise, p.yaw_rate_noise, *FIRST_DOUBT, *lasting]),
+        "x_0": np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.log(max(decay, 1e-3)), ratio, p.surge_decay_doubt, 0.0, 0.0]),
+        "P_0": np.square([p.velocity_noise, p.velocity_noise, p.yaw_rate_noise, *FIRST_DOUBT, *(FIRST_SHARE * s for s in lasting)]),
         "Q": np.array([1e-5, 1e-6, 1e-5, *(w * w for w in walks), *(2.0 * p.return_rate * s * s for s in lasting)]),
         "w_0": p.return_rate,
     }
