@@ -18,7 +18,7 @@ STATE = np.array([0.3, -0.05, 0.4, -0.5, 0.02, -0.1, 0.4, 0.7, 0.4, 0.05, -0.08]
 
 def after(x, psi=0.7, g=G):
     x = x.copy()
-    predict(x, np.zeros((STATES, STATES)), psi, 0.3, -0.2, np.zeros((8, 15)), g)
+    predict(x, np.zeros((STATES, STATES)), psi, 0.3, -0.2, np.zeros((20, 15)), g)
     return x
 
 
@@ -28,7 +28,7 @@ def test_the_covariance_goes_on_by_the_derivative_of_the_states():
     root = np.random.default_rng(1).normal(size=(STATES, STATES))
     P = root @ root.T
     expected = F @ P @ F.T
-    predict(STATE.copy(), P, 0.7, 0.3, -0.2, np.zeros((8, 15)), still)
+    predict(STATE.copy(), P, 0.7, 0.3, -0.2, np.zeros((20, 15)), still)
     # u, v and r change within a period; the Jacobian is of first order in its length.
     assert pytest.approx(expected, rel=2e-3, abs=2e-3) == P
     assert pytest.approx(P.T) == P
@@ -37,7 +37,7 @@ def test_the_covariance_goes_on_by_the_derivative_of_the_states():
 @settings(max_examples=20)
 @given(st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 4), min_size=1, max_size=60))
 def test_the_covariance_stays_positive_and_the_states_finite_whatever_is_measured(series):
-    x, P, S, noise = G.x_0.copy(), np.diag(G.P_0), np.zeros((8, 15)), np.array([G.R_u, G.R_r])
+    x, P, S, noise = G.x_0.copy(), np.diag(G.P_0), np.zeros((20, 15)), np.array([G.R_u, G.R_r])
     for u, v, r, psi in series:
         correct(x, P, noise, (u, v, r), S, G)
         predict(x, P, psi, 0.5, -0.5, S, G)
@@ -46,7 +46,7 @@ def test_the_covariance_stays_positive_and_the_states_finite_whatever_is_measure
 
 
 def test_unobserved_states_return_to_what_was_expected():
-    x, P, S = G.x_0.copy(), np.diag(G.P_0), np.zeros((8, 15))
+    x, P, S = G.x_0.copy(), np.diag(G.P_0), np.zeros((20, 15))
     x[LN_A], x[CE] = x[LN_A] + 1.0, 0.2
     for _ in range(round(200.0 / G.h)):
         predict(x, P, 0.0, 0.0, 0.0, S, G)
@@ -58,14 +58,14 @@ def test_an_outlier_counts_as_four_deviations():
     changes = []
     for beyond in (4.0, 400.0):
         x, P = G.x_0.copy(), np.diag(G.P_0)
-        measure(x, P, U, beyond * math.sqrt(P[U, U] + G.R_u), G.R_u, np.zeros((8, 15)))
+        measure(x, P, U, beyond * math.sqrt(P[U, U] + G.R_u), G.R_u, np.zeros((20, 15)))
         changes.append(x[U])
     assert changes[0] == pytest.approx(changes[1])
     assert changes[0] > 0.0
 
 
 def test_the_variance_of_the_measurements_follows_their_noise_and_falls_again_when_it_ends():
-    x, P, S, noise = G.x_0.copy(), np.diag(G.P_0), np.zeros((8, 15)), np.array([G.R_u, G.R_r])
+    x, P, S, noise = G.x_0.copy(), np.diag(G.P_0), np.zeros((20, 15)), np.array([G.R_u, G.R_r])
     rng, found = np.random.default_rng(3), []
     for deviation in (np.array([0.2, 0.2, 0.5]), np.zeros(3)):
         for k in range(round(60.0 / G.h)):
@@ -81,7 +81,7 @@ def test_a_ship_that_turns_in_a_current_shows_the_current_and_the_decay_of_her_s
     truth = G.x_0.copy()
     truth[LN_A], truth[KAPPA], truth[CE], truth[CN] = math.log(decay), kappa, *current
     g = G._replace(m=1.0 / kappa)
-    x, P, S, psi, noise = g.x_0.copy(), np.diag(g.P_0), np.zeros((8, 15)), 0.0, np.array([g.R_u, g.R_r])
+    x, P, S, psi, noise = g.x_0.copy(), np.diag(g.P_0), np.zeros((20, 15)), 0.0, np.array([g.R_u, g.R_r])
     for k in range(round(100.0 / g.h)):
         turn, thrust = 0.8 * math.cos(0.5 * k * g.h), 0.3 - float(truth[U])
         predict_truth(truth, psi, thrust, 2.0 * (turn - float(truth[R])), g)

@@ -75,7 +75,7 @@ class Memory(NamedTuple):
         r_s, dr_s: Its turn, filtered, and the rate of change of that.
         xi: Integral of the position error.
         queue: The last commands, (2, n + 1), written in place.
-        K, scratch: Working memory, shapes (4,) and (8, 15).
+        K, scratch: Working memory, shapes (4,) and (20, 15).
         bank: What is learned of the actuators.
         W: There are no networks.
     """
@@ -326,6 +326,6 @@ class LqgController(KernelLaw[LqgParameters]):
         g, models = self.constants.gains, self.constants.bank
         latest = math.ceil(max(DEAD_TIMES) * models.unit / self.period) if models.every else 0
         places = max(g.surge.delay, g.yaw.delay, latest) + math.ceil(LONGEST_AGE / self.period)
-        arrays = np.zeros((2, places + 1)), np.zeros(4), np.zeros((8, 15))
+        arrays = np.zeros((2, places + 1)), np.zeros(4), np.zeros((20, 15))
         at_start = (0.0, 0.0, 0.0), g.x_0.copy(), np.diag(g.P_0), np.array([g.R_u, g.R_r]), 0.0, 0.0, 0, 0.0, 0.0, 0.0, (0.0, 0.0)
         self.memory = Memory(False, *at_start, *arrays, first_state(models, LONGEST_AGE), NO_NETWORKS)

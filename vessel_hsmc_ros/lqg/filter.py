@@ -25,7 +25,7 @@ Innovations beyond four standard deviations count as four.
 
 import math
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.arrays import Array, add, add_outer, multiply
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import to_body
 from vessel_hsmc_ros.core.limits import between, clip
@@ -48,26 +48,24 @@ LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-1.0, 2.8), (0.4, 1.2), (0.0, 2.0)
 
 @kernel
 def measure(x: Array, P: Array, i: int, y: float, variance: float, S: Array) -> None:
-    """Correct the states by a measurement of state i, in place.
+    """Correct the states by a measurement of state i, in place: with s = P[i]/sqrt(P[i, i] + R), P <- P - s·sᵀ.
 
     Args:
         x, P: States, shape (11,), and their covariance, shape (11, 11).
         i: The state.
         y: Its measured value.
         variance: R.
-        S: Working memory, of which the first row is used.
+        S: Working memory, shape (20, 15), of which row 8 and the rows from the tenth on are used.
     """
-    whole = float(P[i, i]) + variance
-    e = clip(y - float(x[i]), GATE * math.sqrt(whole))
+    root = math.sqrt(float(P[i, i]) + variance)
+    e = clip(y - float(x[i]), GATE * root) / root
+    s, column = S[8, :STATES], S[9:20, STATES : STATES + 1]
+    multiply(P[i], 1.0 / root, s)
+    values = s.tolist()
     for j in range(STATES):
-        S[0, j] = P[i, j]
-    row = S[0].tolist()
-    for j in range(STATES):
-        k = row[j] / whole
-        x[j] += k * e
-        for n in range(j + 1):
-            value = P[j, n] - k * row[n]
-            P[j, n], P[n, j] = value, value
+        x[j] += values[j] * e
+        column[j, 0] = -values[j]
+    add_outer(column, s, P, S[9:20, :STATES])
 
 
 @kernel
@@ -115,7 +113,7 @@ def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g:
         x, P: States and covariance.
         psi: Heading.
         a_1, a_2: Accelerations by force and moment.
-        S: Working memory, shape (8, 15).
+        S: Working memory, shape (20, 15).
         g: Constants.
     """
     h, u, v, r, kappa, b = g.h, float(x[U]), float(x[V]), float(x[R]), float(x[KAPPA]), float(x[B])
@@ -131,13 +129,12 @@ def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g:
     J[12], J[13] = step * (kappa - 1.0) * r * c - fall * s, step * (kappa - 1.0) * r * s + fall * c
     J[14] = step
     propagate(P, S)
+    multiply(P[LN_A:], 1.0 - g.w_0 * h, P[LN_A:])
+    multiply(P[:, LN_A:], 1.0 - g.w_0 * h, P[:, LN_A:])
     for i in range(STATES):
         P[i, i] += g.Q[i] * h
     for i in range(LN_A, STATES):
         x[i] -= g.w_0 * h * (x[i] - g.x_0[i])
-        for n in range(STATES):
-            P[i, n] -= g.w_0 * h * P[i, n]
-            P[n, i] -= g.w_0 * h * P[n, i]
     x[U] = u + h * (float(x[FU]) + r * c_n + g.m * v_r * r - b * u_r + a_1)
     x[V] = v + step * (float(x[FV]) - kappa * u_r * r - r * c_h) - fall * v_r
     x[R] = r + h * (float(x[FR]) + a_2)
@@ -151,18 +148,16 @@ def propagate(P: Array, S: Array) -> None:
         P: Covariance.
         S: Working memory with the elements of G in its fifth row; rows 1 to 3 and 6 to 8 are used.
     """
-    rows, corner = S[0:3], S[5:8]
+    rows, corner = S[0:3, :STATES], S[5:8, :3]
     for k in range(STATES):
         _times(P[k], S[4], rows, k)  # the columns of a symmetric matrix are its rows
     for k in range(3):
         _times(rows[k], S[4], corner, k)
-    for i in range(3):
-        for k in range(STATES):
-            P[i, k] += rows[i, k]
-            P[k, i] += rows[i, k]
-    for i in range(3):
-        for k in range(3):
-            P[i, k] += corner[i, k]
+    add(P[:3], rows, P[:3])
+    add(P[:, :3], rows.T, P[:, :3])
+    add(P[:3, :3], corner, P[:3, :3])
+    # A rounding error that is not symmetric would not be corrected by any measurement, and grow.
+    P[0, 1], P[0, 2], P[1, 2] = P[1, 0], P[2, 0], P[2, 1]
 
 
 @kernel

@@ -7,7 +7,7 @@
 | c | estimated current | L/T |
 | W, chi | speed and course through the water of the track | L/T, rad |
 | e_c | distance of the ship to port of the track | L |
-| k | approach speed per distance, k_p/sqrt(1 + (k_p·|e|/v_max)²) | 1/T |
+| k | approach speed per distance: k_p near, the braking curve of a deceleration a_p far away | 1/T |
 | b | share of the error by which the course itself is turned towards the reference, 0 near the track | - |
 | xi | integral of the error along and across the reference | L/T |
 | beta, v_s | drift angle and sway velocity that go with the turn | rad, L/T |
@@ -76,6 +76,17 @@ def to_earth(x: float, y: float, psi: float) -> tuple[float, float]:
 
 
 @kernel
+def braked(epsilon: float, c: float, a: float, largest: float) -> float:
+    """A rate for an error of heading or distance: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
+
+    The square root is the braking curve of a constant deceleration a: the positive root of rate²/(2·a) + rate/c = |epsilon|
+    joins both limits smoothly.
+    """
+    rate = a / c * (math.sqrt(1.0 + 2.0 * c * c * abs(epsilon) / a) - 1.0)
+    return math.copysign(min(rate, largest), epsilon)
+
+
+@kernel
 def track(
     ship: Motion, goal: Motion, acceleration: Acceleration, c_E: float, c_N: float, xi: tuple[float, float], g: Gains
 ) -> Track:
@@ -96,7 +107,7 @@ def track(
     square = Wx * Wx + Wy * Wy
     moving = square / (square + STILL * STILL)
     far = max(0.0, 1.0 - moving * NEAR / max(distance, 1e-9))
-    k = g.k_p / math.sqrt(1.0 + g.k_p * distance / g.v_max * g.k_p * distance / g.v_max)
+    k = braked(distance, g.k_p, g.a_p, g.v_max) / max(distance, 1e-9)
     Bx, By = Wx - k * far * e_x, Wy - k * far * e_y
     missing = max(0.0, SLOWEST - magnitude(Bx, By))
     Bx, By = Bx + missing * math.cos(ship.psi), By + missing * math.sin(ship.psi)
@@ -129,14 +140,3 @@ def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: 
     goal = clip((f_v / t.W - kappa * along * t.dchi) / decay, STEEPEST)
     change = -math.expm1(-decay * h / max(1.0 - kappa, LEAN)) * (goal - math.sin(beta)) / along
     return beta + change, change / h
-
-
-@kernel
-def braked(epsilon: float, c: float, a: float, largest: float) -> float:
-    """A yaw rate for a heading error: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
-
-    The square root is the braking curve of a constant yaw acceleration a: the positive root of rate²/(2·a) + rate/c = |epsilon|
-    joins both limits smoothly.
-    """
-    rate = a / c * (math.sqrt(1.0 + 2.0 * c * c * abs(epsilon) / a) - 1.0)
-    return math.copysign(min(rate, largest), epsilon)

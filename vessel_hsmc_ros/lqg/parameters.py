@@ -64,9 +64,10 @@ class LqgParameters:
 
     cross_track: float = number(0.1, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
     turn_rate: float = number(0.5, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
-    position_gain: float = number(1.4, "Approach speed per position error.", "1/T", "k_p")
-    approach_speed: float = number(0.2, "Largest approach speed.", "L/T", "v_max")
-    integral_gain: float = number(0.15, "Integral gain on the position error.", "1/T²", "k_i")
+    position_gain: float = number(1.0, "Approach speed per position error.", "1/T", "k_p")
+    approach_speed: float = number(0.5, "Largest approach speed.", "L/T", "v_max")
+    approach_braking: float = number(0.08, "Deceleration of the approach.", "L/T²", "a_p")
+    integral_gain: float = number(0.1, "Integral gain on the position error.", "1/T²", "k_i")
     surge_gain: float = number(5.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
     approach_angle: float = number(0.8, "Largest angle at which a track is approached.", "rad", "theta", math.pi / 2)
     turn_share: float = number(
@@ -78,7 +79,7 @@ class LqgParameters:
     sway_walk: float = number(0.005, "Change of the sway disturbance in T, as a standard deviation.", "L/T²", "q_v")
     yaw_walk: float = number(0.2, "Change of the yaw disturbance in T, as a standard deviation.", "1/T²", "q_r")
     sway_decay: float = number(2.0, "Decay rate of the sway where it is not declared.", "1/T", "a_0")
-    sway_doubt: float = number(0.7, "Standard deviation of its natural logarithm.", "", "s_a")
+    sway_doubt: float = number(1.4, "Standard deviation of its natural logarithm.", "", "s_a")
     surge_decay_doubt: float = number(0.3, "Decay rate of the surge velocity, expected and its standard deviation.", "1/T", "s_b")
     current_doubt: float = number(0.03, "Standard deviation of each component of a current.", "sqrt(g·L)", "s_c")
     return_rate: float = number(
@@ -99,7 +100,7 @@ class Gains(NamedTuple):
         force, moment: The units of force and moment, N and N·m.
         h: Control period.
         x_p, U_s: Distance of the pivot ahead of the point that is controlled at rest; speed at which half of it is controlled.
-        k_p, v_max, k_i, k_u, theta: Of the guidance, with q.
+        k_p, v_max, a_p, k_i, k_u, theta: Of the guidance, with q.
         a_max, r_max: Of the braking curve of turns.
         q: Stretch of the regulator's unit of time.
         m: m22/m11.
@@ -121,6 +122,7 @@ class Gains(NamedTuple):
     U_s: float
     k_p: float
     v_max: float
+    a_p: float
     k_i: float
     k_u: float
     theta: float
@@ -160,7 +162,7 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
     return Gains(
         L=L, T=T, force=units[0], moment=units[1], h=h,
         x_p=(vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0) / L, U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
-        k_p=p.position_gain / q, v_max=p.approach_speed / q, k_i=p.integral_gain / q**2, k_u=p.surge_gain / q,
+        k_p=p.position_gain / q, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2, k_i=p.integral_gain / q**2, k_u=p.surge_gain / q,
         theta=p.approach_angle, a_max=p.turn_share * early, r_max=(0.4 + early) / q, q=q,
         R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
         z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-8.0 * h / q),
