@@ -46,6 +46,14 @@ def test_slow_actuators_that_are_declared_do_not_make_it_oscillate():
     assert error_of("case2_straight", **plant, **known) < 0.005
 
 
+def test_a_ship_with_slow_actuators_reaches_a_turning_reference_from_six_lengths_away():
+    slow = {"vessel_sim.actuators.surge_force_rate": 2e4, "vessel_sim.actuators.yaw_moment_rate": 3e5}
+    known = {"surge_force_rate": 2e4, "yaw_moment_rate": 3e5, **INSTANT}
+    declared = {f"controller.vessel.{name}": value for name, value in known.items()}
+    far = {"vessel_sim.initial_pose": [0.0, 200.0, math.pi], "vessel_sim.duration": 600.0}
+    assert error_of("case2_tracking", **slow, **declared, **far) < 0.005
+
+
 wide = st.floats(-1e9, 1e9)
 states = st.tuples(wide, wide, st.floats(-20.0, 20.0), wide, wide, wide).map(np.array)
 

@@ -64,6 +64,14 @@ def test_an_outlier_counts_as_four_deviations():
     assert changes[0] > 0.0
 
 
+def test_the_covariance_stays_symmetric_to_the_last_bit_because_nothing_would_correct_the_difference():
+    x, P, S, noise = G.x_0.copy(), np.diag(G.P_0), np.zeros((20, 15)), np.array([G.R_u, G.R_r])
+    for k in range(300):
+        correct(x, P, noise, (0.3, 0.01 * math.sin(0.1 * k), 0.1 * math.cos(0.07 * k)), S, G)
+        predict(x, P, 0.01 * k, 0.1, 0.0, S, G)
+    assert np.array_equal(P, P.T)
+
+
 def test_the_variance_of_the_measurements_follows_their_noise_and_falls_again_when_it_ends():
     x, P, S, noise = G.x_0.copy(), np.diag(G.P_0), np.zeros((20, 15)), np.array([G.R_u, G.R_r])
     rng, found = np.random.default_rng(3), []

@@ -40,7 +40,7 @@ from vessel_hsmc_ros.guided.predictor import predict as moved
 from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.lqg.filter import CE, CN, FR, FU, FV, KAPPA, LN_A, STATES, R, U, V, correct, predict, unforced
+from vessel_hsmc_ros.lqg.filter import CE, CN, FR, FU, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
 from vessel_hsmc_ros.lqg.guidance import Track, braked, drift_in_turn, track
 from vessel_hsmc_ros.lqg.parameters import Gains, LqgParameters, gains
 from vessel_hsmc_ros.lqg.regulator import interpolate
@@ -52,7 +52,10 @@ LONGEST_ROLL = 12
 """Number of prediction steps through a delay, however many periods it has."""
 
 LARGEST = 1e12
-"""Inputs are saturated at this magnitude, so that their powers stay finite."""
+"""Positions are saturated at this magnitude, so that their powers stay finite."""
+
+FASTEST = 30.0
+"""Velocities are saturated at this magnitude, L/T and 1/T, so that the covariance of the filter stays positive."""
 
 
 class Constants(NamedTuple):
@@ -136,9 +139,9 @@ def scaled(m: Motion, g: Gains) -> Motion:
         clip(m.x, LARGEST) / g.L,
         clip(m.y, LARGEST) / g.L,
         math.remainder(m.psi, TURN),
-        clip(m.u, LARGEST) / V,
-        clip(m.v, LARGEST) / V,
-        clip(m.r, LARGEST) * g.T,
+        clip(m.u / V, FASTEST),
+        clip(m.v / V, FASTEST),
+        clip(m.r * g.T, FASTEST),
     )
 
 
@@ -257,8 +260,8 @@ def step(
     )  # fmt: skip
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
     left = Memory(
-        True, (later.x, later.y, later.psi), x, m.P, m.noise, tau_1, tau_2, head, c.beta, c.r_s, c.dr_s, t.xi, m.queue, m.K, m.scratch,
-        m.bank, m.W,
+        True, (later.x, later.y, later.psi), x, m.P, m.noise, tau_1, tau_2, head, c.beta, c.r_s, c.dr_s, t.xi, m.queue, m.K,
+        m.scratch, m.bank, m.W,
     )  # fmt: skip
     return wrench, terms, left
 

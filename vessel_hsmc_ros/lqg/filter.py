@@ -15,7 +15,7 @@
 | h | control period | T |
 
     du = r·c_n + m·v_r·r - b·u_r + f_u + a_1         df = noise
-    dv = -r·c_h - kappa·u_r·r - a·v_r + f_v         d(ln a), dkappa, db, dc = -w_0·(their deviation from what was expected) + noise
+    dv = -r·c_h - kappa·u_r·r - a·v_r + f_v         d(ln a), dkappa, db, dc = -w_0·(their deviation from the expected) + noise
     dr = f_r + a_2                                   measured: u, v, r
 
 The pivot is the point whose sway the yaw moment does not accelerate. The current stands in the earth-fixed frame, so that what
@@ -57,7 +57,7 @@ def measure(x: Array, P: Array, i: int, y: float, variance: float, S: Array) -> 
         variance: R.
         S: Working memory, shape (20, 15), of which row 8 and the rows from the tenth on are used.
     """
-    root = math.sqrt(float(P[i, i]) + variance)
+    root = math.sqrt(max(float(P[i, i]), 0.0) + variance)
     e = clip(y - float(x[i]), GATE * root) / root
     s, column = S[8, :STATES], S[9:20, STATES : STATES + 1]
     multiply(P[i], 1.0 / root, s)

@@ -53,7 +53,7 @@ class Track(NamedTuple):
 
     Attributes:
         W, chi: Speed and course through the water.
-        dW, dchi: Their rates of change.
+        growth, dchi: Their rates of change, dW and dchi.
         e_c: Distance to port of the track.
         w_t, dw_t: Velocity over ground along the hull, and its rate of change in the axes of the hull.
         xi: The integral one period later.
@@ -61,7 +61,7 @@ class Track(NamedTuple):
 
     W: float
     chi: float
-    dW: float
+    growth: float
     dchi: float
     e_c: float
     w_t: float
@@ -113,7 +113,7 @@ def track(
     Bx, By = Bx + missing * math.cos(ship.psi), By + missing * math.sin(ship.psi)
     W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
     dchi = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ay - Wy * ax) / max(square, 1e-4), LARGEST_TURN)
-    dW = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
+    growth = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
     e_c = (1.0 - far) * to_body(e_x, e_y, chi)[1]
     # The velocity along the hull closes the whole error.
     w_t, w_n = to_body(vx - k * e_x, vy - k * e_y, ship.psi)
@@ -123,7 +123,7 @@ def track(
         e_1, e_2 = to_body(e_x, e_y, goal.psi)
         step = g.h * moving * g.k_i
         xi = (clip(xi[0] + step * e_1, INTEGRAL[0]), clip(xi[1] + step * e_2, INTEGRAL[0]))
-    return Track(W, chi, dW, dchi, e_c, w_t, dw_t, xi)
+    return Track(W, chi, growth, dchi, e_c, w_t, dw_t, xi)
 
 
 @kernel
@@ -136,7 +136,7 @@ def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: 
 
     Where kappa is near 1 or above, the drift would have to begin before the turn: it takes part almost at once.
     """
-    decay, along = max(a + t.dW / t.W, 0.5 * a), math.cos(beta)
+    decay, along = max(a + t.growth / t.W, 0.5 * a), math.cos(beta)
     goal = clip((f_v / t.W - kappa * along * t.dchi) / decay, STEEPEST)
     change = -math.expm1(-decay * h / max(1.0 - kappa, LEAN)) * (goal - math.sin(beta)) / along
     return beta + change, change / h

@@ -47,7 +47,7 @@ FIRST_DOUBT = 0.05, 0.02, 0.1
 """Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
 
 FIRST_SHARE = 0.3
-"""Share of the standard deviations of what lasts at the start: first velocities may be those of an observer that has just begun."""
+"""Share of the standard deviations of what lasts, at the start: an observer that has just begun gives wrong velocities."""
 
 RATIO_DOUBT, DECLARED_DOUBT = 0.1, 0.3
 """Standard deviations of kappa, and of the logarithm of a declared decay of the sway."""
@@ -162,8 +162,9 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
     return Gains(
         L=L, T=T, force=units[0], moment=units[1], h=h,
         x_p=(vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0) / L, U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
-        k_p=p.position_gain / q, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2, k_i=p.integral_gain / q**2, k_u=p.surge_gain / q,
-        theta=p.approach_angle, a_max=p.turn_share * early, r_max=(0.4 + early) / q, q=q,
+        k_p=p.position_gain / q, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
+        k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
+        a_max=p.turn_share * early, r_max=(0.4 + early) / q,
         R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
         z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-8.0 * h / q),
         surge=surge, yaw=yaw, table=table(p.cross_track, p.turn_rate),
@@ -184,7 +185,9 @@ def prior(p: LqgParameters, vessel: KnownVessel, T: float) -> dict[str, Array | 
     return {
         "m": 1.0 / ratio,
         "x_0": np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.log(max(decay, 1e-3)), ratio, p.surge_decay_doubt, 0.0, 0.0]),
-        "P_0": np.square([p.velocity_noise, p.velocity_noise, p.yaw_rate_noise, *FIRST_DOUBT, *(FIRST_SHARE * s for s in lasting)]),
+        "P_0": np.square(
+            [p.velocity_noise, p.velocity_noise, p.yaw_rate_noise, *FIRST_DOUBT, *(FIRST_SHARE * s for s in lasting)]
+        ),
         "Q": np.array([1e-5, 1e-6, 1e-5, *(w * w for w in walks), *(2.0 * p.return_rate * s * s for s in lasting)]),
         "w_0": p.return_rate,
     }
