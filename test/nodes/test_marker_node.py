@@ -68,6 +68,7 @@ def test_a_path_takes_a_stamped_pose_each_half_metre_and_drops_the_oldest(bench:
     assert len(poses) == 5
     places = [pose.pose.position.x for pose in poses]
     assert np.diff(places) == pytest.approx(0.6)  # the first beyond SPACING
+    assert places[-1] == pytest.approx(3.6), "the oldest are left out"
     assert SPACING == 0.5
     assert [conv.nanoseconds(pose.header.stamp) // STEP for pose in poses] == [round(x / 0.2) for x in places]
 

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.tuning.cost import Cost, Objective
 from vessel_hsmc_ros.tuning.files import MAX_LISTED_RUNS, _cases, summary
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
 from vessel_hsmc_ros.tuning.plan import Evaluation, Tuning
-from vessel_hsmc_ros.tuning.result import Result, tune
+from vessel_hsmc_ros.tuning.result import Result, front_of, tune
 from vessel_hsmc_ros.tuning.search import Trial
 
 
@@ -79,3 +79,9 @@ def test_a_gain_is_at_an_edge_of_its_range_on_the_scale_of_the_search(logarithmi
     best = Trial(1, {gain.parameter: value})
     result = Result(nothing, [best], best, [best], nothing, nothing, [], nothing, nothing)
     assert result.at_edge(gain) is at_edge
+
+
+def test_a_trial_that_another_one_equals_in_effort_and_beats_in_cost_is_not_on_the_front() -> None:
+    costs = [(3.0, 1.0), (2.0, 1.0), (1.0, 2.0), (1.5, 2.0)]
+    front = front_of([Trial(k, {}, Cost(*each, 0)) for k, each in enumerate(costs)])
+    assert [trial.number for trial in front] == [2, 1]
