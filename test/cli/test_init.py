@@ -151,8 +151,16 @@ def test_init_takes_thrusters_lag_current_and_noise_into_the_scenario(tmp_path: 
     assert (controller.vessel.surge_lag, controller.vessel.yaw_lag) == (0.2, 0.2)
     assert plant.disturbance.current.east == scenario.reference_ship.motion.current == 0.1
     assert plant.sensors.position_noise == controller.observer.position_noise == 0.3
+    assert plant.sensors.position_rate_hz == 5.0
     assert controller.observer.enabled
     assert "top speed 1.8 m/s" in (tmp_path / "boat.yaml").read_text()
+
+
+def test_the_rate_of_the_positions_counts_where_they_have_noise(tmp_path: Path) -> None:
+    for name, noise in (("with", ("--gps-noise", "0.3")), ("without", ())):
+        call("init", str(tmp_path / name), "--vessel", "otter", "--gps-rate", "2", *noise, "--no-check")
+    rates = [load_scenario(tmp_path / f"{name}.yaml").vessel_sim.sensors.position_rate_hz for name in ("with", "without")]
+    assert rates == [2.0, 0.0]
 
 
 def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_path: Path) -> None:
@@ -174,6 +182,7 @@ def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_pat
         (("--current", "5"), "init.current = 5 m/s is not allowed: it takes less than the top speed, 2.51 m/s"),
         (("--lag", "-1"), "init.lag = -1.0 is not allowed: it takes a finite number from 0 to 60 s"),
         (("--gps-noise", "1e3"), "from 0 to 100 m"),
+        (("--gps-rate", "0"), "from 0.1 to 100 Hz"),
         (("--top-speed", "200"), "init.speed = 200.0 is not allowed"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import math
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
@@ -99,6 +100,7 @@ class ControllerWithoutRos(ControllerNode):
         self.loop.supervision.standby()
         self.clock_problem, self.connected, self.black_box, self.wall = "", True, None, None
         self._logger = Ignoring()
+        self.compatibility: Any = SimpleNamespace(problem=lambda: "")
         self.inputs = ControllerInputs(self, self.loop)
         self._steps = self.timer = RealTime(self)
         self._clock_step = RecentProblem()

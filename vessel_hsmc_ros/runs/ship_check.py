@@ -27,6 +27,7 @@ CALM: dict[str, object] = {
     "vessel_sim.disturbance.earth_fixed.gust_deviation": 0.0,
     "vessel_sim.disturbance.current.east": 0.0,
     "vessel_sim.sensors.position_noise": 0.0,
+    "vessel_sim.sensors.position_rate_hz": 0.0,
     "controller.observer.enabled": False,
 }
 

@@ -72,6 +72,9 @@ class MainData:
     gps_noise: float = parameter(
         0.0, "Standard deviation of the measured x and y, for the observer; by default none.", unit="m", low=0.0, high=100.0
     )
+    gps_rate: float = parameter(
+        5.0, "Rate of the measured x and y where they have noise; by default 5 Hz.", unit="Hz", low=0.1, high=100.0
+    )
 
     def completed(self) -> "MainData":
         """The data with estimates for those that are zero."""
@@ -94,7 +97,7 @@ LAGS = """
     actuators: {{surge_lag: {lag}, yaw_lag: {lag}}}  # s"""
 
 SENSORS = """
-    sensors: {{position_noise: {noise}}}  # m"""
+    sensors: {{position_noise: {noise}, position_rate_hz: {rate}}}  # m, Hz"""
 
 OBSERVER = """true
       position_noise: {noise}           # m, of a sample of x and of y"""
@@ -213,7 +216,7 @@ def _filled(
         vessel=vessel.rstrip(),
         wind=_number(around.wind),
         current=_number(around.current),
-        sensors=SENSORS.format(noise=_number(around.gps_noise)) if around.gps_noise else "",
+        sensors=SENSORS.format(noise=_number(around.gps_noise), rate=_number(around.gps_rate)) if around.gps_noise else "",
         observer=OBSERVER.format(noise=_number(around.gps_noise)) if around.gps_noise else "false",
         radius_rule=radius,
         cruise_rule=speed,
