@@ -54,6 +54,16 @@ def test_a_ship_with_slow_actuators_reaches_a_turning_reference_from_six_lengths
     assert error_of("case2_tracking", **slow, **declared, **far) < 0.005
 
 
+def test_a_goal_close_astern_is_reached_astern():
+    goal = {"goal.times": [5.0], "goal.poses": [-80.0, 5.0, 0.0], "goal.astern_distance": 200.0}
+    calm = {f"vessel_sim.disturbance.periodic.{each}": 0.0 for each in ("surge_force", "sway_force", "yaw_moment")}
+    changes = {**{f"reference_ship.{name}": value for name, value in goal.items()}, **calm, "vessel_sim.duration": 150.0}
+    run = simulate(load_scenario("goal", {"controller.law": "lqg", **changes}))
+    assert run.reference[:, 3].min() < -0.5
+    assert np.abs(run.state[:, 2]).max() < 0.3
+    assert position_error(run.state, run.reference).max() < 0.05 * LENGTH
+
+
 wide = st.floats(-1e9, 1e9)
 states = st.tuples(wide, wide, st.floats(-20.0, 20.0), wide, wide, wide).map(np.array)
 

@@ -196,16 +196,16 @@ def turn(t: Track, psi: float, v_r: float, r: float, m: Memory, g: Gains) -> Tur
     """
     a, kappa, K, q = math.exp(float(m.x[LN_A])), float(m.x[KAPPA]), m.K, g.q
     beta, dbeta = drift_in_turn(m.beta, t, a, kappa, float(m.x[FV]), g.h)
-    turning, v_s = t.dchi - clip(dbeta, 1.0 / q), t.W * math.sin(beta)
+    turning, v_s = t.dchi - clip(dbeta, 1.0 / q), t.way * t.W * math.sin(beta)
     # Its derivative is that of a filter, because the turn of the track may jump.
     r_s = m.r_s + g.step_f * (turning - m.r_s)
     dr_s = m.dr_s + g.step_f * ((r_s - m.r_s) / g.h - m.dr_s)
     interpolate(t.W * q, a * q, kappa, g.table, K)
     of = K.tolist()
     K_e, K_psi, K_v, K_r = of[0] / (q * q), of[1] / (q * q), of[2] / q, of[3] / q
-    psi_c = t.chi - beta - clip(K_e / K_psi * t.e_c, g.theta)
+    psi_c = t.chi + (0.0 if t.way > 0.0 else math.pi) - beta - clip(K_e / K_psi * t.e_c, g.theta)
     toward = braked(math.remainder(psi_c - psi, TURN), K_psi / K_r, g.a_max, g.r_max)
-    r_c = turning + toward - K_v / K_r * clip(v_r - v_s, 0.5 * t.W)
+    r_c = turning + toward - t.way * K_v / K_r * clip(v_r - v_s, 0.5 * t.W)
     return Turn(psi_c, r_c, dr_s + K_r * (r_c - r), beta, r_s, dr_s)
 
 

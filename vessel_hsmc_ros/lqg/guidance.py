@@ -32,6 +32,9 @@ NEAR = 0.5
 STILL = 0.06
 """Speed of the reference through the water, L/T, at which that distance is half as large."""
 
+ASTERN = 0.004
+"""Speed astern, L/T, from which a reference that moves astern over ground and through the water is followed astern."""
+
 SLOWEST = 0.02
 """Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps her heading."""
 
@@ -54,7 +57,8 @@ class Track(NamedTuple):
     Attributes:
         W, chi: Speed and course through the water.
         growth, dchi: Their rates of change, dW and dchi.
-        e_c: Distance to port of the track.
+        way: 1 where the track is to be sailed ahead, -1 astern.
+        e_c: Distance to port of the course of the track.
         w_t, dw_t: Velocity over ground along the hull, and its rate of change in the axes of the hull.
         xi: The integral one period later.
     """
@@ -63,6 +67,7 @@ class Track(NamedTuple):
     chi: float
     growth: float
     dchi: float
+    way: float
     e_c: float
     w_t: float
     dw_t: float
@@ -109,7 +114,9 @@ def track(
     far = max(0.0, 1.0 - moving * NEAR / max(distance, 1e-9))
     k = braked(distance, g.k_p, g.a_p, g.v_max) / max(distance, 1e-9)
     Bx, By = Wx - k * far * e_x, Wy - k * far * e_y
-    missing = max(0.0, SLOWEST - magnitude(Bx, By))
+    along = Wx * math.cos(goal.psi) + Wy * math.sin(goal.psi)
+    way = -1.0 if max(goal.u, along) < -ASTERN and far < 0.5 else 1.0
+    missing = way * max(0.0, SLOWEST - magnitude(Bx, By))
     Bx, By = Bx + missing * math.cos(ship.psi), By + missing * math.sin(ship.psi)
     W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
     dchi = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ay - Wy * ax) / max(square, 1e-4), LARGEST_TURN)
@@ -123,7 +130,7 @@ def track(
         e_1, e_2 = to_body(e_x, e_y, goal.psi)
         step = g.h * moving * g.k_i
         xi = (clip(xi[0] + step * e_1, INTEGRAL[0]), clip(xi[1] + step * e_2, INTEGRAL[0]))
-    return Track(W, chi, growth, dchi, e_c, w_t, dw_t, xi)
+    return Track(W, chi, growth, dchi, way, e_c, w_t, dw_t, xi)
 
 
 @kernel
@@ -134,9 +141,10 @@ def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: 
 
         (1 - kappa)·cos(beta)·dbeta = f_v/W - kappa·cos(beta)·dchi - (a + dW/W)·sin(beta)
 
-    Where kappa is near 1 or above, the drift would have to begin before the turn: it takes part almost at once.
+    Astern, the water passes the hull the other way round, and f_v counts with the other sign. Where kappa is near 1 or above, the
+    drift would have to begin before the turn: it takes part almost at once.
     """
     decay, along = max(a + t.growth / t.W, 0.5 * a), math.cos(beta)
-    goal = clip((f_v / t.W - kappa * along * t.dchi) / decay, STEEPEST)
+    goal = clip((t.way * f_v / t.W - kappa * along * t.dchi) / decay, STEEPEST)
     change = -math.expm1(-decay * h / max(1.0 - kappa, LEAN)) * (goal - math.sin(beta)) / along
     return beta + change, change / h
