@@ -2,14 +2,15 @@
 
 | symbol | meaning | unit |
 |---|---|---|
-| psi_s, r_s | heading and yaw rate of the track | rad, 1/T |
+| psi_s, r_s | heading of the track, which is its course turned round astern, and its yaw rate | rad, 1/T |
 | v_r, v_s | sway velocity through the water, and that which goes with the turn | L/T |
 | r_c | commanded yaw rate | 1/T |
+| s | way of the track: 1 ahead, -1 astern | - |
 | K | gains of the regulator on e_c, psi, v and r | 1/(L·T²), 1/T², 1/(L·T), 1/T |
 | w_t | commanded surge velocity over ground | L/T |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m |
 
-    r_c = r_s + braked(psi_s - theta_c - psi) - K_v/K_r·(v_r - v_s),   theta_c = K_e/K_psi·e_c, limited
+    r_c = r_s + braked(psi_s - theta_c - psi) - s·K_v/K_r·(v_r - v_s),   theta_c = K_e/K_psi·e_c, limited
     tau_2 = m33·(dr_s + K_r·(r_c - r) - f_r)
     tau_1 = m11·(dw_t + k_u·(w_t - u) - f_u - m·v_r·r - r·c_n)
 
