@@ -12,9 +12,12 @@ After a stop it sets off as slowly as the path does (`reference/path.py`); the s
 
 import argparse
 import math
+import time
+from concurrent.futures import ProcessPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.integrate  # noqa: F401 - the time of its import is no time of planning
 from paths import CURRENT, SAMPLES, SPEED, Boat, boat  # type: ignore[import-not-found]
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -44,13 +47,14 @@ EXCEEDED, AIM = 1.0 + 1e-6, 0.95
 class Found(NamedTuple):
     """A reference: distance from its geometry in lengths, shares of the limits, mean speed relative to the fastest travel.
 
-    `at_once` is the mean speed relative to a travel that leaves stops at once.
+    `at_once` is the mean speed relative to a travel that leaves stops at once, `planning` the time to check and plan it, s.
     """
 
     off: float
     shares: dict[str, float]
     speed: float
     at_once: float
+    planning: float
 
 
 def fastest(one: Stretch, top: float, scenario: Scenario, at_once: bool) -> float:
@@ -94,7 +98,9 @@ def assess(b: Boat, mode: str, changes: dict[str, Any]) -> Found:
     Raises:
         ParameterError: it is refused.
     """
+    began = time.perf_counter()
     scenario = b.of(mode, changes)
+    planning = time.perf_counter() - began
     p = scenario.reference_ship
     reference: Any = make_reference(p, 0.02)
     top = p.lawnmower.speed if p.mode == "lawnmower" else p.motion.speed
@@ -125,7 +131,7 @@ def assess(b: Boat, mode: str, changes: dict[str, Any]) -> Found:
         "sway residual": (dv - sway) / max(np.abs(dv).max(), NO_SWAY * top * m.yaw_rate),
     }
     speed, at_once = map(float, shortest / sailed)
-    return Found(off / b.scale.L, {name: float(np.abs(x).max()) for name, x in shares.items()}, speed, at_once)
+    return Found(off / b.scale.L, {name: float(np.abs(x).max()) for name, x in shares.items()}, speed, at_once, planning)
 
 
 def drawn(rng: np.random.Generator) -> Boat:
@@ -161,6 +167,26 @@ def report(several: list[Found]) -> None:
     ):
         below = f"{np.mean(speeds < AIM):.1%} below {AIM}"
         print(f"  {what}: least {speeds.min():.3f}, median {np.median(speeds):.3f}, {below}")
+    planning = np.array([one.planning for one in several])
+    print(f"  planned in {np.median(planning):.2f} s, at most {planning.max():.2f} s")
+
+
+def of_boat(task: tuple[Boat, dict[str, Any]]) -> dict[str, Found | str]:
+    """The references of a boat with a drawn path, or why they are refused."""
+    b, path = task
+    kinds: dict[str, tuple[str, dict[str, Any]]] = {
+        "survey": ("lawnmower", {}),
+        "path": ("path", {}),
+        "path without a stop": ("path", {"reference_ship.path.corners": ["through"]}),
+        "drawn path": ("path", path),
+    }
+    several: dict[str, Found | str] = {}
+    for kind, (mode, changes) in kinds.items():
+        try:
+            several[kind] = assess(b, mode, changes)
+        except ParameterError as error:
+            several[kind] = str(error)
+    return several
 
 
 def main() -> None:
@@ -168,27 +194,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--boats", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=1)
     options = parser.parse_args()
     rng = np.random.default_rng(options.seed)
+    boats = [drawn(rng) for _ in range(options.boats)]
+    tasks = [(b, drawn_path(b, rng)) for b in boats]
     found: dict[str, list[Found]] = {}
     refused: dict[str, int] = {}
     reasons: dict[str, str] = {}
-    for _ in range(options.boats):
-        b = drawn(rng)
-        kinds: dict[str, tuple[str, dict[str, Any]]] = {
-            "survey": ("lawnmower", {}),
-            "path": ("path", {}),
-            "path without a stop": ("path", {"reference_ship.path.corners": ["through"]}),
-            "drawn path": ("path", drawn_path(b, rng)),
-        }
-        for kind, (mode, changes) in kinds.items():
-            try:
-                one = assess(b, mode, changes)
-            except ParameterError as error:
-                refused[kind] = refused.get(kind, 0) + 1
-                reasons.setdefault(kind, f"{b.name}: {error}")
-                continue
-            found.setdefault(kind, []).append(one)
+    with ProcessPoolExecutor(options.processes) as pool:
+        for (b, _), references in zip(tasks, pool.map(of_boat, tasks), strict=True):
+            for kind, one in references.items():
+                if isinstance(one, Found):
+                    found.setdefault(kind, []).append(one)
+                else:
+                    refused[kind] = refused.get(kind, 0) + 1
+                    reasons.setdefault(kind, f"{b.name}: {one}")
     for kind, several in found.items():
         print(f"{kind}: {len(several)} accepted, {refused.get(kind, 0)} refused", f"({reasons[kind]})" if kind in reasons else "")
         report(several)

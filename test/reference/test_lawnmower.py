@@ -17,7 +17,7 @@ from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_refe
 from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
 from vessel_hsmc_ros.reference.route import Element, Route, displacement, turn
 from vessel_hsmc_ros.reference.sailing import Sailing
-from vessel_hsmc_ros.reference.speed_profile import Section, SpeedProfile, phases
+from vessel_hsmc_ros.reference.speed_profile import CONSTANT, FREE, Section, SpeedProfile, phases
 from vessel_hsmc_ros.reference.timetable import motion_at
 from vessel_hsmc_ros.reference.turning import excesses, turning_at
 from vessel_hsmc_ros.reference.u_turns import u_turn
@@ -76,7 +76,7 @@ def test_a_u_turn_ends_abreast_on_the_next_leg(spacing: float) -> None:
 
 
 def test_the_speed_rises_and_falls_within_the_acceleration_as_far_as_the_legs_allow() -> None:
-    sections = [Section(50.0, 2.0, False), Section(10.0, 0.5, True), Section(1.0, 2.0, False), Section(30.0, 1.0, False)]
+    sections = [Section(50.0, 2.0, FREE), Section(10.0, 0.5, CONSTANT), Section(1.0, 2.0, FREE), Section(30.0, 1.0, FREE)]
     profile = SpeedProfile(phases(sections, 0.1))
     t = np.linspace(0.0, profile.times[-1], 20001)
     s, W, rate = profile.at(t)

@@ -195,6 +195,15 @@ def test_no_corner_is_slower_than_the_current_that_is_allowed_for() -> None:
         make_reference(replace(in_current, path=path), PERIOD)
 
 
+def test_a_wide_turn_right_after_a_tight_one_gathers_speed() -> None:
+    points = [(100.0, 0.0), (100.0, 14.0), (130.0, 90.0)]
+    states, accelerations = motion_of(reference_of(points), 200.0)
+    assert_feasible(states, accelerations)
+    speed, turning = np.hypot(*states[:, 3:5].T), np.abs(states[:, 5]) > 1e-3
+    tight, wide = turning & (states[:, 2] < 1.4), turning & (states[:, 1] > 16.0)
+    assert speed[wide].max() > 1.8 * speed[tight].min()
+
+
 def test_a_corner_without_room_is_refused_with_what_would_do() -> None:
     reference = reference_of(LOOP)
     before = motion_of(reference, 20.0)[0][-1]

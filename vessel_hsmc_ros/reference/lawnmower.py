@@ -16,7 +16,7 @@ from vessel_hsmc_ros.reference.polyline import Planned
 from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
 from vessel_hsmc_ros.reference.shapes import SMALLEST
-from vessel_hsmc_ros.reference.speed_profile import Section
+from vessel_hsmc_ros.reference.speed_profile import CONSTANT, FREE, Section
 from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, check_straight, turning_at, turning_with
 from vessel_hsmc_ros.reference.u_turns import u_turn
 
@@ -96,7 +96,7 @@ def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits) ->
         if leg < p.legs - 1:
             bend = u_turn((-1.0) ** leg * p.spacing, turning.radius, turning.transition)
             elements.append(Element(bend, leg, turn=True))
-    return elements, [Section(e.length, turning.speed if e.turn else p.speed, e.turn) for e in elements]
+    return elements, [Section(e.length, turning.speed if e.turn else p.speed, CONSTANT if e.turn else FREE) for e in elements]
 
 
 def _turning(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits) -> Turning:

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 from vessel_hsmc_ros.reference.curve_motion import Velocities, inputs
-from vessel_hsmc_ros.reference.speed_profile import RISE, Phase, Section, SpeedProfile, phases
+from vessel_hsmc_ros.reference.speed_profile import FREE, RISE, Phase, Section, SpeedProfile, phases
 from vessel_hsmc_ros.reference.timetable import Timetable, blended
 from vessel_hsmc_ros.reference.turning import LARGEST_SHARE, SLOWER, SLOWEST, TravelLimits
 
@@ -103,7 +103,7 @@ def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limi
     x, y, psi = pose
     share, side = 1.0, math.copysign(1.0, angle)
     while share > SLOWEST:
-        profile = SpeedProfile(phases([Section(abs(angle), share * limits.yaw_rate, False)], share * limits.yaw_acceleration))
+        profile = SpeedProfile(phases([Section(abs(angle), share * limits.yaw_rate, FREE)], share * limits.yaw_acceleration))
         times = _instants(profile, vessel, vessel.coupled)
         turned, r, dr = (side * column for column in profile.at(times))
         still = np.zeros_like(times)

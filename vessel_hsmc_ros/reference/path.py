@@ -20,7 +20,7 @@ from vessel_hsmc_ros.reference.planned_track import PlannedTrack, Stretch, stret
 from vessel_hsmc_ros.reference.polyline import Part, Planned, Ship, Waypoint, begun, fitted_turning, polyline
 from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
-from vessel_hsmc_ros.reference.speed_profile import Section, changes_of
+from vessel_hsmc_ros.reference.speed_profile import FREE, Section, changes_of
 from vessel_hsmc_ros.reference.timetable import Timetable, blended, joined
 from vessel_hsmc_ros.reference.turning import check_straight, largest_acceleration
 
@@ -170,7 +170,7 @@ def _set_off(elements: list[Element], sections: list[Section], duration: float, 
     if elements[0].turn or speed >= sections[0].speed:
         return elements, sections
     slow, rest = (elements[0]._replace(pieces=straight(part)) for part in (way, length - way))
-    return [slow, rest, *elements[1:]], [Section(way, speed, False), sections[0]._replace(length=length - way), *sections[1:]]
+    return [slow, rest, *elements[1:]], [Section(way, speed, FREE), sections[0]._replace(length=length - way), *sections[1:]]
 
 
 def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> PathPiece:

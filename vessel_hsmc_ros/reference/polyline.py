@@ -13,7 +13,7 @@ from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.corners import Corner, corner_of
 from vessel_hsmc_ros.reference.feasibility import amount
 from vessel_hsmc_ros.reference.route import Element, Pieces, straight
-from vessel_hsmc_ros.reference.speed_profile import Section
+from vessel_hsmc_ros.reference.speed_profile import CONSTANT, FREE, Section
 from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, turning_at, turning_with
 
 RUN_UP = 0.25
@@ -90,13 +90,13 @@ def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Plann
         speed: Present speed, m/s.
         turning: With the speed of the turn.
     """
-    elements, sections = [Element(before[:1], 0, turn=True)], [Section(before[0].length, speed, True)]
+    elements, sections = [Element(before[:1], 0, turn=True)], [Section(before[0].length, speed, CONSTANT)]
     if before[1:]:
         elements.append(Element(before[1:], 0, turn=False))
-        sections.append(Section(before[1].length, max(speed, turning.speed), False))
+        sections.append(Section(before[1].length, max(speed, turning.speed), FREE))
     if bend:
         elements.append(Element(bend, 0, turn=True))
-        sections.append(Section(elements[-1].length, turning.speed, True))
+        sections.append(Section(elements[-1].length, turning.speed, CONSTANT))
     return elements, sections
 
 
@@ -125,10 +125,10 @@ def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) ->
         left = length - (corners[i - 1][0].after if i else 0.0) - (corners[i][0].before if i < len(corners) else 0.0)
         if left > SHORTEST * length:
             elements.append(Element(straight(left), part.first + i, turn=False))
-            sections.append(Section(left, point.speed, False))
+            sections.append(Section(left, point.speed, FREE))
         if i < len(corners) and corners[i][0].pieces:
             elements.append(Element(corners[i][0].pieces, part.first + i, turn=True))
-            sections.append(Section(elements[-1].length, corners[i][1], True))
+            sections.append(Section(elements[-1].length, corners[i][1], CONSTANT))
     return elements, sections
 
 

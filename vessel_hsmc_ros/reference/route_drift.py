@@ -18,6 +18,7 @@ equation is of the second order, and conditions stand at the ends where its mode
 """
 
 import math
+from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,6 +42,9 @@ SLOW = 0.02
 SINGULAR = 1e-3
 """m22 - m11 and m23 that are smaller than this share of m22, and of sqrt(m22·m33), count as that share: without one of them the
 equation is of a lower order."""
+
+MESHES = 8
+"""Meshes at which the travel is kept: the collocation has its nodes, the middles and two quadrature points between them."""
 
 INSTANT = 1e-3
 """Step of the difference that gives the second derivative, relative to the time between two instants."""
@@ -76,7 +80,9 @@ def travel_at(t: Array, route: Route, profile: SpeedProfile) -> Travel:
     return Travel(s, W, dW, *route.curvature(s))
 
 
-def drift_along(route: Route, profile: SpeedProfile, times: Array, vessel: Vessel, start: float = 0.0) -> DriftOverTime:
+def drift_along(
+    route: Route, profile: SpeedProfile, times: Array, vessel: Vessel, start: float = 0.0, tolerance: float = TOLERANCE
+) -> DriftOverTime:
     """The drift angle at some times.
 
     Args:
@@ -85,6 +91,7 @@ def drift_along(route: Route, profile: SpeedProfile, times: Array, vessel: Vesse
         times: From the first to the last instant, resolving turns and changes of speed, shape (n,), s.
         vessel: Coefficients of the hull, with sway damping.
         start: Drift angle at the first instant, rad.
+        tolerance: Relative residual of the equation.
 
     Raises:
         ParameterError: there is no solution with which the hull moves ahead.
@@ -101,7 +108,7 @@ def drift_along(route: Route, profile: SpeedProfile, times: Array, vessel: Vesse
     guess[0] = steady_drift(vessel.m11 * travel.W * travel.kappa, np.maximum(travel.W, SLOW * profile.top), vessel)
     boundary = equation.conditions(start)
     with np.errstate(all="ignore"):
-        found = solve_bvp(equation.rates, boundary, times, guess, tol=TOLERANCE, max_nodes=LARGEST_MESH)
+        found = solve_bvp(equation.rates, boundary, times, guess, tol=tolerance, max_nodes=LARGEST_MESH)
     if not found.success or np.max(np.abs(found.y[0])) > 0.5 * math.pi:
         raise ParameterError("no drift angle is found with which this hull turns so at this speed")
     beta = found.sol(times)
@@ -115,18 +122,34 @@ def drift_along(route: Route, profile: SpeedProfile, times: Array, vessel: Vesse
     return DriftOverTime(beta[0], rates[0], change / (high - low))
 
 
+class _Travels:
+    """The travel at the meshes of a collocation, which evaluates its equation many times at each."""
+
+    def __init__(self, route: Route, profile: SpeedProfile) -> None:
+        self._route, self._profile = route, profile
+        self._known: deque[tuple[Array, Travel]] = deque(maxlen=MESHES)
+
+    def at(self, t: Array) -> Travel:
+        for times, travel in self._known:
+            if len(times) == len(t) and np.array_equal(times, t):
+                return travel
+        travel = travel_at(t, self._route, self._profile)
+        self._known.append((t.copy(), travel))
+        return travel
+
+
 class _Plain:
     """The equation of a hull whose sway is not coupled to its yaw."""
 
     order = 1
 
     def __init__(self, route: Route, profile: SpeedProfile, vessel: Vessel) -> None:
-        self._route, self._profile, self._vessel = route, profile, vessel
+        self._travels, self._profile, self._vessel = _Travels(route, profile), profile, vessel
         least, difference = SINGULAR * vessel.m22, vessel.m22 - vessel.m11
         self._difference = math.copysign(max(abs(difference), least), difference)
 
     def rates(self, t: Array, y: Array) -> Array:
-        c, travel, beta = self._vessel, travel_at(t, self._route, self._profile), y[0]
+        c, travel, beta = self._vessel, self._travels.at(t), y[0]
         W, tangent = travel.W, np.tan(beta)
         v = np.abs(W * np.sin(beta))
         lost = c.d_v + c.d_v2 * v + c.d_v3 * v * v
@@ -146,12 +169,12 @@ class _Coupled:
     order = 2
 
     def __init__(self, route: Route, profile: SpeedProfile, vessel: Vessel) -> None:
-        self._route, self._profile, self._vessel = route, profile, vessel
+        self._travels, self._profile, self._vessel = _Travels(route, profile), profile, vessel
         least = SINGULAR * math.sqrt(vessel.m22 * vessel.m33)
         self._m23 = math.copysign(max(abs(vessel.m23), least), vessel.m23)
 
     def rates(self, t: Array, y: Array) -> Array:
-        c, travel, (beta, rate) = self._vessel, travel_at(t, self._route, self._profile), y
+        c, travel, (beta, rate) = self._vessel, self._travels.at(t), y
         W, dW = travel.W, travel.W_rate
         u, v, r = W * np.cos(beta), W * np.sin(beta), W * travel.kappa - rate
         dv = dW * np.sin(beta) + u * rate

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.reference.route import Route
-from vessel_hsmc_ros.reference.route_drift import DriftOverTime, Travel, drift_along, travel_at
+from vessel_hsmc_ros.reference.route_drift import TOLERANCE, DriftOverTime, Travel, drift_along, travel_at
 from vessel_hsmc_ros.reference.speed_profile import RISE, SpeedProfile
 from vessel_hsmc_ros.reference.timetable import Timetable
 
@@ -49,7 +49,9 @@ class RouteMotion(NamedTuple):
         return inputs(self.velocities._replace(u=self.velocities.u + current), self.vessel)
 
 
-def motion_along(route: Route, profile: SpeedProfile, vessel: Vessel, start: float = 0.0) -> RouteMotion:
+def motion_along(
+    route: Route, profile: SpeedProfile, vessel: Vessel, start: float = 0.0, tolerance: float = TOLERANCE
+) -> RouteMotion:
     """The motion of a hull.
 
     Args:
@@ -57,12 +59,13 @@ def motion_along(route: Route, profile: SpeedProfile, vessel: Vessel, start: flo
         profile: Speed along it.
         vessel: Coefficients of the hull.
         start: Drift angle at the beginning, rad.
+        tolerance: Relative residual of the equation of the drift angle.
 
     Raises:
         ParameterError: there is no drift angle with which the hull moves ahead.
     """
     times = _instants(route, profile)
-    drift, travel = drift_along(route, profile, times, vessel, start), travel_at(times, route, profile)
+    drift, travel = drift_along(route, profile, times, vessel, start, tolerance), travel_at(times, route, profile)
     return RouteMotion(times, travel, drift, _velocities(travel, drift), vessel)
 
 

@@ -10,9 +10,12 @@ from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.on_the_spot import halt
 from vessel_hsmc_ros.reference.route import Route
 from vessel_hsmc_ros.reference.route_motion import RouteMotion, motion_along, timetable
-from vessel_hsmc_ros.reference.speed_profile import Phase, Section, SpeedProfile, phases
+from vessel_hsmc_ros.reference.speed_profile import CONSTANT, Phase, Section, SpeedProfile, phases
 from vessel_hsmc_ros.reference.timetable import Timetable, joined
 from vessel_hsmc_ros.reference.turning import TravelLimits, excesses, largest_acceleration
+
+TURN_SHARE, LEAST_SHARE = 0.5, 0.2
+"""Largest share of the accelerations with which the speed changes in a turn, and the share below which it is constant."""
 
 
 class Sailing(NamedTuple):
@@ -58,7 +61,7 @@ def sail(
     """
     top = max(section.speed for section in sections)
     acceleration = largest_acceleration(top, vessel, limits)
-    slower = list(sections)
+    slower = _freed(route, sections, limits, acceleration)
     for _ in range(ATTEMPTS):
         sailing = _sailing(owner, route, phases(slower, acceleration, start[0]), vessel, start)
         found = excesses(sailing.motion, limits)
@@ -66,12 +69,32 @@ def sail(
             return sailing._replace(table=_rested(sailing.table, vessel, limits))
         # A drift that has not decayed takes yaw acceleration where the speed changes, and where turns follow each other.
         worst = route.index_at(found[0].s)
-        if route.elements[worst].turn:
+        near = [i for i in range(max(0, worst - 1), min(worst + 2, len(slower))) if _changes(route, slower, i)]
+        if near:
+            for i in near:
+                share = 0.5 * slower[i].share
+                slower[i] = slower[i]._replace(share=share if share > LEAST_SHARE else CONSTANT)
+        elif route.elements[worst].turn:
             slower[worst] = slower[worst]._replace(speed=SLOWER * slower[worst].speed)
         else:
             acceleration *= GENTLER
     where = place(route, found[0].s)
     raise ParameterError(f"{owner}: {where} needs {' and '.join(map(str, found))}; a lower speed or longer legs would do")
+
+
+def _freed(route: Route, sections: Sequence[Section], limits: TravelLimits, acceleration: float) -> list[Section]:
+    """The sections, of which turns change their speed with a share of the yaw acceleration or of the acceleration."""
+    freed, largest = [], limits.yaw_acceleration
+    for element, section in zip(route.elements, sections, strict=True):
+        sharpest = max(max(abs(piece.begin), abs(piece.end)) for piece in element.pieces)
+        share = TURN_SHARE * largest / max(sharpest * acceleration, largest) if element.turn else section.share
+        freed.append(section._replace(share=share))
+    return freed
+
+
+def _changes(route: Route, sections: Sequence[Section], i: int) -> bool:
+    """Whether the speed may change in a turn."""
+    return route.elements[i].turn and sections[i].share > 0.0
 
 
 def _sailing(owner: str, route: Route, parts: Sequence[Phase], vessel: Vessel, start: tuple[float, float]) -> Sailing:

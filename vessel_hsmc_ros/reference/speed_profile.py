@@ -1,4 +1,4 @@
-"""Speed along a route: constant in turns, and on legs from turn to turn as fast as speed and acceleration may be.
+"""Speed along a route: on legs as fast as speed and acceleration may be, and in turns constant or with less acceleration.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -32,12 +32,16 @@ ROUNDING = 1.0 - 1e-9
 """Share of the largest acceleration that is used, so that it is not exceeded by rounding."""
 
 
+CONSTANT, FREE = 0.0, 1.0
+"""Shares of the acceleration in sections of constant speed, and on legs."""
+
+
 class Section(NamedTuple):
-    """A part of a route: length, m, and largest speed, m/s; the speed is constant in it or may change."""
+    """A part of a route: length, m, largest speed, m/s, and the share of the acceleration with which it may change."""
 
     length: float
     speed: float
-    constant: bool
+    share: float
 
 
 class Phase(NamedTuple):
@@ -53,6 +57,10 @@ class Changes(NamedTuple):
 
     mean: float
     top: float
+
+    def reduced(self, share: float) -> "Changes":
+        """The changes with a share of the acceleration."""
+        return self._replace(mean=share * self.mean)
 
     def duration(self, begin: float, end: float) -> float:
         """Duration of a change of speed, s; longer for a small change, whose jerk is limited."""
@@ -96,10 +104,10 @@ def phases(sections: Sequence[Section], acceleration: float, start: float = 0.0,
     speeds = _at_ends(sections, changes, start, end)
     found = []
     for section, low, high in zip(sections, speeds[:-1], speeds[1:], strict=True):
-        if section.constant:
-            found.append(Phase(section.length / low, low, low))
+        if section.share:
+            found += _leg(section, low, high, changes.reduced(section.share))
         else:
-            found += _leg(section, low, high, changes)
+            found.append(Phase(section.length / low, low, low))
     return found
 
 
@@ -111,8 +119,9 @@ def _at_ends(sections: Sequence[Section], changes: Changes, start: float, end: f
         for order in (range(n), reversed(range(n))):
             for i in order:
                 low, high = sorted((i, i + 1), key=speeds.__getitem__)
-                way = 0.0 if sections[i].constant else sections[i].length
-                speeds[high] = changes.reached(speeds[low], speeds[high], way)
+                share = sections[i].share
+                reached = changes.reduced(share).reached(speeds[low], speeds[high], sections[i].length) if share else speeds[low]
+                speeds[high] = reached
     return speeds
 
 

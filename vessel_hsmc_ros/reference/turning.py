@@ -47,6 +47,9 @@ RESOLVED = 0.997
 
 BISECTIONS = 30
 
+TRIED = 1e-4
+"""Relative residual of the drift angle of a turn that is tried; that of the path it is part of is much smaller."""
+
 RUN_UP = 4.0
 """Length of the legs before and after the turn that is tried, in transitions."""
 
@@ -243,6 +246,6 @@ def _tried(t: Turning, vessel: Vessel) -> RouteMotion | None:
     bends = (turn(side * angle, t.radius, t.transition) for side in (-1.0, 1.0))
     route = Route([Element(part, 0, turn=True) for part in (leg, *bends, leg)], (0.0, 0.0, 0.0))
     try:
-        return motion_along(route, SpeedProfile([Phase(route.length / t.speed, t.speed, t.speed)]), vessel)
+        return motion_along(route, SpeedProfile([Phase(route.length / t.speed, t.speed, t.speed)]), vessel, tolerance=TRIED)
     except ParameterError:
         return None
