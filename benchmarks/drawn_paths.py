@@ -197,8 +197,10 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1)
     options = parser.parse_args()
     rng = np.random.default_rng(options.seed)
-    boats = [drawn(rng) for _ in range(options.boats)]
-    tasks = [(b, drawn_path(b, rng)) for b in boats]
+    tasks = []
+    for _ in range(options.boats):
+        b = drawn(rng)
+        tasks.append((b, drawn_path(b, rng)))
     found: dict[str, list[Found]] = {}
     refused: dict[str, int] = {}
     reasons: dict[str, str] = {}

@@ -3,9 +3,10 @@
 For each of the six boats of the suite `boats` a survey and a path with all three kinds of corners, at 0.3 of the top speed,
 allowing for a current of 0.15 of it. The table has the distance of the reference from its geometry, the largest shares of the
 limits, the residual of the sway equation and the average speed relative to that of the legs. With a folder it draws path,
-curvature, speed and, by the guided law in a wind of 5 m/s, the track of each boat. `--goals` checks the
+curvature, speed and, by a law in a wind of 5 m/s, the track of each boat. `--goals` checks the
 arrival at a goal, and at the end of a path against the current, in a current of 0.15 of the top speed from each of four sides,
-`--stops` how the boats leave a stop, in the wind and without, `--newcomer` a survey of a small boat, with run-ins.
+`--stops` how the boats leave a stop, in the wind and without, `--newcomer` a survey of a small boat, with run-ins. `--law lqg`
+sails with another law than `guided`.
 """
 
 import argparse
@@ -67,9 +68,9 @@ class Boat(NamedTuple):
         return self.scenario.changed({f"reference_ship.{name}": value for name, value in changes.items()} | (other or {}))
 
 
-def boat(name: str, data: MainData) -> Boat:
-    """The boat of main data, with the scenario that `init` writes."""
-    scenario = parse_scenario(scenario_text("boat", data), name, source=name)
+def boat(name: str, data: MainData, law: str = "guided") -> Boat:
+    """The boat of main data, with the scenario that `init` writes, by a law."""
+    scenario = parse_scenario(scenario_text("boat", data), name, source=name).changed({"controller.law": law})
     return Boat(name, scenario, scale_of(scenario.vessel_sim.vessel))
 
 
@@ -126,7 +127,7 @@ def report(boats: list[Boat]) -> None:
 
 
 def arrival(b: Boat, to: float, degrees: float | None) -> tuple[float, float, float, float]:
-    """How a boat arrives at a goal or at the end of a path, by the guided law, in a current.
+    """How a boat arrives at a goal or at the end of a path, in a current.
 
     Args:
         b: The boat.
@@ -171,7 +172,7 @@ def report_goals(boats: list[Boat]) -> None:
 
 
 def off_after_stop(b: Boat) -> tuple[float, float]:
-    """Largest distance from the reference before the path's stop ends and after it, by the guided law, in lengths."""
+    """Largest distance from the reference before the path's stop ends and after it, in lengths."""
     scenario = b.of("path")
     table, plan = table_of(scenario), planned(scenario)
     run = simulate(scenario.changed({"vessel_sim.duration": float(math.ceil(table.times[-1]))}))
@@ -188,7 +189,7 @@ def report_stops(boats: list[Boat], calm: list[Boat]) -> None:
         print(f"| {b.name} | {values} |", flush=True)
 
 
-def report_newcomer() -> None:
+def report_newcomer(law: str) -> None:
     """Print how a catamaran keeps the legs of its survey after run-ins of 0, 10 and 15 lengths, and the error of its observer."""
     changes: dict[str, Any] = {
         "reference_ship.mode": "lawnmower",
@@ -207,7 +208,7 @@ def report_newcomer() -> None:
         "controller.observer.position_noise": 0.3,
         "controller.observer.heading_noise": 0.0087,
     }
-    cat = boat("catamaran", MainData(length=2.5, mass=180.0, wind=6.0))
+    cat = boat("catamaran", MainData(length=2.5, mass=180.0, wind=6.0), law)
     print("| run-in | legs, rms | each leg | observer, rms |\n|---|---|---|---|")
     for run_in in (0.0, 25.0, 37.5):
         scenario = cat.scenario.changed({**changes, "reference_ship.lawnmower.run_in": run_in})
@@ -261,14 +262,16 @@ def main() -> None:
     parser.add_argument("--goals", action="store_true", help="arrival at goals in a current instead")
     parser.add_argument("--stops", action="store_true", help="how the boats leave a stop instead")
     parser.add_argument("--newcomer", action="store_true", help="a survey by a small boat with and without a run-in instead")
+    parser.add_argument("--law", default="guided")
     options = parser.parse_args()
+    law = options.law
     if options.newcomer:
-        report_newcomer()
+        report_newcomer(law)
         return
     suite = yaml.safe_load((share_directory() / "config" / "suites" / "boats.yaml").read_text(encoding="utf-8"))
-    boats = [boat(name, MainData(**data)) for name, data in suite["ships"].items()]
+    boats = [boat(name, MainData(**data), law) for name, data in suite["ships"].items()]
     if options.stops:
-        calm = [boat(name, MainData(**{**data, "wind": 0.0})) for name, data in suite["ships"].items()]
+        calm = [boat(name, MainData(**{**data, "wind": 0.0}), law) for name, data in suite["ships"].items()]
         report_stops(boats, calm)
         return
     if options.goals:

@@ -68,6 +68,20 @@ def test_a_near_goal_astern_is_approached_astern_and_a_far_one_ahead() -> None:
     assert far[-1, 3] > 1.0
 
 
+@pytest.mark.parametrize("length", [0.5, 300.0])
+def test_the_distance_up_to_which_a_boat_goes_astern_is_in_its_lengths_unless_it_is_set(length: float) -> None:
+    def turned(distance: float, **changes: float) -> float:
+        p, T = boat(length, **{"goal.poses": [-distance * length, 0.0, 0.0], "goal.times": [0.0]}, **changes)
+        states, _ = motion_of(make_reference(p, 0.1 * T), 60.0 * T, 0.1 * T)
+        assert math.dist(states[-1, :2], (-distance * length, 0.0)) < 1e-3 * length
+        return float(np.abs(states[:, 2]).max())
+
+    assert turned(0.28) < 0.1
+    assert turned(0.35) > 3.0
+    assert turned(0.28, **{"goal.astern_distance": 0.0}) > 3.0
+    assert turned(0.35, **{"goal.astern_distance": 0.4 * length}) < 0.1
+
+
 def test_without_a_goal_the_reference_stays_and_reset_returns_to_the_start() -> None:
     reference = reference_of(pose=(3.0, 4.0, 1.0))
     states, _ = motion_of(reference, 10.0)

@@ -21,7 +21,12 @@ class GoalParameters:
         (NEVER,), "Time at which each goal is set, increasing; below 0 for never.", unit="s", low=-1.0, high=1e9
     )
     astern_distance: float = parameter(
-        10.0, "Goals abaft the beam and nearer than this are approached astern.", unit="m", low=0.0, high=1e6
+        -1.0,
+        "Goals abaft the beam and nearer than this are approached astern; below 0 for 1.2 radii of gyration, 0.3 lengths of most"
+        " hulls.",
+        unit="m",
+        low=-1.0,
+        high=1e6,
     )
 
 

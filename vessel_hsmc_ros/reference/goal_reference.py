@@ -19,6 +19,9 @@ from vessel_hsmc_ros.reference.kernel_reference import KernelReference
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered
 from vessel_hsmc_ros.reference.target import Target, stationary
 
+ASTERN = 1.2
+"""Distance up to which goals are approached astern, in radii of gyration, unless it is set."""
+
 
 def goal_constants(motion: Filter, parameters: GoalParameters) -> GoalConstants:
     """The constants of a goal reference.
@@ -32,7 +35,9 @@ def goal_constants(motion: Filter, parameters: GoalParameters) -> GoalConstants:
     """
     goals = [(round(time / motion.period), pose) for time, pose in scheduled_goals(parameters) if time >= 0.0]
     poses = np.array([pose for _, pose in goals], np.float64).reshape(-1, 3)
-    return GoalConstants(motion, float(parameters.astern_distance), np.array([step for step, _ in goals], np.int64), poses)
+    given = float(parameters.astern_distance)
+    astern = given if given >= 0.0 else ASTERN * motion.length
+    return GoalConstants(motion, astern, np.array([step for step, _ in goals], np.int64), poses)
 
 
 def keeping(start: Filtered, c: GoalConstants) -> GoalMemory:

@@ -222,5 +222,4 @@ def references(circle: Circle, s: Scale, position_gain: float) -> dict[str, floa
         "spacing": 4.0 * s.L,
         "run_in": 15.0 * s.L,
         **{f"motion_{name}": value for name, value in motion_limits(s).items()},
-        "astern_distance": 0.3 * s.L,
     }
