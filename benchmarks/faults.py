@@ -36,8 +36,7 @@ from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.faults.fault import Fault, FaultScript
 from vessel_hsmc_ros.runs import supervisor
-from vessel_hsmc_ros.runs.fault_injection import Injection
-from vessel_hsmc_ros.runs.supervisor import exclusive, supervise
+from vessel_hsmc_ros.runs.supervisor import Injection, exclusive, supervise
 from vessel_hsmc_ros.scenario.faults import check_script
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario

@@ -10,7 +10,6 @@ from campaigns import campaign_file
 from click import UsageError
 from click.testing import CliRunner, Result
 
-from vessel_hsmc_ros.campaign import cluster
 from vessel_hsmc_ros.campaign.dataset import Dataset, read_rows
 from vessel_hsmc_ros.campaign.execute import run_campaign
 from vessel_hsmc_ros.campaign.plan import Campaign
@@ -158,7 +157,7 @@ def test_a_scheduler_that_does_not_answer_is_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr(cluster, "CONNECT_LIMIT", 1.0)
+    monkeypatch.setattr("vessel_hsmc_ros.campaign.execute.CONNECT_LIMIT", 1.0)
     file = campaign_file(tmp_path, runs=1)
     arguments = ["campaign", file, "--output", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9"]
     monkeypatch.setattr("sys.argv", ["vessel-hsmc", *map(str, arguments)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.turning_offset import MAX_COEFFICIENT, NEAR, NOISE, Turning, turning_offset
+from vessel_hsmc_ros.control.controlled_point import MAX_COEFFICIENT, NEAR, NOISE, Turning, turning_offset
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification import uncertainty
+from vessel_hsmc_ros.identification import regression
 from vessel_hsmc_ros.identification.windows import Windows
 
 DRAWS = 100
@@ -35,7 +35,7 @@ def variances(samples: int, parameters: int, slow: float, lasting: float = 0.0, 
         noise[tail:] *= burst
         errors.append(projection @ noise.reshape(-1))
         left = (noise.reshape(-1) - rows @ errors[-1]).reshape(1, samples + 1, 6)
-        stated.append(np.diag(uncertainty.covariance(cut, left, jacobian)))
+        stated.append(np.diag(regression.covariance(cut, left, jacobian)))
     return np.array(stated), np.var(errors, axis=0)
 
 
@@ -61,7 +61,7 @@ def test_the_autocorrelation_of_white_residuals_is_seldom_taken_for_a_lasting_on
     found = []
     for _ in range(1000):
         slow = correlated(random.standard_normal((1, 100, 1)).swapaxes(0, 1), 0.98).swapaxes(0, 1)
-        found.append(uncertainty._coloured(random.standard_normal((1, 100)), slow / np.linalg.norm(slow))[0, 0])
+        found.append(regression._coloured(random.standard_normal((1, 100)), slow / np.linalg.norm(slow))[0, 0])
     assert np.percentile(found, 98) < 2.6  # of a variance of one
 
 
@@ -79,5 +79,5 @@ def test_residuals_that_are_larger_where_a_parameter_acts_enlarge_its_standard_e
 def test_the_least_known_parameter_is_that_of_the_largest_error_for_its_value() -> None:
     names, values = ("mass", "damping", "needed"), np.array([1e5, 0.1, 1e-9])
     matrix = np.diag(np.square([2e5, 0.5, 1.0]))
-    assert uncertainty.least_known(names, values, matrix, {"needed"})[0] == "damping"
-    assert uncertainty.least_known(names, values, 1e-4 * matrix, {"needed"}) == ("", "")
+    assert regression.least_known(names, values, matrix, {"needed"})[0] == "damping"
+    assert regression.least_known(names, values, 1e-4 * matrix, {"needed"}) == ("", "")

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.identification.page import HeldOut, render
+from vessel_hsmc_ros.identification.page import HeldOut, known_of, render, vessel_text
 from vessel_hsmc_ros.identification.steady_force import SteadyForce
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction, model
-from vessel_hsmc_ros.identification.vessel_file import known_of, vessel_text
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 TIME = np.arange(0.0, 40.0, 0.1)

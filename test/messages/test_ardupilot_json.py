@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.messages.ardupilot_json import Outputs, read_outputs, write_state
+from vessel_hsmc_ros.runs.ardupilot import Outputs, read_outputs, write_state
 
 
 @pytest.mark.parametrize(("magic", "count"), [(18458, 16), (29569, 32)])

@@ -17,8 +17,8 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.fault_relay import FaultRelayNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.runs.fault_injection import Injection
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.runs.supervisor import Injection
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_sim_node.node import VesselSimNode

@@ -11,8 +11,7 @@ from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
 from vessel_hsmc_ros.paper.case_run import ExactModelLaw
-from vessel_hsmc_ros.paper.measure import measure, reduced_error, settling_time
-from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error, on_surfaces
+from vessel_hsmc_ros.paper.measure import Surfaces, growth_rate, lateral_error, measure, on_surfaces, reduced_error, settling_time
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 

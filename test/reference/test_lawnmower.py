@@ -14,13 +14,12 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference, travel_limits
-from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
+from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower, u_turn
 from vessel_hsmc_ros.reference.route import Element, Route, displacement, turn
 from vessel_hsmc_ros.reference.sailing import Sailing
 from vessel_hsmc_ros.reference.speed_profile import CONSTANT, FREE, Section, SpeedProfile, phases
 from vessel_hsmc_ros.reference.timetable import motion_at
 from vessel_hsmc_ros.reference.turning import excesses, turning_at
-from vessel_hsmc_ros.reference.u_turns import u_turn
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 

@@ -14,9 +14,8 @@ from sockets import free_port
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.messages.ardupilot_json import Outputs
 from vessel_hsmc_ros.messages.mavlink import Pulses
-from vessel_hsmc_ros.runs.ardupilot import Physics, Wiring
+from vessel_hsmc_ros.runs.ardupilot import Outputs, Physics, Wiring
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 NEUTRAL = 1500

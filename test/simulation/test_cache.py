@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import KERNELS, kernel
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.scenario.scenario import load_scenario, make_law
-from vessel_hsmc_ros.simulation import cache, compilation, preparation
+from vessel_hsmc_ros.simulation import compilation, preparation
 from vessel_hsmc_ros.simulation.compilation import Compiled
 from vessel_hsmc_ros.simulation.compile import THRUSTERS
 from vessel_hsmc_ros.simulation.loop_state import Kept
@@ -103,9 +103,9 @@ def types_in(value: object) -> set[type]:
 @functools.cache
 def modules_of_kernels() -> set[Path]:
     """The files that machine code is made of: kernels, the names that they use, and the types of the loop's arguments."""
-    for path in cache.PACKAGE.rglob("*.py"):
+    for path in compilation.PACKAGE.rglob("*.py"):
         if "@kernel" in path.read_text(encoding="utf-8"):
-            importlib.import_module(".".join(path.relative_to(cache.PACKAGE.parent).with_suffix("").parts))
+            importlib.import_module(".".join(path.relative_to(compilation.PACKAGE.parent).with_suffix("").parts))
     ours = {each for each in KERNELS if each.__module__.startswith("vessel_hsmc_ros.")}
     names = {each.__module__ for each in ours}
     for each in ours:
@@ -127,34 +127,34 @@ def modules_of_kernels() -> set[Path]:
 
 def test_all_that_machine_code_is_made_of_is_in_the_key() -> None:
     assert len(modules_of_kernels()) > 60
-    assert modules_of_kernels() - set(cache.sources()) == set()
-    assert set(Path(cache.__file__).parent.glob("*.py")) <= set(cache.sources())
+    assert modules_of_kernels() - set(compilation.kernel_sources()) == set()
+    assert set(Path(compilation.__file__).parent.glob("*.py")) <= set(compilation.kernel_sources())
 
 
 def test_an_edit_of_each_of_these_modules_leads_to_another_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copy = tmp_path / "copy"
-    shutil.copytree(cache.PACKAGE, copy / cache.PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__"))
-    edited = [copy / path.relative_to(cache.PACKAGE.parent) for path in sorted(modules_of_kernels())]
-    monkeypatch.setattr(cache, "PACKAGE", copy / cache.PACKAGE.name)
-    keys = [cache.key.__wrapped__(), cache.key.__wrapped__()]
+    shutil.copytree(compilation.PACKAGE, copy / compilation.PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__"))
+    edited = [copy / path.relative_to(compilation.PACKAGE.parent) for path in sorted(modules_of_kernels())]
+    monkeypatch.setattr(compilation, "PACKAGE", copy / compilation.PACKAGE.name)
+    keys = [compilation.cache_key.__wrapped__(), compilation.cache_key.__wrapped__()]
     for path in edited:
         with path.open("a") as file:
             file.write("# an edit\n")
-        keys.append(cache.key.__wrapped__())
+        keys.append(compilation.cache_key.__wrapped__())
     assert keys[0] == keys[1]
     assert len(set(keys)) == len(edited) + 1
 
 
 def test_another_processor_or_another_version_of_what_compiles_leads_to_another_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cache, "sources", list)
-    keys = [cache.key.__wrapped__()]
+    monkeypatch.setattr(compilation, "kernel_sources", list)
+    keys = [compilation.cache_key.__wrapped__()]
     monkeypatch.setattr("llvmlite.binding.get_host_cpu_name", lambda: "another")
-    keys.append(cache.key.__wrapped__())
+    keys.append(compilation.cache_key.__wrapped__())
     for changed in ("numba", "llvmlite", "numpy"):
-        monkeypatch.setattr(cache, "version", lambda name, changed=changed: "9" if name == changed else "1")
-        keys.append(cache.key.__wrapped__())
+        monkeypatch.setattr(compilation, "version", lambda name, changed=changed: "9" if name == changed else "1")
+        keys.append(compilation.cache_key.__wrapped__())
     monkeypatch.setattr("platform.python_version", lambda: "3.99")
-    keys.append(cache.key.__wrapped__())
+    keys.append(compilation.cache_key.__wrapped__())
     assert len(set(keys)) == len(keys)
 
 
@@ -163,9 +163,12 @@ def test_only_the_latest_folders_of_earlier_sources_are_kept(place: Path) -> Non
     for age in range(6):
         (kernels / f"old{age}").mkdir(parents=True)
         os.utime(kernels / f"old{age}", (1e9 - age, 1e9 - age))
-    with cache.entry("a_kernel"):
+    with compilation.cached("a_kernel"):
         pass
-    assert {path.name for path in kernels.iterdir()} == {cache.key(), *(f"old{age}" for age in range(cache.KEPT_VERSIONS - 1))}
+    assert {path.name for path in kernels.iterdir()} == {
+        compilation.cache_key(),
+        *(f"old{age}" for age in range(compilation.KEPT_VERSIONS - 1)),
+    }
 
 
 @only_compiled
@@ -180,7 +183,7 @@ def test_without_a_writable_folder_a_kernel_is_compiled_and_not_stored(
 def test_an_installation_that_is_not_writable_uses_the_users_cache_folder(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", str(place))
-    assert cache.places()[-1] == place / "vessel_hsmc_ros" / "kernels"
+    assert compilation.cache_places()[-1] == place / "vessel_hsmc_ros" / "kernels"
 
 
 @only_compiled

@@ -143,8 +143,7 @@ def _write(
     Raises:
         ParameterError: length or beam is not known.
     """
-    from vessel_hsmc_ros.identification.page import errors, render
-    from vessel_hsmc_ros.identification.vessel_file import known_of, vessel_text
+    from vessel_hsmc_ros.identification.page import errors, known_of, render, vessel_text
 
     name, output = options["name"], options["output"]
     known = known_of(start.values, found.values) if start else {}

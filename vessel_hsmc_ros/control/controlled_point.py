@@ -7,13 +7,19 @@
 | delta | heading of the ship minus that of the reference | rad |
 | delta_f, d1, d2 | the same filtered, with its first and second derivative | rad, rad/s, rad/s² |
 | b | slow rate of delta_f, the integral of the filter | rad/s |
-| o | angle learned from the error that returns with the turns of the reference (`turning_offset`) | rad |
+| o | angle learned from the error that returns with the turns of the reference | rad |
 | alpha, a1, a2 | delta_f + o, with its first and second derivative | rad, rad/s, rad/s² |
 | omega | bandwidth of the filter, max(|nu_d|, U_0)/l | rad/s |
 | l | distance within which the filter follows: MARGIN·x_p/(1 - m11/m22), from L/3 to L | m |
 | q1, q2 | the point of the reference in its own axes, x·(cos alpha, sin alpha) | m |
 | U_0 | speed of the reference below which x goes to 0, FROUDE·sqrt(g·L) | m/s |
 | L, T | length of the hull, control period | m, s |
+| e | tracking error of the origin across the reference's heading, in terms of the point's distance x | - |
+| lambda | bandwidth of the regressors, max(abs(nu_d), U_0)/L | rad/s |
+| a, b, c | the reference's yaw rate after one, two and three first-order lags | rad/s |
+| phi1, phi2 | regressors a - b and a - 3·b + 2·c; at the frequency lambda they are a quarter of a period apart | rad/s |
+| theta1, theta2 | coefficients | s |
+| p0 | size of the regressors below which they are taken for noise, NOISE·lambda | rad/s |
 
 The ship's point is x ahead along the heading of the ship, that of the reference along psi_d + alpha. Along psi_d alone, the
 origin would be off by 2·x·sin(delta/2) wherever the ship has another heading than the reference, as in a side wind; along the
@@ -21,17 +27,76 @@ heading of the ship, the acceleration of the point would contain the yaw acceler
 compute. delta_f is a state: the transformed position, velocity and acceleration are consistent, contain no moment, and leave no
 error of the origin in steady state. While the reference travels x = x_p; in station keeping x = 0, because there the heading is
 free, and the origin is what is to be kept. docs/percussion.md derives both.
+
+    o = theta1·phi1 + theta2·phi2,    dtheta = -SPEED·lambda·phi·e/(phi1² + phi2² + p0²)
+
+A hull whose sway is coupled to its yaw needs another heading than the reference's, which varies as the reference turns. The
+filter of the headings follows it late, and so does the law; what is late in a slalom returns with every turn, and the
+angle o, which moves the origin across by x·o, cancels it. Both regressors vanish in a steady turn and on a straight path:
+there nothing is learned and o = 0.
 """
 
 import math
 from typing import NamedTuple
 
-from vessel_hsmc_ros.control.turning_offset import Turning, turning_offset
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Acceleration, Motion, magnitude, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.terms import Terms
+
+SPEED, NOISE, MAX_COEFFICIENT = 0.5, 0.1, 0.25
+"""Rate of learning in terms of lambda; p0 in terms of lambda; |theta| at most this divided by p0."""
+
+NEAR = 0.25
+"""Error, in terms of x, beyond which nothing is learned: the ship is then on its way to the reference."""
+
+
+class Turning(NamedTuple):
+    """State: lagged yaw rates of the reference, and coefficients."""
+
+    a: float = 0.0
+    b: float = 0.0
+    c: float = 0.0
+    theta1: float = 0.0
+    theta2: float = 0.0
+
+
+class Offset(NamedTuple):
+    """O with its first and second derivative, and the state for the next period."""
+
+    o: float
+    do: float
+    ddo: float
+    turning: Turning
+
+
+@kernel
+def turning_offset(turning: Turning, e: float, r_d: float, dr_d: float, rate: float, T: float) -> Offset:
+    """The angle and what is learned in a period.
+
+    The derivatives are those for constant coefficients, which change slowly compared with the regressors.
+
+    Args:
+        turning: The state.
+        e: Tracking error of the origin in terms of x.
+        r_d, dr_d: Yaw rate and yaw acceleration of the reference, rad/s, rad/s².
+        rate: lambda, rad/s, below 1/T.
+        T: Control period, s.
+    """
+    a, b, c, theta1, theta2 = turning
+    da, db, dc = rate * (r_d - a), rate * (a - b), rate * (b - c)
+    dda, ddb, ddc = rate * (dr_d - da), rate * (da - db), rate * (db - dc)
+    phi1, phi2 = a - b, a - 3.0 * b + 2.0 * c
+    o = theta1 * phi1 + theta2 * phi2
+    do = theta1 * (da - db) + theta2 * (da - 3.0 * db + 2.0 * dc)
+    ddo = theta1 * (dda - ddb) + theta2 * (dda - 3.0 * ddb + 2.0 * ddc)
+    p0 = NOISE * rate
+    step = SPEED * rate * T * e / (phi1 * phi1 + phi2 * phi2 + p0 * p0) if -NEAR < e < NEAR else 0.0
+    largest = MAX_COEFFICIENT / p0
+    theta1, theta2 = clip(theta1 - step * phi1, largest), clip(theta2 - step * phi2, largest)
+    return Offset(o, do, ddo, Turning(a + T * da, b + T * db, c + T * dc, theta1, theta2))
+
 
 FROUDE = 0.06
 """The speed U_0 as a Froude number; gravity, m/s²."""

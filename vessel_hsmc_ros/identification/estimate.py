@@ -8,7 +8,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
-from vessel_hsmc_ros.identification import uncertainty
+from vessel_hsmc_ros.identification import regression
 from vessel_hsmc_ros.identification.checks import checked, few_reversals
 from vessel_hsmc_ros.identification.parameter_vector import HULL, POSITIVE, Unknowns, unknowns
 from vessel_hsmc_ros.identification.prediction import WINDOW, predict
@@ -96,7 +96,7 @@ def _result(runs: list[Measurements], model: Model, fit: Fit, window: float) -> 
     names, values = shooting.unknowns.names, shooting.unknowns.values(vector)
     matrix = covariance(fit)
     shooting.residuals(vector)
-    correlation = uncertainty.correlations(matrix)
+    correlation = regression.correlations(matrix)
     errors = dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True))
     reported = [index for index, name in enumerate(names) if name != DELAY]
     hull = {name: values[name] for name in HULL}
@@ -115,7 +115,7 @@ def _result(runs: list[Measurements], model: Model, fit: Fit, window: float) -> 
             *few_reversals(runs, names),
             *_unexplained(runs, shooting),
             *_unstable(shooting.length, window),
-            *uncertainty.strong_correlations(names, correlation),
+            *regression.strong_correlations(names, correlation),
         ),
         tuple(np.split(unweighted, np.cumsum(lengths)[:-1])),
         np.where(np.isfinite(shooting.cut.measured).any(axis=(0, 1)), shooting.noise, np.nan),
@@ -159,7 +159,7 @@ def refined(runs: list[Measurements], smoothed: list[Smoothed], free: Unknowns, 
     shooting, vector, early = _lengthened(data, free, vector, noise, window, progress)
     shooting.residuals(vector)
     jacobian = shooting.jacobian(vector)
-    alike = _required(uncertainty.indistinguishable(shooting.unknowns.names, jacobian, shooting.scale))
+    alike = _required(regression.indistinguishable(shooting.unknowns.names, jacobian, shooting.scale))
     shooting, vector, unknown = reduced(*holding(shooting, vector, jacobian, alike), NEVER_HELD)
     vector = refine(shooting, vector, _reporting(progress, len(LENGTHS)))
     full = _shooting(data, _holding(free, alike), shooting.length, _noise(shooting, vector))
@@ -265,7 +265,7 @@ def covariance(fit: Fit) -> Array:
     values = fit.shooting.unknowns.values(fit.vector)
     vector = np.array([values[name] for name in fit.full.unknowns.names])
     residuals = fit.full.residuals(vector)
-    matrix = uncertainty.covariance(fit.full.cut, residuals, fit.full.jacobian(vector))
+    matrix = regression.covariance(fit.full.cut, residuals, fit.full.jacobian(vector))
     chosen = [fit.full.unknowns.names.index(name) for name in fit.shooting.unknowns.names]
     return matrix[np.ix_(chosen, chosen)]
 
@@ -291,13 +291,13 @@ def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple
     refused = set(needed)
     while True:
         residuals, jacobian = shooting.residuals(vector), shooting.jacobian(vector)
-        matrix = uncertainty.covariance(shooting.cut, residuals, jacobian)
-        name, reason = uncertainty.least_known(shooting.unknowns.names, vector, matrix, refused)
+        matrix = regression.covariance(shooting.cut, residuals, jacobian)
+        name, reason = regression.least_known(shooting.unknowns.names, vector, matrix, refused)
         if not name:
             return shooting, vector, found
         smaller, moved = holding(shooting, vector, jacobian, {name: reason})
         index = shooting.unknowns.names.index(name)
-        white = uncertainty.inverse(jacobian.reshape(-1, len(vector)))[index, index]
+        white = regression.inverse(jacobian.reshape(-1, len(vector)))[index, index]
         allowed = np.square(residuals).sum() + MOST_RISE * matrix[index, index] / white
         try:
             moved = refine(smaller, moved, tolerance=ROUGH)

@@ -14,15 +14,14 @@ from vessel_hsmc_ros.reference.course import CourseReference, CourseReferencePar
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace
 from vessel_hsmc_ros.reference.curve_reference import CurveReference
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
+from vessel_hsmc_ros.reference.goal import GoalReference
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
-from vessel_hsmc_ros.reference.goal_reference import GoalReference
-from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters
+from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_survey
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
 from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, Point, waypoints_of
 from vessel_hsmc_ros.reference.path_reference import PathReference
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack
 from vessel_hsmc_ros.reference.polyline import Ship
-from vessel_hsmc_ros.reference.rectangle import plan_survey
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.reference.timetable import TimetableMemory, TimetableReference
 from vessel_hsmc_ros.reference.turning import TravelLimits

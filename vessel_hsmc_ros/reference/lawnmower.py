@@ -3,22 +3,49 @@
 The U-turns have the radius that is set, or the smallest with which the ship can turn at the speed of the legs; where the legs are
 closer together than that they are teardrops. The ship starts from rest at the beginning of the first leg, or of the run-in before
 it, and stops at the end of the last.
+
+| spacing | U-turn |
+|---|---|
+| at least that of two quarter turns | a quarter turn, a straight part, a quarter turn |
+| at least that of a half turn | a half turn, with the radius that the spacing has |
+| less | a teardrop: away by eps, back by 180 degrees + 2·eps, and by eps again |
+
+Each next leg begins abreast of the end of the last.
+
+Of a rectangle, the long sides of which are the outer legs:
+
+| symbol | meaning | unit |
+|---|---|---|
+| l, w | length along the legs, width across them | m |
+| n, d | number of legs, distance between two, d <= spacing | -, m |
+
+n = ceil(w/spacing) + 1 and d = w/(n - 1): the outer legs are the long sides. The survey begins at the nearest corner. A ship that
+lies elsewhere turns on the spot, goes to the beginning of the run-in of that corner, and turns to it under way.
 """
 
-from dataclasses import dataclass
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.plant.dynamics import Vessel
-from vessel_hsmc_ros.reference.polyline import Planned
-from vessel_hsmc_ros.reference.route import Element, Route, straight
+from vessel_hsmc_ros.reference.corners import THROUGH
+from vessel_hsmc_ros.reference.on_the_spot import spot_turn
+from vessel_hsmc_ros.reference.path import DISTINCT, from_rest, rest_of
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, Stretch, leg_ends, stretch
+from vessel_hsmc_ros.reference.polyline import Part, Planned, Ship, Waypoint, polyline
+from vessel_hsmc_ros.reference.route import Element, Pieces, Route, displacement, straight, turn
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
 from vessel_hsmc_ros.reference.shapes import SMALLEST
 from vessel_hsmc_ros.reference.speed_profile import CONSTANT, FREE, Section
+from vessel_hsmc_ros.reference.timetable import Timetable, joined
 from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, check_straight, turning_at, turning_with
-from vessel_hsmc_ros.reference.u_turns import u_turn
 
 MODE = "reference_ship.lawnmower"
 
@@ -114,3 +141,150 @@ def _tightest(speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
         return turning_at(speed, vessel, limits)
     except ParameterError as error:
         raise ParameterError(f"{MODE}.speed: {error}; a lower speed would do") from None
+
+
+BISECTIONS = 60
+
+
+def u_turn(spacing: float, radius: float, transition: float) -> Pieces:
+    """The U-turn to a parallel leg, which begins abreast of the end of this one.
+
+    Args:
+        spacing: Distance to the next leg, m, positive to port.
+        radius: Smallest radius, m.
+        transition: Length of the transitions between straight and arc, m.
+    """
+    side, width = math.copysign(1.0, spacing), abs(spacing)
+    quarter = displacement(turn(0.5 * math.pi, radius, transition))
+    if width >= quarter.real + quarter.imag:
+        corner = turn(side * 0.5 * math.pi, radius, transition)
+        return (*corner, *straight(width - quarter.real - quarter.imag), *corner)
+    if width >= displacement(turn(math.pi, radius, transition)).imag:
+        # Half the spacing is the radius of a half circle without transitions, and so too large.
+        fitting = _root(lambda r: displacement(turn(math.pi, r, transition)).imag - width, radius, 0.5 * width)
+        return turn(side * math.pi, fitting, transition)
+    eps = _root(lambda angle: width - displacement(_teardrop(angle, radius, transition)).imag, 0.0, 0.5 * math.pi)
+    return _teardrop(eps, radius, transition, side)
+
+
+def _teardrop(eps: float, radius: float, transition: float, side: float = 1.0) -> Pieces:
+    away = turn(-side * eps, radius, transition)
+    return (*away, *turn(side * (math.pi + 2.0 * eps), radius, transition), *away)
+
+
+def _root(increasing: Callable[[float], float], low: float, high: float) -> float:
+    """The zero of an increasing function by bisection."""
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if increasing(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
+
+
+ROUNDING = 1e-9
+"""A width that exceeds a whole number of spacings by less, relative to a spacing, does not take another leg."""
+
+
+class Legs(NamedTuple):
+    """The legs of a rectangle.
+
+    Attributes:
+        number: Number of legs.
+        length: Of a leg, m.
+        spacing: Between two, m, positive to port.
+        begin: Where the first begins, m.
+        course: Of the first, rad.
+    """
+
+    number: int
+    length: float
+    spacing: float
+    begin: complex
+    course: float
+
+
+def legs_of(rectangle: tuple[float, ...], heading: float, spacing: float, here: complex) -> Legs:
+    """The legs of a rectangle, begun at the corner that is nearest to a place.
+
+    Args:
+        rectangle: x, y of the center, length and width, m.
+        heading: Direction of the length, rad.
+        spacing: Largest distance between two legs, m.
+        here: The place, m.
+
+    Raises:
+        ParameterError: there are not four numbers, or length or width is not positive.
+    """
+    if len(rectangle) != 4 or min(rectangle[2:]) <= 0.0:
+        raise ParameterError(
+            f"{MODE}.rectangle = {list(rectangle)} is not allowed: it takes x, y of the center, a positive"
+            " length and a positive width"
+        )
+    x, y, length, width = rectangle
+    gaps = max(1, math.ceil(width / abs(spacing) - ROUNDING))
+    along = cmath.exp(1j * heading)
+    corners = [
+        Legs(
+            gaps + 1,
+            length,
+            -end * side * width / gaps,
+            complex(x, y) - along * 0.5 * complex(end * length, -side * width),
+            heading if end > 0 else heading + math.pi,
+        )
+        for end in (1, -1)
+        for side in (1, -1)
+    ]
+    return min(corners, key=lambda legs: abs(legs.begin - here))
+
+
+class Survey(NamedTuple):
+    """A survey as a motion over time, and its geometry."""
+
+    table: Timetable
+    track: PlannedTrack
+
+
+@lru_cache(maxsize=4)
+def plan_survey(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Survey:
+    """The survey of parameters, of a rectangle or of legs from the start on.
+
+    Args:
+        p: The survey.
+        vessel: Coefficients of the hull.
+        limits: Limits of the motion.
+        start: Position x, y [m] and heading at the beginning; the course of the first leg where there is no rectangle.
+
+    Raises:
+        ParameterError: as `legs_of` and `plan_lawnmower`, or the run-in is too short for the turn to it.
+    """
+    if any(p.rectangle):
+        return _of_rectangle(p, Ship(vessel, limits, 0.0, MODE), start)
+    planned = plan_lawnmower(p, vessel, limits, start)
+    return _survey([planned.table], stretch(planned.route, planned.profile, 0.0))
+
+
+def _survey(tables: list[Timetable], one: Stretch) -> Survey:
+    return Survey(joined(tables), PlannedTrack((one,), leg_ends(one.route)))
+
+
+def _of_rectangle(p: LawnmowerParameters, ship: Ship, start: tuple[float, float, float]) -> Survey:
+    legs = legs_of(p.rectangle, p.heading, p.spacing, complex(start[0], start[1]))
+    if p.run_in <= 0.0:
+        raise ParameterError(
+            f"{MODE}.run_in = 0 m is not allowed with a rectangle: it takes a way on which the ship turns to its leg"
+        )
+    elements, sections = survey_legs(
+        replace(p, legs=legs.number, leg_length=legs.length, spacing=legs.spacing, run_in=0.0), ship.vessel, ship.limits
+    )
+    beginning = legs.begin - p.run_in * cmath.exp(1j * legs.course)
+    points = [Waypoint(place, THROUGH, p.speed) for place in (beginning, legs.begin)]
+    if abs(beginning - complex(start[0], start[1])) < DISTINCT * p.run_in:
+        del points[0]
+    turned = spot_turn(start, points[0].position, ship.vessel, ship.limits)
+    motion = rest_of(turned) if turned else Motion(*start, 0.0, 0.0, 0.0)
+    here = complex(motion.x, motion.y)
+    before, slower = polyline(here, Part(tuple(points), 0), ship)
+    route = [one._replace(leg=NO_LEG) for one in before] + elements
+    piece = from_rest((route, slower + sections), cmath.phase(points[0].position - here), motion, ship, turned)
+    delay, sailing = float(turned.times[-1]) if turned else 0.0, piece.sailing
+    assert sailing is not None  # noqa: S101 - from_rest sails
+    return _survey([*([turned] if turned else []), piece.table], stretch(sailing.route, sailing.profile, delay))

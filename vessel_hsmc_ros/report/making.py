@@ -1,8 +1,9 @@
-"""Makes the files of a report from bags: the page with labels of its runs, and on request figures and tables."""
+"""Makes the files of a report from bags: the page with labels of its runs, and on request figures and tables (CSV or Parquet)."""
 
+import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,10 @@ from typing import Any
 from vessel_hsmc_ros.bags.files import bag_path
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import DrawnHull, vessel_name
-from vessel_hsmc_ros.report import export, page
+from vessel_hsmc_ros.core.run_data import Run, Table, control_table, motion_table
+from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.report.from_bag import of_fleet, of_vessel
 from vessel_hsmc_ros.report.record import ORIGIN, Record, over_shared_interval
 from vessel_hsmc_ros.report.tables import value_text
@@ -139,7 +142,7 @@ def write(records: Sequence[Record], options: Options) -> WrittenFiles:
 
         files["figures"] = files["page"].parent / f"{prefix}figures"
         figures.draw(records, files["figures"], options.figures)
-    for kind, export_run in (("csv", export.write_csv), ("parquet", export.write_parquet)):
+    for kind, export_run in (("csv", write_csv), ("parquet", write_parquet)):
         if getattr(options, kind):
             files[kind] = files["page"].parent / f"{prefix}{kind}"
             for record in records:
@@ -178,3 +181,61 @@ def page_of(bags: Sequence[Path]) -> Path:
 def _file_name(name: str) -> str:
     """A run's name as the name of a folder."""
     return re.sub(r"[^A-Za-z0-9_.=-]+", "_", name)
+
+
+ROWS = 10_000
+"""Rows that are converted to Python numbers at a time: those of a long run would not fit into memory."""
+
+
+def tables(run: Run) -> dict[str, Table]:
+    """The tables of a run: `motion` with a row for each state, `control` with a row for each update of the law.
+
+    Columns are in SI units and radians. Quantities that were not recorded have no column.
+    """
+    found = {"motion": motion_table(run), "control": control_table(run)}
+    return {name: table for name, table in found.items() if len(table) > 1}
+
+
+def write_csv(run: Run, directory: Path) -> list[Path]:
+    """Write `motion.csv` and `control.csv`; every number reads back bit-identical.
+
+    Raises:
+        ReportError: a file cannot be written.
+    """
+
+    def write(table: Table, path: Path) -> None:
+        # Flags as 0 and 1: True and False are not numbers to most programs that read CSV.
+        columns = [values.astype(int) if values.dtype == bool else values for values in table.values()]
+        with path.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(table)
+            for first in range(0, len(columns[0]), ROWS):
+                writer.writerows(zip(*(column[first : first + ROWS].tolist() for column in columns), strict=True))
+
+    return _write(run, directory, "csv", write)
+
+
+def write_parquet(run: Run, directory: Path) -> list[Path]:
+    """Write `motion.parquet` and `control.parquet`.
+
+    Raises:
+        ReportError: pyarrow is not installed, or a file cannot be written.
+    """
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ModuleNotFoundError:
+        raise ReportError("Parquet needs pyarrow, which is not installed: pip install pyarrow, or take --csv") from None
+    return _write(run, directory, "parquet", lambda table, path: parquet.write_table(pyarrow.table(table), path))
+
+
+def _write(run: Run, directory: Path, kind: str, write: Callable[[Table, Path], None]) -> list[Path]:
+    paths = []
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, table in tables(run).items():
+            paths.append(directory / f"{name}.{kind}")
+            write(table, paths[-1])
+    except OSError as error:
+        raise ReportError(f"tables in {directory} cannot be written: {error.strerror}") from None
+    return paths
