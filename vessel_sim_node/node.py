@@ -124,7 +124,7 @@ class VesselSimNode(VesselNode):
             self._fleet = FleetClock(self, () if follows else self.parameters.clock.others)
         if not follows:
             self.connections.allow_one_publisher("/clock")
-            self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK)
+            self._clock_out = self.advertise(Clock, "/clock", qos.CLOCK_OF_LOCKSTEP)
 
     def describe(self) -> str:
         """The ship, the rate and the length of the run."""

@@ -4,10 +4,14 @@ import pytest
 from driving import STEP
 from geometry_msgs.msg import WrenchStamped
 from rclpy.qos import HistoryPolicy, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
+from vessel_sim_node.node import VesselSimNode
 
 
 @pytest.mark.parametrize(("lockstep", "history"), [(True, HistoryPolicy.KEEP_ALL), (False, HistoryPolicy.KEEP_LAST)])
@@ -26,6 +30,26 @@ def test_in_lockstep_a_reader_that_falls_behind_loses_nothing(bench: Any) -> Non
         publisher.publish(message)
     bench.until(lambda: len(received) == 500)
     assert [m.wrench.force.x for m in received] == list(range(500))
+
+
+RARE = ("/diagnostics", "/rosout", "/parameter_events", "/events", "/controller/transition_event", "/reference/path")
+"""Topics of the nodes of a run that have no message for each step."""
+
+
+@pytest.mark.parametrize("node_class", [VesselSimNode, ReferenceShipNode, ControllerNode])
+def test_in_lockstep_every_topic_of_the_steps_keeps_all_messages(bench: Any, node_class: Any) -> None:
+    node = bench.start(node_class)
+    kept = {publisher.topic_name for publisher in node.publishers if publisher.qos_profile.history == HistoryPolicy.KEEP_ALL}
+    assert kept == {publisher.topic_name for publisher in node.publishers} - set(RARE)
+    assert kept
+
+
+def test_the_clock_of_lockstep_goes_on_without_readers_and_a_late_one_receives_the_present_time(bench: Any) -> None:
+    publisher = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK_OF_LOCKSTEP)
+    for k in range(5500):  # more than the publisher keeps
+        publisher.publish(Clock(clock=conv.time_message(k * STEP)))
+    received = bench.collect(Clock, "/clock", qos.CLOCK)
+    bench.until(lambda: received and conv.nanoseconds(received[-1].clock) == 5499 * STEP)
 
 
 def test_a_reader_of_the_newest_that_falls_behind_takes_none_that_is_too_old_for_the_controller(bench: Any) -> None:

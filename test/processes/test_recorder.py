@@ -13,6 +13,7 @@ from harness import children, command_line, run_folder
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from readers import READERS
+from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete, repair
@@ -23,14 +24,20 @@ PERIOD = 10_000_000
 
 
 @pytest.fixture
-def ship() -> Any:
-    """A node outside the run that publishes odometry."""
+def ship_node() -> Any:
+    """A node outside the run."""
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     node = rclpy.create_node("ship", context=context)
-    yield node.create_publisher(Odometry, "odom", qos.LOSSLESS)
+    yield node
     node.destroy_node()
     rclpy.shutdown(context=context)
+
+
+@pytest.fixture
+def ship(ship_node: Any) -> Any:
+    """A publisher of odometry outside the run."""
+    return ship_node.create_publisher(Odometry, "odom", qos.LOSSLESS)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -52,6 +59,22 @@ def test_the_recorder_runs_as_batch_work_that_preempts_no_other_process(start: A
     command.until(ship.get_subscription_count, 60.0)
     threads = Path(f"/proc/{command.popen.pid}/task")
     assert {os.sched_getscheduler(int(thread.name)) for thread in threads.iterdir()} == {os.SCHED_BATCH}
+
+
+def test_a_recorder_without_processor_time_loses_no_step_of_the_clock_of_lockstep(start: Any, ship_node: Any) -> None:
+    clock = ship_node.create_publisher(Clock, "/clock", qos.CLOCK_OF_LOCKSTEP)
+    command = start("recorder_node", "--ros-args", "-p", "directory:=bag", "-p", "topics:=[/clock]")
+    command.until(clock.get_subscription_count, 60.0)
+    command.popen.send_signal(signal.SIGSTOP)
+    for step in range(3000):
+        clock.publish(Clock(clock=conversions.time_message(step * PERIOD)))
+    command.popen.send_signal(signal.SIGCONT)
+    assert clock.wait_for_all_acked(rclpy.duration.Duration(seconds=30.0))
+    command.popen.send_signal(signal.SIGINT)
+    assert command.wait(60.0) == 0, command.text
+    bag = open_bag(command.output.parent / "bag")
+    assert bag["/clock"].count == 3000
+    assert bag.recording["messages_dropped"] == "0"
 
 
 class Witness:

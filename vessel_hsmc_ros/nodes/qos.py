@@ -28,7 +28,12 @@ CLOCK = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""The clock of a lockstep run is transient local (latched): a late node receives the present time while the plant waits."""
+"""Transient local (latched): a late node receives the present time while the plant of a lockstep run waits."""
+
+CLOCK_OF_LOCKSTEP = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+"""The plant's own: a recorder without processor time for 1000 steps, which is 1.5 s, loses none of it as of the other topics."""
 
 EVENTS = CLOCK
 """Events are few and latched: a recorder that connects after the first one receives it too."""
