@@ -27,11 +27,12 @@ STEPS, SUBSTEPS = 16, 4
 DECAY, DECAY_STEPS = 12.0, 128
 """Time after the turn or halt in which the sway decays, in terms of its time constant, and its instants."""
 
-HALT_SHARE = 0.8
+HALT_SHARE = 0.75
 """Share of the limits of the acceleration that a halt takes; the rest is for the transition to it."""
 
-BLENDED = 0.2
-"""Share of a halt in which the acceleration of the motion before it decays."""
+BLENDED, BRAKING = 0.2, 0.6
+"""Largest shares of a halt, and of its braking, in which the acceleration of the motion before it decays: with HALT_SHARE the
+sum stays within the limits."""
 
 PASSES = 5
 """Passes that find the heading towards a point while the ship moves aside."""
@@ -96,7 +97,7 @@ def halt(motion: Motion, row: Array, vessel: Vessel, limits: TravelLimits) -> Ti
     integral, share, rate = profile.at(times)
     given = _Given(times, u * share, u * rate, psi + r * integral, r * share, r * rate)
     halted = _integrated(complex(x, y), v, given, vessel)[0]
-    return blended(halted, row, BLENDED * float(halted.times[-1]))
+    return blended(halted, row, min(BLENDED * float(halted.times[-1]), BRAKING * float(profile.times[-1])))
 
 
 def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limits: TravelLimits) -> Timetable:

@@ -30,7 +30,11 @@ DISTINCT = 2e-3
 """Waypoints nearer to each other than this are one, relative to the radius of gyration of the hull."""
 
 AT_REST = 1e-3
-"""Share of the speed below which the ship counts as at rest where a path begins."""
+"""Shares of speed and largest yaw rate below which the ship counts as at rest where a path begins."""
+
+SPEED_GAIN, SHORTEST = 0.07, 0.01
+"""Speed that an acceleration brings while it decays in a time, relative to their product; and the least share of that of a
+transition in which it decays."""
 
 JOIN_SPEEDS = (1.0, 0.6, 0.35, 0.2)
 """Speeds of the turn with which a path begins under way, relative to that of the path, in the order of preference."""
@@ -73,7 +77,7 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     least = DISTINCT * math.sqrt(ship.vessel.m33 / ship.vessel.m22)
     parts = _parts(_distinct(complex(motion.x, motion.y), waypoints, least))
     pieces: list[PathPiece] = []
-    if math.hypot(motion.u, motion.v) > AT_REST * fastest:
+    if math.hypot(motion.u, motion.v) > AT_REST * fastest or abs(motion.r) > AT_REST * ship.limits.yaw_rate:
         pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
         motion = rest_of(pieces[-1].table)
     for part in parts:
@@ -206,7 +210,10 @@ def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: floa
     more, rest = polyline(complex(begin.position(begin.length)), part, ship, under_way=True)
     route = Route([*elements, *more], (motion.x, motion.y, course))
     sailing = sail(ship.owner, route, [*sections, *rest], ship.vessel, ship.limits, (W, beta))
-    return PathPiece(blended(sailing.table, row, turning.transition / turning.speed), sailing)
+    decays, gain = turning.transition / turning.speed, SPEED_GAIN * (velocity.conjugate() * change).real / W
+    if gain * decays > fastest - W:
+        decays = max(SHORTEST * decays, (fastest - W) / gain)
+    return PathPiece(blended(sailing.table, row, decays), sailing)
 
 
 def world_row(motion: Motion, acceleration: Acceleration) -> Array:
