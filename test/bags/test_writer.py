@@ -5,9 +5,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
-from bag_making import CLOCK, clock, topic
+from bag_making import CLOCK, STATUS, clock, serialized, status, topic
 from bag_making import write_clock as write
 from mcap.reader import make_reader
 from mcap_ros2.reader import read_ros2_messages
@@ -115,6 +116,18 @@ def test_after_a_gap_files_are_split_by_their_own_first_message(tmp_path: Path) 
     writer.close()
     files = sorted((tmp_path / "bag").glob("*.mcap"))
     assert [log_times(path) for path in files] == [stamps[:2], stamps[2:6], stamps[6:]]
+
+
+def test_the_duration_of_a_file_counts_from_its_first_message_also_after_a_split_by_size(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", "none", Splitting(size=100_000, duration=1.0))
+    texts, rng = topic("/diagnostics", STATUS), np.random.default_rng(0)
+    writer.add_topic(texts)
+    steps = [0, 600_000_000, 700_000_000, 1_200_000_000, 1_650_000_000, 1_700_000_000]
+    for stamp, length in zip(steps, [10, 100_000, 10, 10, 10, 10], strict=True):
+        writer.write(texts, serialized(status(stamp, rng, "x" * length), STATUS), stamp, stamp)
+    writer.close()
+    files = sorted((tmp_path / "bag").glob("*.mcap"))
+    assert [log_times(path) for path in files] == [steps[:2], steps[2:5], steps[5:]]
 
 
 def test_a_chunk_index_covers_messages_of_one_topic_that_come_out_of_order(tmp_path: Path) -> None:

@@ -120,6 +120,18 @@ def test_each_reset_returns_to_the_start_without_an_earlier_goal(reference: Any)
         assert conv.read_reference(made.references[-1])[0] == pytest.approx((1.0, 2.0, 0.5, 0.0, 0.0, 0.0))
 
 
+def test_after_a_reset_the_frame_is_that_of_the_start_and_the_same_goal_is_an_event_again(reference: Any) -> None:
+    made = reference()
+    for _ in range(2):
+        made.goal(30.0, frame="map")
+        made.run(1.0)
+        assert made.references[-1].header.frame_id == "map"
+        made.node._reset()
+        made.run(PERIOD)
+        assert made.references[-1].header.frame_id == "odom"
+    assert len(made.events) == 2
+
+
 @pytest.mark.parametrize("waiting", [1, 2])
 def test_a_reset_discards_the_path_that_is_planned_and_the_one_that_waits_for_it(reference: Any, waiting: int) -> None:
     made = reference(mode="path", initial_pose=[1.0, 2.0, 0.0])

@@ -103,10 +103,12 @@ class BagWriter:
             publish_time: Time of its publication, ns.
         """
         try:  # not `_bag_errors`: a context manager costs time for every message
-            if self._splitting.size and self._file.size >= self._splitting.size:
+            if self._splitting.duration and self._split_after < 0:
+                self._begin_duration(log_time)
+            if self._is_full(log_time):
                 self._split()
-            elif self._splitting.duration:
-                self._split_at(log_time)
+                # From this message and not on a fixed grid: after a gap each message would else get a file of its own.
+                self._begin_duration(log_time)
             self._file.add_message(topic.channel, log_time, data, publish_time)
         except OSError as error:
             raise self._bag_error(error) from None
@@ -156,14 +158,14 @@ class BagWriter:
         self._begin_file()
         self._write_metadata()
 
-    def _split_at(self, log_time: int) -> None:
-        """Split when the file's duration is over; it counts from the file's first message."""
-        if self._split_after < 0:
-            self._split_after = log_time + round(self._splitting.duration * NANOSECONDS)
-        elif log_time >= self._split_after:
-            self._split()
-            # From this message and not on a fixed grid: after a gap each message would else get a file of its own.
-            self._split_after = log_time + round(self._splitting.duration * NANOSECONDS)
+    def _begin_duration(self, log_time: int) -> None:
+        """Let the duration of a file count from its first message, ns."""
+        self._split_after = log_time + round(self._splitting.duration * NANOSECONDS)
+
+    def _is_full(self, log_time: int) -> bool:
+        """Whether the file has its size, or its duration is over at a time, ns."""
+        size, duration = self._splitting.size, self._splitting.duration
+        return bool((size and self._file.size >= size) or (duration and log_time >= self._split_after))
 
     def _finish_file(self, last: bool) -> None:
         self._file.commit()

@@ -283,7 +283,9 @@ class ReferenceShipNode(VesselNode):
     def _reset(self) -> str:
         self._planning.cancel()
         self._path = None
+        self._goal = ""
         self._ship.reset()
+        self._name_frame(self._frames[0] if self._frames else "")
         return "the virtual ship is back at its start; time goes on"
 
     def _pause(self, paused: bool) -> str:
