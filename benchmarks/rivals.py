@@ -74,7 +74,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "guided": {
         "position_gain": (0.03, 1.0),
         "approach_speed": (0.3, 5.0),
-        "drift_gain": (0.001, 0.1),
+        "integral_gain": (0.001, 0.1),
         "heading_surface_slope": (0.03, 1.0),
         "sway_share": (0.2, 0.9),
         "turn_acceleration_share": (0.02, 0.6),
@@ -86,7 +86,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
         "surge_learning_rate": (0.2, 5.0),
         "sway_learning_rate": (0.2, 5.0),
         "yaw_learning_rate": (0.2, 5.0),
-        "resting_lever": (0.03, 1.0),
+        "station_keeping_lever": (0.03, 1.0),
     },
 }
 """The searched gains of each law with their ranges."""

@@ -14,28 +14,28 @@ from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 AHEAD = Motion(0.0, 0.0, 0.0, 2.0, 0.0, 0.0)
 
 
-def aim(guidance: str, y: float, drift: float, ahead: float = 1.0) -> Any:
+def aim(guidance: str, y: float, integral: float, ahead: float = 1.0) -> Any:
     gains = {"lookahead_distance": 12.0, "lookahead_time": 4.0, "integral_gain": 0.45, "adaptation_gain": 0.45 * 2.0 / 144.0}
     law: Any = make_controller("los_pid", 0.1, guidance=guidance, **gains)
-    return line_of_sight(AHEAD._replace(y=y), AHEAD._replace(u=2.0 * ahead), drift, law.constants)
+    return line_of_sight(AHEAD._replace(y=y), AHEAD._replace(u=2.0 * ahead), integral, law.constants)
 
 
 def test_near_the_line_it_equals_integral_guidance() -> None:
     lookahead = 12.0
     adaptive, integral = aim("alos", 1e-3, 0.02), aim("ilos", 1e-3, 0.02 * lookahead)
     assert adaptive.offset == pytest.approx(integral.offset, rel=1e-3)
-    assert adaptive.drift_rate == pytest.approx(integral.drift_rate / lookahead, rel=1e-3)
+    assert adaptive.integral_rate == pytest.approx(integral.integral_rate / lookahead, rel=1e-3)
     assert adaptive.speed == integral.speed
 
 
 def test_far_from_the_line_it_adapts_at_a_bounded_rate() -> None:
-    assert aim("alos", 1e6, 0.0).drift_rate == pytest.approx(0.45 * 2.0 / 12.0)
-    assert aim("ilos", 1e6, 0.0).drift_rate < 1e-4
+    assert aim("alos", 1e6, 0.0).integral_rate == pytest.approx(0.45 * 2.0 / 12.0)
+    assert aim("ilos", 1e6, 0.0).integral_rate < 1e-4
 
 
 def test_the_drift_angle_is_bounded_but_may_return() -> None:
-    assert aim("alos", 10.0, 0.5).drift_rate == aim("alos", -10.0, -0.5).drift_rate == 0.0
-    assert aim("alos", -10.0, 0.5).drift_rate < 0.0
+    assert aim("alos", 10.0, 0.5).integral_rate == aim("alos", -10.0, -0.5).integral_rate == 0.0
+    assert aim("alos", -10.0, 0.5).integral_rate < 0.0
 
 
 def test_the_drift_angle_is_subtracted_from_the_heading_and_astern_added() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.guided.drift_estimate import NO_DRIFT
+from vessel_hsmc_ros.guided.current_estimate import STILL_WATER
 from vessel_hsmc_ros.guided.guidance import (
     LARGEST_LEAD,
     BodyCommand,
@@ -67,8 +67,8 @@ def test_a_ship_turned_by_the_heading_error_has_the_commanded_sway_velocity(spee
     wanted = velocity_command(Motion(0, 0, 0, 0, 0, 0), Motion(0, 0, direction, speed, 0, 0), STEADY, (0.0, 0.0), LIGHT)
     psi = 0.3
     for _ in range(60):
-        psi += heading_error(resolve(wanted, NO_DRIFT, psi), v, s, LIGHT.rho, LIGHT)
-    w = resolve(wanted, NO_DRIFT, psi)
+        psi += heading_error(resolve(wanted, STILL_WATER, psi), v, s, LIGHT.rho, LIGHT)
+    w = resolve(wanted, STILL_WATER, psi)
     assert w.w_n == pytest.approx(v, abs=1e-6)
     assert s * w.w_t > 0.0
 

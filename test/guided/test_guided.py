@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guided.actuator_identification import bank, first_state
 from vessel_hsmc_ros.guided.controller import GuidedController, command, learn
-from vessel_hsmc_ros.guided.drift_estimate import NO_DRIFT
+from vessel_hsmc_ros.guided.current_estimate import STILL_WATER
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.guided.state import Filter, initial
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
@@ -230,7 +230,7 @@ def test_the_weights_across_the_activations_decay_and_the_outputs_stay() -> None
 def test_the_command_filter_stays_where_the_moment_can_follow_it(rate: float) -> None:
     """|S1| = |r - r_c| <= S1_max, for any state of the filter: anti-windup at the moment limit."""
     m = initial(1, 0, G.sway, BANK)._replace(filter=Filter(rate, 0.0, 1.0, (0.0, 0.0)))
-    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), NO_DRIFT, 0.0, m, G)
+    commanded, _ = command(AT_REST, AT_REST, Acceleration(0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), STILL_WATER, 0.0, m, G)
     assert abs(AT_REST.r - commanded.r_c) == pytest.approx(G.S1_max)
 
 

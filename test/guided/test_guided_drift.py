@@ -3,7 +3,7 @@ import pytest
 from vessel_hsmc_ros.guided.rule import DRIFT_SHARE, POSITION_BOUND, RULES, SURFACE_BOUND, derived_gains, unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
-BOUNDED = {"position_gain", "heading_surface_slope", "drift_gain", "sway_share", "sway_bandwidth", "forecast_bandwidth"}
+BOUNDED = {"position_gain", "heading_surface_slope", "integral_gain", "sway_share", "sway_bandwidth", "forecast_bandwidth"}
 
 
 def test_a_hull_whose_course_waits_for_its_drift_gets_slower_guidance_and_nothing_else() -> None:
@@ -11,7 +11,7 @@ def test_a_hull_whose_course_waits_for_its_drift_gets_slower_guidance_and_nothin
     assert {name for name in RULES if bound[name] != free[name]} == BOUNDED
     assert bound["position_gain"] == pytest.approx(POSITION_BOUND * 0.02)
     assert bound["heading_surface_slope"] == pytest.approx(SURFACE_BOUND * 0.02)
-    assert bound["drift_gain"] == pytest.approx(DRIFT_SHARE * bound["position_gain"] ** 2)
+    assert bound["integral_gain"] == pytest.approx(DRIFT_SHARE * bound["position_gain"] ** 2)
     assert bound["sway_share"] == 0.0
 
 

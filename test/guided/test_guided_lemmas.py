@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.guided.drift_estimate import NO_DRIFT
+from vessel_hsmc_ros.guided.current_estimate import STILL_WATER
 from vessel_hsmc_ros.guided.guidance import heading_error, resolve, velocity_command
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.guided.rule import RULES, derived_gains, unit_time
@@ -66,7 +66,9 @@ def test_lemma_4_at_the_commanded_heading_the_hull_has_the_commanded_velocity(ps
     """Where epsilon vanishes, w_n = v: surge alone then gives the ship the velocity w."""
     far = Motion(0.0, 0.0, psi, 0.0, 0.0, 0.0)
     w = resolve(
-        velocity_command(far, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0), (0.0, 0.0), G), NO_DRIFT, psi
+        velocity_command(far, Motion(0.0, 0.0, 0.0, speed, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0), (0.0, 0.0), G),
+        STILL_WATER,
+        psi,
     )
     assert heading_error(w, w.w_n, 1.0, G.rho, G) == 0.0
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.guided.drift_estimate import in_drift
+from vessel_hsmc_ros.guided.current_estimate import current_at_rest
 from vessel_hsmc_ros.guided.parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.guided.station_keeping import (
     NO_SPIN,
@@ -95,10 +95,10 @@ def test_an_offset_of_half_a_thousandth_of_the_length_stops_the_turn_to_the_head
 
 def test_the_lever_arm_is_long_in_a_drift_and_short_without_one_or_under_way() -> None:
     still, drifting = (
-        in_drift((0.0, 0.0), 0.0, COUPLED),
-        in_drift((6.0 * COUPLED.c_rest, 8.0 * COUPLED.c_rest), 10.0 * COUPLED.c_rest, COUPLED),
+        current_at_rest((0.0, 0.0), 0.0, COUPLED),
+        current_at_rest((6.0 * COUPLED.c_rest, 8.0 * COUPLED.c_rest), 10.0 * COUPLED.c_rest, COUPLED),
     )
-    assert in_drift((3.0 * COUPLED.c_rest, 0.0), 10.0 * COUPLED.c_rest, COUPLED) == 0.0, "one that turns with the ship"
+    assert current_at_rest((3.0 * COUPLED.c_rest, 0.0), 10.0 * COUPLED.c_rest, COUPLED) == 0.0, "one that turns with the ship"
     assert lever_arm(still, 0.0, COUPLED) == COUPLED.rho
     assert lever_arm(drifting, 0.0, COUPLED) == pytest.approx(COUPLED.rho_l, rel=1e-3)
     assert lever_arm(drifting, 100.0, COUPLED) == pytest.approx(COUPLED.rho, rel=0.01)
@@ -143,4 +143,4 @@ def test_a_ship_keeps_its_position_in_a_current_from_the_side(coupling: float, s
 @given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(0.0, 25.0), st.sampled_from([0.2, 1.0, 3.0]))
 def test_the_lever_arm_is_never_below_that_of_calm_water(east: float, north: float, square: float, ratio: float) -> None:
     g = COUPLED._replace(rho_l=ratio * COUPLED.rho)
-    assert COUPLED.rho <= lever_arm(in_drift((east, north), math.hypot(east, north), g), square, g) <= max(g.rho_l, g.rho)
+    assert COUPLED.rho <= lever_arm(current_at_rest((east, north), math.hypot(east, north), g), square, g) <= max(g.rho_l, g.rho)

@@ -1,4 +1,4 @@
-"""The sway model and the drift of the water that are learned together, against hulls and currents that are known."""
+"""The sway model and the current that are learned together, against hulls and currents that are known."""
 
 import math
 
@@ -8,7 +8,7 @@ from compiling import only_compiled
 
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.guided.drift_estimate import STEADY, Drift, followed
+from vessel_hsmc_ros.guided.current_estimate import STEADY, Current, guiding_current
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.guided.sway_model import (
     FORGOTTEN_A,
@@ -114,7 +114,7 @@ def test_less_of_the_current_is_used_where_the_reference_drifts_as_fast_as_it_tr
 
     def used(u: float, v: float) -> float:
         desired = Motion(0.0, 0.0, 0.0, u, v, 0.0)
-        return followed(Drift(5.0, 0.0, 0.0), (0.0, 0.0), 0.0, desired, desired, g).east
+        return guiding_current(Current(5.0, 0.0, 0.0), (0.0, 0.0), 0.0, desired, desired, g).east
 
     assert used(2.0, 0.0) == pytest.approx(STEADY * 2.0)
     assert used(1.5, 1.5) == 0.0

@@ -35,7 +35,7 @@ def start_all(bench: Any, folder: Path) -> dict[str, Any]:
 
 def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> None:
     nodes = start_all(bench, tmp_path)
-    assert bench.set_parameters("controller", guided__drift_gain=0.01).successful  # before the first step
+    assert bench.set_parameters("controller", guided__integral_gain=0.01).successful  # before the first step
 
     def advance(steps: int) -> None:
         plant = nodes["vessel_sim"]
@@ -43,7 +43,7 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
         bench.until(lambda: plant.status()[2]["steps"] >= end)
 
     advance(5)
-    assert bench.set_parameters("controller", guided__position_gain=0.5, guided__drift_limit=0.2).successful
+    assert bench.set_parameters("controller", guided__position_gain=0.5, guided__integral_limit=0.2).successful
     advance(20)
     assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=False)).success
     advance(5)
@@ -63,6 +63,6 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
     assert len(found.differing) == 0
     assert not found.recorded.any(axis=1).all(), "the wrench was zero while the controller was disabled"
     assert bag.events()[0].time < 0.0
-    assert bag.scenario(at=0.0).controller.guided.drift_gain == 0.01
+    assert bag.scenario(at=0.0).controller.guided.integral_gain == 0.01
     assert bag.scenario(at=0.0).controller.guided.position_gain == -1.0
     assert bag.scenario(at=found.time[-1]).controller.guided.position_gain == 0.5

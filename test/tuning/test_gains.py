@@ -15,7 +15,7 @@ def present() -> Scenario:
 
 
 def test_a_range_is_linear_or_logarithmic(present: Scenario) -> None:
-    linear, logarithmic = parse_gains([f"{GAIN}=0.1:0.5", "controller.guided.drift_gain=1e-3:1e-1:log"], "guided", present)
+    linear, logarithmic = parse_gains([f"{GAIN}=0.1:0.5", "controller.guided.integral_gain=1e-3:1e-1:log"], "guided", present)
     assert linear == Gain(GAIN, 0.1, 0.5, False, False, "1/s")
     assert logarithmic[1:4] == (1e-3, 1e-1, True)
 
@@ -49,7 +49,7 @@ def test_a_range_beside_an_asterisk_takes_precedence(present: Scenario) -> None:
         (f"{GAIN}=1:x", "guided", "it takes controller.law.name"),
         (f"{GAIN}=1", "guided", "it takes controller.law.name"),
         (f"{GAIN}=1:2:lin", "guided", "it takes controller.law.name"),
-        ("controller.guided.drift_gain=0:1:log", "guided", "with log, low takes a number above 0"),
+        ("controller.guided.integral_gain=0:1:log", "guided", "with log, low takes a number above 0"),
         ("controller.hierarchical.switching", "hierarchical", "a gain is a number"),
         ("controller.observer.wave_period", "guided", "needs a range"),
         ("controller.los_pid.x*", "los_pid", "it matches none of"),

@@ -18,8 +18,8 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 REASONS = {
     "position_gain": "close to the heading slope, below which heading and position stay separate loops",
     "approach_speed": "leaves speed to catch up with a reference",
-    "drift_gain": "removes what a steady current leaves; slower than the position gain",
-    "drift_limit": "a small part of the approach speed, so that it never leads",
+    "integral_gain": "removes what a steady current leaves; slower than the position gain",
+    "integral_limit": "a small part of the approach speed, so that it never leads",
     "heading_surface_slope": "as steep as the turn that the moment and its lag allow",
     "sway_share": "below 1 for every ship: a yaw rate that follows all of the sway is a loop with the gain m11/m22",
     "sway_bandwidth": "well below the bandwidth of the heading, where damping keeps the sway from following the turn",
@@ -36,11 +36,11 @@ REASONS = {
     "position_filter": "averages noise; the prediction has no lag",
     "heading_filter": "averages noise; the prediction has no lag",
     "slew_time": "keeps noise from instant actuators; of others the rates are in the law's model",
-    "resting_lever": "a small part of the length: the radius of the turn in station keeping",
-    "resting_lever_time": "the yaw loop settles in it",
-    "resting_heading_gain": "slow, only in calm",
-    "resting_speed": "well below the speed of any reference",
-    "resting_push": "well below the acceleration by the limits",
+    "station_keeping_lever": "a small part of the length: the radius of the turn in station keeping",
+    "station_keeping_lever_time": "the yaw loop settles in it",
+    "station_keeping_heading_gain": "slow, only in calm",
+    "station_keeping_speed": "well below the speed of any reference",
+    "station_keeping_disturbance": "well below the acceleration by the limits",
     "backing_distance": "beyond it turning round is quicker than going astern",
 }
 """Why the number of a gain is what it is, in a line each; docs/guided.md has more."""

@@ -1,1 +1,1 @@
-"""The guided law: guidance by velocity commands, estimates of drift and actuators, station keeping, gains and margins."""
+"""The guided law: guidance by velocity commands, estimates of current and actuators, station keeping, gains and margins."""

@@ -33,17 +33,17 @@ from vessel_hsmc_ros.guided.actuator_identification import (
     identify,
     with_model,
 )
-from vessel_hsmc_ros.guided.drift_estimate import (
+from vessel_hsmc_ros.guided.current_estimate import (
     LASTING,
     PASSED,
-    Drift,
-    angle_to_learn_from,
+    Current,
     at_rest,
-    credible,
-    followed,
+    credible_part,
+    current_at_rest,
+    guiding_current,
     in_body,
-    in_drift,
-    learn_drift,
+    informative_angle,
+    learn_current,
     mean,
     speed_squared,
     turn_in_water,
@@ -101,9 +101,9 @@ def learn(measured: Motion, predicted: Motion, HH: float, m: Memory, g: Gains) -
     per_square, share = 1.0 / (HH + 1e-6), g.leak * g.T
     scale = per_square / g.T
     # Innovations are saturated before the networks adapt to them: an outlier must not dominate.
-    e_u = 0.0 if m.cut_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - predicted.u, g.e_max)
+    e_u = 0.0 if m.saturated_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - predicted.u, g.e_max)
     e_v = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - predicted.v, g.e_max)
-    e_r = 0.0 if m.cut_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - predicted.r, g.e_r_max)
+    e_r = 0.0 if m.saturated_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - predicted.r, g.e_r_max)
     fu, fv, fr = outputs(m.W, m.H, m.scratch)
     fu, fv, fr = fu + e_u * HH, fv + e_v * HH, fr + e_r * HH
     # Both changes in one step, of which the second acts on the weights after the first.
@@ -128,12 +128,12 @@ def forecast(f: Estimates, m: Memory, g: Gains) -> Estimates:
     """
     beyond_u, beyond_r = f.fu - float(m.slow[0]), f.fr - float(m.slow[1])
     # Where the adaptation is suspended, so is the rate of its output.
-    m.slow[0] += 0.0 if m.cut_1 else g.step_fu * beyond_u
-    m.slow[1] += 0.0 if m.cut_2 else g.step_f * beyond_r
+    m.slow[0] += 0.0 if m.saturated_1 else g.step_fu * beyond_u
+    m.slow[1] += 0.0 if m.saturated_2 else g.step_f * beyond_r
     return Estimates(f.fu + g.lead_u * beyond_u, f.fv, f.fr + g.lead_r * beyond_r)
 
 
-LARGEST = 1e12
+MAX_INPUT = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
 
 LONGEST_AGE = 2.0
@@ -142,15 +142,47 @@ LONGEST_AGE = 2.0
 
 @kernel
 def bounded(m: Motion) -> Motion:
-    """The motion with its heading in [-pi, pi] and no magnitude above LARGEST."""
+    """The motion with its heading in [-pi, pi] and no magnitude above MAX_INPUT."""
     # remainder is exact for every finite angle; it only selects the representation of the same heading.
     psi = math.remainder(m.psi, TURN)
-    return Motion(clip(m.x, LARGEST), clip(m.y, LARGEST), psi, clip(m.u, LARGEST), clip(m.v, LARGEST), clip(m.r, LARGEST))
+    return Motion(
+        clip(m.x, MAX_INPUT), clip(m.y, MAX_INPUT), psi, clip(m.u, MAX_INPUT), clip(m.v, MAX_INPUT), clip(m.r, MAX_INPUT)
+    )
+
+
+@kernel
+def estimate_current(
+    m: Memory, motion: Motion, v_d: float, r_d: float, v: float, sway: float, c_h: float, turned: float, g: Gains
+) -> tuple[Current, tuple[float, float], float]:
+    """The estimated current, its mean over the angle of turn and that of its magnitude, one period later.
+
+    Args:
+        m: Internal state with the estimates; that of a hull which declares `sway_damping_rate` is written in place.
+        motion: State of the ship.
+        v_d, r_d: Sway velocity and yaw rate of the reference.
+        v: Sway velocity of the pivot.
+        sway: Its sway acceleration through the water.
+        c_h: Current ahead of the hull that the guidance reckons with.
+        turned: Angle of turn of the period; 0 where it shows nothing.
+        g: Gains.
+    """
+    current, mean_current, mean_magnitude = m.filter.current, m.filter.mean_current, m.filter.mean_magnitude
+    if g.sway.a < 0.0:
+        current = learn_current(current, motion, v, sway, turned, g)
+        east, north, share = current.east, current.north, LASTING * turned
+    else:
+        learn_sway(m.sway, motion, v, sway - motion.r * c_h, turned, g.sway)
+        east, north, share = float(m.sway[0, 0]), float(m.sway[0, 1]), PASSED * turned
+    mean_current = mean(mean_current, east, north, share)
+    mean_magnitude += share * (magnitude(east, north) - mean_magnitude)
+    if g.sway.a >= 0.0:
+        current = Current(mean_current[0], mean_current[1], turn_slope(m.sway, v_d, r_d, g.sway))
+    return current, mean_current, mean_magnitude
 
 
 @kernel
 def command(
-    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, used: Drift, x: float, m: Memory, g: Gains
+    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, guiding: Current, x: float, m: Memory, g: Gains
 ) -> tuple[Command, Filter]:
     """Guidance and command filter.
 
@@ -163,7 +195,7 @@ def command(
         desired: State of the reference.
         acceleration: Derivatives of the reference's body velocities.
         f: Outputs of the networks.
-        used: Drift of the water that is reckoned with.
+        guiding: The current that the guidance reckons with.
         x: Distance of the pivot ahead of the controlled point, m.
         m: Internal state of the law.
         g: Gains.
@@ -171,48 +203,40 @@ def command(
     Returns:
         The commands, and the state of the filter one period later.
     """
-    rate, integral, s, xi, slow, near, drift, steady, size, behind, spin = m.filter
+    rate, integral, s, xi, slow_sway, keeping, _, mean_current, mean_magnitude, slow_epsilon, spin = m.filter
     # The turn of the reference through the water takes the place of that over ground: known, it passes no filter.
-    added = turn_in_water(used, desired, acceleration.dr, g)
+    added = turn_in_water(guiding, desired, acceleration.dr, g)
     r_d, dr_d, dv_d = desired.r + added.rate, acceleration.dr + added.acceleration, acceleration.dv + added.dv
     relative = motion.r - r_d
     # Anti-windup: S1 = r - r_c = relative - rate, so this is |S1| <= S1_max.
     low, high = relative - g.S1_max, relative + g.S1_max
     rate = low if rate < low else high if rate > high else rate
     velocity = velocity_command(motion, desired, acceleration, xi, g)
-    travel = speed_squared(used, velocity.reference_squared, g)
-    c_h, c_n = in_body(used, motion.psi)
-    w = resolve(velocity, used, motion.psi)
+    travel = speed_squared(guiding, velocity.reference_squared, g)
+    c_h, c_n = in_body(guiding, motion.psi)
+    w = resolve(velocity, guiding, motion.psi)
     distance = magnitude(motion.x - desired.x, motion.y - desired.y)
-    lever = lever_arm(in_drift(steady, size, g), velocity.reference_squared, g)
+    lever = lever_arm(current_at_rest(mean_current, mean_magnitude, g), velocity.reference_squared, g)
     s = direction_of_travel(s, w.w_t, distance, desired.u, velocity.feedback_squared, lever, g)
     # At rest the moment accelerates the controlled point sideways; the sway that follows the ship's turns is that of the pivot.
     v, sway = motion.v - c_n + x * motion.r, f.fv + x * f.fr
-    turned = angle_to_learn_from(motion.r, velocity.feedback_squared, travel, near, g)
-    if g.sway.a < 0.0:
-        drift = learn_drift(drift, motion, v + c_n, sway, turned, g)
-        east, north, share = drift.east, drift.north, LASTING * turned
-    else:
-        learn_sway(m.sway, motion, v + c_n, sway - motion.r * c_h, turned, g.sway)
-        east, north, share = float(m.sway[0, 0]), float(m.sway[0, 1]), PASSED * turned
-    steady, size = mean(steady, east, north, share), size + share * (magnitude(east, north) - size)
-    if g.sway.a >= 0.0:
-        drift = Drift(steady[0], steady[1], turn_slope(m.sway, desired.v, desired.r, g.sway))
+    turned = informative_angle(motion.r, velocity.feedback_squared, travel, keeping, g)
+    current, mean_current, mean_magnitude = estimate_current(m, motion, desired.v, desired.r, v + c_n, sway, c_h, turned, g)
     epsilon = heading_error(w, v, s, lever, g)
     # Of what changes fast in the estimated sway acceleration only a share is fed forward: the sway dynamics then have the factor
     # 1 - eta·m11/m22, which must stay positive for every ship (docs/guided.md, assumption A4). At low frequencies damping keeps
     # the sway from following the turn, and all of it is fed forward.
     beyond = sway - dv_d
-    dv = dv_d + slow + g.eta * (beyond - slow)
-    slow += g.step_s * (beyond - slow)
+    dv = dv_d + slow_sway + g.eta * (beyond - slow_sway)
+    slow_sway += g.step_s * (beyond - slow_sway)
     r_w = course_rate(w, v, dv, desired.r, s, lever, g)
     turning = approach_rate(epsilon, g) + r_w
     if g.b > 0.0:
-        damping, behind = course_damping(epsilon, behind, travel, g)
+        damping, slow_epsilon = course_damping(epsilon, slow_epsilon, travel, g)
         turning += damping
     square, largest = w.w_t * w.w_t + w.w_n * w.w_n, 2.0 * g.a_max
-    near = keeps_station(near, square, travel, g)
-    if near and x > g.x_far:
+    keeping = keeps_station(keeping, square, travel, g)
+    if keeping and x > g.x_far:
         turning, largest = pivoting_rate(w.w_n, v, x, lever, g), g.dr_rest
     spin = count_turns(spin, distance, motion.r, at_rest(velocity.reference_squared, g) > 0.0, g)
     turning = patient(turning, spin, g)
@@ -225,9 +249,11 @@ def command(
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, travel, g)
-    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (despinning(v, motion.r, g) if near else 0.0)
+    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (despinning(v, motion.r, g) if keeping else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + c_n))
-    return command, Filter(rate + g.T * drate, integral, s, xi, slow, near, drift, steady, size, behind, spin)
+    return command, Filter(
+        rate + g.T * drate, integral, s, xi, slow_sway, keeping, current, mean_current, mean_magnitude, slow_epsilon, spin
+    )
 
 
 @kernel
@@ -248,7 +274,7 @@ def step(
     g, neurons, models = constants
     measured, desired = bounded(motion), bounded(desired)
     du, dv, dr = acceleration
-    acceleration = Acceleration(clip(du, LARGEST), clip(dv, LARGEST), clip(dr, LARGEST))
+    acceleration = Acceleration(clip(du, MAX_INPUT), clip(dv, MAX_INPUT), clip(dr, MAX_INPUT))
     expected = m.predicted if m.started else measured
     motion = correct(expected, measured, g.z_p, g.z_h, g.z_u, g.z_v, g.z_r)
     # The innovation compares this measurement with the last prediction, so the networks adapt before they are evaluated.
@@ -256,23 +282,25 @@ def step(
     HH = output(m.H, m.H, m.scratch)
     f = learn(measured, expected, HH, m, g)
     coming = forecast(f, m, g)
-    # The networks learn what the turn of the hull in a drift of the water does not explain.
-    used = followed(credible(m.filter.drift, g), m.filter.steady, m.filter.size, motion, desired, g)
-    c_h, c_n = in_body(used, motion.psi)
+    # The networks learn what the turn of the hull in a current does not explain.
+    guiding = guiding_current(
+        credible_part(m.filter.current, g), m.filter.mean_current, m.filter.mean_magnitude, motion, desired, g
+    )
+    c_h, c_n = in_body(guiding, motion.psi)
     by_turn = motion.r * c_n
     f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * c_h, f.fr)
     n_1, n_2 = delays(age, m, g)
-    x = pivot_ahead(speed_squared(used, desired.u * desired.u + desired.v * desired.v, g), g)
+    x = pivot_ahead(speed_squared(guiding, desired.u * desired.u + desired.v * desired.v, g), g)
     later, tau_1, tau_2 = ahead(motion, f_ground, n_1, n_2, x, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
         goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
-    c, filtered = command(later, goal, acceleration, f, used, x, m, g)
+    c, filtered = command(later, goal, acceleration, f, guiding, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
     demand_1, demand_2 = g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), g.m33 * (c.dr_c - coming.fr - g.k1 * S1)
     # Only the limit of the magnitude counts as saturation, which suspends the adaptation; the slew limit is transient.
-    cut_1, cut_2 = abs(demand_1) > g.surge.limit, abs(demand_2) > g.yaw.limit
+    saturated_1, saturated_2 = abs(demand_1) > g.surge.limit, abs(demand_2) > g.yaw.limit
     last_1, last_2 = arriving(m.queue, 0, m.head, 1), arriving(m.queue, 1, m.head, 1)
     wrench = (
         slewed(lead(tau_1, clip(demand_1, g.surge.limit), g.surge), last_1, g.slew_1),
@@ -289,27 +317,13 @@ def step(
     z_e = tracking_error(transform(measured), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, c.sigma2, S1, S2, math.remainder(c.psi_c, TURN), c.r_c, c.u_c, f.fu, f.fv, f.fr,
-        1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0,
+        1.0 if saturated_1 else 0.0, 1.0 if saturated_2 else 0.0,
     )  # fmt: skip
-    left = Memory(
-        True,
-        predicted,
-        filtered,
-        tau_1,
-        tau_2,
-        cut_1,
-        cut_2,
-        head,
-        m.W,
-        m.H,
-        m.scratch,
-        m.growth,
-        m.slow,
-        m.queue,
-        m.sway,
-        m.bank,
-    )
-    return wrench, terms, left
+    following = Memory(
+        True, predicted, filtered, tau_1, tau_2, saturated_1, saturated_2, head, m.W, m.H, m.scratch, m.growth, m.slow, m.queue,
+        m.sway, m.bank,
+    )  # fmt: skip
+    return wrench, terms, following
 
 
 @kernel

@@ -30,7 +30,7 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.guided.drift_estimate import Drift
+from vessel_hsmc_ros.guided.current_estimate import Current
 from vessel_hsmc_ros.guided.parameters import Gains
 
 LARGEST_LEAD = 0.2
@@ -103,11 +103,11 @@ def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration
 
 
 @kernel
-def resolve(command: VelocityCommand, drift: Drift, psi: float) -> BodyCommand:
+def resolve(command: VelocityCommand, current: Current, psi: float) -> BodyCommand:
     """The velocity command relative to water that drifts, and its derivative, along and across a hull of heading psi."""
     c, s = math.cos(psi), math.sin(psi)
     wx, wy, dwx, dwy, _, _ = command
-    wx, wy = wx - drift.east, wy - drift.north
+    wx, wy = wx - current.east, wy - current.north
     return BodyCommand(wx * c + wy * s, -wx * s + wy * c, dwx * c + dwy * s, -dwx * s + dwy * c)
 
 

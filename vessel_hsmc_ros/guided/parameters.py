@@ -18,16 +18,16 @@ COURSE_DAMPING, TURNED, COURSE_BANDWIDTH = 1.5, 0.5, 2.0
 TURNED/(kappa - 1), because at 1/(kappa - 1) the yaw rate would oscillate; and its bandwidth, in 1/T."""
 
 DOUBT = 0.014
-"""The drift c_0 of which half is used on such a hull, in sqrt(g·L)."""
+"""The current c_0 of which half is used on such a hull, in sqrt(g·L)."""
 
 REST_DOUBT = 0.0035
-"""The drift of which half is used at rest, and half of the long lever arm taken, in sqrt(g·L)."""
+"""The current of which half is used at rest, and half of the long lever arm taken, in sqrt(g·L)."""
 
 SPIN_ERROR = 0.05
 """Position error, in L, above which a ship that turns at rest is expected to come closer."""
 
 LONG_LEVER = 0.08
-"""The lever arm of station keeping in a drift, in L."""
+"""The lever arm of station keeping in a current, in L."""
 
 
 def station_keeping(vessel: KnownVessel, given: dict[str, float], a_max: float) -> dict[str, float]:
@@ -56,7 +56,7 @@ def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
     T = unit_time(vessel)
     speed, slow_drift = vessel.length / T, vessel.sway_damping_rate >= 0.0
     prior = sway_prior(vessel)
-    # Where nothing is declared, coupled inertia looks like a drift until the ship has turned a few times.
+    # Where nothing is declared, coupled inertia looks like a current until the ship has turned a few times.
     doubt = (0.023 if dynamics(vessel).declared else 0.05) * speed
     return {
         "e_max": 0.144 * speed,
@@ -84,9 +84,9 @@ POSITIVE = (
     "heading_surface_slope",
     "turn_acceleration_share",
     "yaw_reaching_gain",
-    "resting_lever",
-    "resting_speed",
-    "resting_push",
+    "station_keeping_lever",
+    "station_keeping_speed",
+    "station_keeping_disturbance",
 )
 """The gains that appear in a denominator, so they must not be zero."""
 
@@ -95,10 +95,10 @@ SURGE_FORECAST = 1.6, 0.15
 comes later than declared would oscillate. Where nothing is declared, a force may take 10 s to build up: none is added."""
 
 
-def gain(description: str, unit: str, symbol: str, high: float = 1e3) -> float:
+def gain(description: str, unit: str, symbol: str, high: float = 1e3, former: str = "") -> float:
     """Declare a gain that may be changed while the law runs; by default it follows from the declared vessel."""
     text = f"{description} Negative: derived from the vessel."
-    return parameter(DERIVED, text, unit=unit, low=DERIVED, high=high, symbol=symbol, tunable=True)
+    return parameter(DERIVED, text, unit=unit, low=DERIVED, high=high, symbol=symbol, tunable=True, former=former)
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,10 @@ class GuidedParameters:
 
     position_gain: float = gain("Decay rate of a small position error.", "1/s", "k_p")
     approach_speed: float = gain("Largest speed of approach to a distant reference.", "m/s", "v_max")
-    drift_gain: float = gain("Integral gain on the position error, which removes the steady-state error.", "1/s²", "k_i")
-    drift_limit: float = gain("Largest velocity that the integral contributes.", "m/s", "xi_max")
+    integral_gain: float = gain(
+        "Integral gain on the position error, which removes the steady-state error.", "1/s²", "k_i", former="drift_gain"
+    )
+    integral_limit: float = gain("Largest velocity that the integral contributes.", "m/s", "xi_max", former="drift_limit")
     heading_surface_slope: float = gain("Slope of the heading surface (17).", "1/s", "c")
     sway_share: float = gain(
         "Share of the sway acceleration beyond the reference's that the yaw-rate command feeds forward.",
@@ -136,11 +138,19 @@ class GuidedParameters:
     position_filter: float = gain("Bandwidth of the correction of the predicted position.", "1/s", "w_p")
     heading_filter: float = gain("Bandwidth of the correction of the predicted heading.", "1/s", "w_h")
     slew_time: float = gain("Slew-rate limit: time for the wrench to go from zero to its limit; 0 for none.", "s", "T_s")
-    resting_lever: float = gain("Station-keeping lever arm: distance ahead of midships of the controlled point.", "m", "rho")
-    resting_lever_time: float = gain("Growth of the station-keeping lever arm with the sway mismatch.", "s", "T_m")
-    resting_heading_gain: float = gain("Gain on the reference's heading in undisturbed station keeping.", "1/s", "k_h")
-    resting_speed: float = gain("Speed below which the ship counts as at rest.", "m/s", "v_0")
-    resting_push: float = gain("Disturbing acceleration below which station keeping counts as undisturbed.", "m/s²", "a_0")
+    station_keeping_lever: float = gain(
+        "Station-keeping lever arm: distance ahead of midships of the controlled point.", "m", "rho", former="resting_lever"
+    )
+    station_keeping_lever_time: float = gain(
+        "Growth of the station-keeping lever arm with the sway mismatch.", "s", "T_m", former="resting_lever_time"
+    )
+    station_keeping_heading_gain: float = gain(
+        "Gain on the reference's heading in undisturbed station keeping.", "1/s", "k_h", former="resting_heading_gain"
+    )
+    station_keeping_speed: float = gain("Speed below which the ship counts as at rest.", "m/s", "v_0", former="resting_speed")
+    station_keeping_disturbance: float = gain(
+        "Disturbing acceleration below which station keeping counts as undisturbed.", "m/s²", "a_0", former="resting_push"
+    )
     backing_distance: float = gain("Largest distance over which the ship goes astern to the reference.", "m", "R_b", high=1e6)
     actuator_identification: bool = parameter(
         True,

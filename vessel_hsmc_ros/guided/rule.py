@@ -8,12 +8,12 @@
 | T_f | longest time from zero to the limit, limit/rate | s |
 | s | slowness of the actuators, from 0 to 1 | - |
 | q | stretch of the time unit for actuators beyond s = 1 | - |
-| a | declared decay rate of the drift | 1/s |
+| a | declared sway damping rate | 1/s |
 
 A gain is its number for instant actuators to the power 1 - s times that for slow ones to the power s. Where only some of lag,
 rate and dead time are declared, it is a third number, with which the others may be slow, late or limited in rate; where none is,
 a fourth. What is not declared counts as slow in the gains, whatever else is declared; the model that predicts the ship contains
-only what is declared. Where the course follows the heading only as the drift decays, a bounds the gains. docs/guided.md states
+only what is declared. Where the course follows the heading only as the sway decays, a bounds the gains. docs/guided.md states
 where the numbers come from.
 """
 
@@ -55,8 +55,8 @@ class Rule(NamedTuple):
 RULES = {
     "position_gain": Rule(1.23, 0.648, 0.328, 0.523, 0, -1, True),
     "approach_speed": Rule(0.173, 0.173, 0.173, 0.173, 1, -1),
-    "drift_gain": Rule(0.206, 0.09, 0.026, 0.12, 0, -2, True),
-    "drift_limit": Rule(0.0144, 0.0144, 0.0144, 0.0144, 1, -1),
+    "integral_gain": Rule(0.206, 0.09, 0.026, 0.12, 0, -2, True),
+    "integral_limit": Rule(0.0144, 0.0144, 0.0144, 0.0144, 1, -1),
     "heading_surface_slope": Rule(1.13, 0.828, 0.623, 0.639, 0, -1, True),
     "sway_share": Rule(0.64, 0.569, 0.265, 0.62),
     "sway_bandwidth": Rule(2.43, 0.196, 0.207, 0.1, 0, -1, True),
@@ -73,11 +73,11 @@ RULES = {
     "position_filter": Rule(6.9, 6.9, 4.19, 6.9, 0, -1),
     "heading_filter": Rule(13.8, 13.8, 48.3, 13.8, 0, -1),
     "slew_time": Rule(0.195, 0.0, 0.0, 0.0, 0, 1),
-    "resting_lever": Rule(0.0056, 0.0041, 0.00343, 0.0045, 1, 0),
-    "resting_lever_time": Rule(0.65, 0.65, 0.65, 0.65, 0, 1),
-    "resting_heading_gain": Rule(0.14, 0.14, 0.14, 0.14, 0, -1),
-    "resting_speed": Rule(0.0029, 0.0029, 0.0029, 0.0029, 1, -1),
-    "resting_push": Rule(0.0033, 0.0033, 0.0033, 0.0033, 1, -2),
+    "station_keeping_lever": Rule(0.0056, 0.0041, 0.00343, 0.0045, 1, 0),
+    "station_keeping_lever_time": Rule(0.65, 0.65, 0.65, 0.65, 0, 1),
+    "station_keeping_heading_gain": Rule(0.14, 0.14, 0.14, 0.14, 0, -1),
+    "station_keeping_speed": Rule(0.0029, 0.0029, 0.0029, 0.0029, 1, -1),
+    "station_keeping_disturbance": Rule(0.0033, 0.0033, 0.0033, 0.0033, 1, -2),
     "backing_distance": Rule(1.6, 1.6, 1.6, 1.6, 1, 0),
 }
 """The rule of each gain of the guided law, by its name."""
@@ -191,9 +191,9 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
 
 
 def bound(name: str, vessel: KnownVessel) -> float:
-    """The largest value of a gain for the declared decay rate of the drift: the law has to wait until the course has followed."""
+    """The largest value of a gain for the declared sway damping rate: the law has to wait until the course has followed."""
     k_p, c = POSITION_BOUND * vessel.sway_damping_rate, SURFACE_BOUND * vessel.sway_damping_rate
-    bounds = {"position_gain": k_p, "heading_surface_slope": c, "drift_gain": DRIFT_SHARE * k_p**2}
+    bounds = {"position_gain": k_p, "heading_surface_slope": c, "integral_gain": DRIFT_SHARE * k_p**2}
     # Fed forward, the sway would come back about once as large, faster than it decays; a forecast makes slow hulls turn in wind.
     bounds |= {"sway_share": 0.0, "sway_bandwidth": 0.0, "forecast_bandwidth": 0.0}
     return bounds.get(name, math.inf)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.guided.actuator_identification import Bank, BankState
-from vessel_hsmc_ros.guided.drift_estimate import NO_DRIFT, Drift
+from vessel_hsmc_ros.guided.current_estimate import STILL_WATER, Current
 from vessel_hsmc_ros.guided.parameters import Gains
 from vessel_hsmc_ros.guided.station_keeping import NO_SPIN, Spin
 from vessel_hsmc_ros.guided.sway_model import SwayPrior, first_sway
@@ -17,23 +17,23 @@ Array = NDArray[np.float64]
 
 
 class Filter(NamedTuple):
-    """Command filter and guidance: rho_c, zeta, direction s, integral xi, slow part of f_v - dv_d, near, drift, and its mean.
+    """Command filter and guidance: rho_c, zeta, direction s, integral xi, and estimates that last.
 
-    `near`, whether the ship keeps station, is False while it approaches or follows a moving reference. `steady` is the mean of
-    the estimated drift over the angle of turn, `size` that of its magnitude, `behind` the slow part of epsilon, `spin` the turns
-    at rest without progress.
+    `slow_sway` is the slow part of f_v - dv_d, `slow_epsilon` that of epsilon. `keeping`, whether the ship keeps station, is
+    False while it approaches or follows a moving reference. `mean_current` is the mean of the estimated current over the angle
+    of turn, `mean_magnitude` that of its magnitude, `spin` the turns at rest without progress.
     """
 
     rate: float
     integral: float
     s: float
     xi: tuple[float, float]
-    slow: float = 0.0
-    near: bool = False
-    drift: Drift = NO_DRIFT
-    steady: tuple[float, float] = (0.0, 0.0)
-    size: float = 0.0
-    behind: float = 0.0
+    slow_sway: float = 0.0
+    keeping: bool = False
+    current: Current = STILL_WATER
+    mean_current: tuple[float, float] = (0.0, 0.0)
+    mean_magnitude: float = 0.0
+    slow_epsilon: float = 0.0
     spin: Spin = NO_SPIN
 
 
@@ -45,7 +45,7 @@ class Memory(NamedTuple):
         predicted: The motion predicted for the next step.
         filter: State of the command filter.
         tau_1, tau_2: The wrench that acts on the hull since the last step, as modelled.
-        cut_1, cut_2: Whether the force and the moment that the last step demanded were beyond their limits.
+        saturated_1, saturated_2: Whether the force and the moment that the last step demanded were beyond their limits.
         head: Column of the present period in `queue`.
         W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
         H: Activations, shape (l,), written in place.
@@ -62,8 +62,8 @@ class Memory(NamedTuple):
     filter: Filter
     tau_1: float
     tau_2: float
-    cut_1: bool
-    cut_2: bool
+    saturated_1: bool
+    saturated_2: bool
     head: int
     W: Array
     H: Array
@@ -93,7 +93,7 @@ def initial(neurons: int, delay: int, prior: SwayPrior, bank: BankState) -> Memo
         bank: The identification of its actuators.
     """
     nowhere = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, NO_DRIFT, (0.0, 0.0), 0.0, 0.0, NO_SPIN)
+    filter_ = Filter(0.0, 0.0, 1.0, (0.0, 0.0), 0.0, False, STILL_WATER, (0.0, 0.0), 0.0, 0.0, NO_SPIN)
     arrays = (
         np.zeros((3, neurons)),
         np.zeros(neurons),

@@ -5,8 +5,8 @@
 | x_p | distance of the pivot ahead of the origin | m |
 | x | distance of the pivot ahead of the controlled point, which is the origin at rest | m |
 | v_p | sway velocity of the pivot, v + x_p·r, which the yaw moment does not accelerate | m/s |
-| rho, rho_l | lever arm of station keeping, and in a drift: the held point is that far ahead, or here behind the origin | m |
-| c | drift of the water | m/s |
+| rho, rho_l | lever arm of station keeping, and in a current: the held point is that far ahead, or here behind the origin | m |
+| c | current | m/s |
 | w_n | velocity command across the hull | m/s |
 | W | magnitude of the velocity command | m/s |
 | W_0 | the same at which station keeping takes over from the approach | m/s |
@@ -53,20 +53,20 @@ def pivot_ahead(reference_squared: float, g: Gains) -> float:
 
 
 @kernel
-def lever_arm(in_drift: float, reference_squared: float, g: Gains) -> float:
-    """The lever arm of station keeping: rho, and up to rho_l in a drift of the water.
+def lever_arm(current_at_rest: float, reference_squared: float, g: Gains) -> float:
+    """The lever arm of station keeping: rho, and up to rho_l in a current.
 
-    A ship at rest in a drift c moves ahead through the water. Turned, it is first carried to the other side by -m11·u·r, which a
-    point less than about (m11/d_v)·c ahead of the hull does not outweigh: it would oscillate about the drift. A force that turns
-    with the hull, on the other hand, moves the ship in proportion to the lever arm. The mean of c distinguishes the two.
+    A ship at rest in a current c moves ahead through the water. Turned, it is first carried to the other side by -m11·u·r, which
+    a point less than about (m11/d_v)·c ahead of the hull does not outweigh: it would oscillate about the current. A force that
+    turns with the hull, on the other hand, moves the ship in proportion to the lever arm. The mean of c distinguishes the two.
 
     Args:
-        in_drift: How credible the mean of c is, from 0 to 1.
+        current_at_rest: How credible the mean of c is, from 0 to 1.
         reference_squared: U_d², m²/s².
         g: Gains.
     """
     resting = g.U_xi * g.U_xi / (reference_squared + g.U_xi * g.U_xi)
-    return g.rho + (max(g.rho_l, g.rho) - g.rho) * in_drift * resting
+    return g.rho + (max(g.rho_l, g.rho) - g.rho) * current_at_rest * resting
 
 
 @kernel

@@ -1,8 +1,8 @@
-"""Sway model and drift of the water of a hull whose own drift decays slowly, learned together while the ship turns.
+"""Sway model and current of a hull with low sway damping, learned together while the ship turns.
 
 | symbol | meaning | unit |
 |---|---|---|
-| c, c_h, c_n | drift of the water: east and north, ahead of the hull, to port | m/s |
+| c, c_h, c_n | current: east and north, ahead of the hull, to port | m/s |
 | v_r | sway velocity through the water, v - c_n | m/s |
 | kappa | declared `coriolis_ratio`, or m11/m22 | - |
 | A | decay rate of v_r, a1 + a2·abs(v_r) + a3·abs(r) | 1/s |
@@ -140,7 +140,7 @@ def learn_sway(sway: Array, motion: Motion, v: float, dv: float, turned: float, 
         for j in range(5):
             sway[1 + i, j] = kept[i] * kept[j] * (P[i][j] - k[i] * k[j] / variance)
         sway[1 + i, i] += (1.0 - kept[i] * kept[i]) * prior.spread[i]
-    # Damping that feeds the drift, or hardly any, has no steady turn.
+    # Damping that feeds the sway, or hardly any, has no steady turn.
     sway[0, 2] = max(sway[0, 2], SLOWEST * prior.a)
     sway[0, 3], sway[0, 4] = max(sway[0, 3], 0.0), max(sway[0, 4], 0.0)
 

@@ -179,10 +179,10 @@ def yaw_acceleration(motion: Motion, own: Acceleration, c: tuple[Vector, ...], s
     e_v, de_v = motion.v - v_c, own.dv - a_y + r * u_c
     S2 = de_v + 2.0 * g.l2 * e_v + g.printed * g.l2 * g.l2 * sway_integral
     damping = drag_slope(motion.v, s.d_v, s.d_v2, s.d_v3) / s.m22
-    # dS2 = b·dr + drift
-    drift = r * (a_x + r * v_c - mu * own.du) - damping * own.dv - j_y + r * a_x
-    drift += 2.0 * g.l2 * de_v + g.printed * g.l2 * g.l2 * e_v
-    return (-drift - g.k2 * clip(S2 / g.phi2, 1.0)) / away_from_zero(u_c - mu * motion.u, g.b_min)
+    # dS2 = b·dr + unforced
+    unforced = r * (a_x + r * v_c - mu * own.du) - damping * own.dv - j_y + r * a_x
+    unforced += 2.0 * g.l2 * de_v + g.printed * g.l2 * g.l2 * e_v
+    return (-unforced - g.k2 * clip(S2 / g.phi2, 1.0)) / away_from_zero(u_c - mu * motion.u, g.b_min)
 
 
 @kernel
@@ -211,12 +211,12 @@ def step(
     c = demanded(motion, own, desired, acceleration, g)
     demand_2 = s.m33 * (yaw_acceleration(motion, own, c, m.sway_integral, g) - f.dr)
     tau_2 = clip(demand_2, s.tau_2max)
-    cut_1, cut_2 = tau_1 != demand_1, tau_2 != demand_2
+    saturated_1, saturated_2 = tau_1 != demand_1, tau_2 != demand_2
     # Anti-windup: an integral takes no error in while its actuator is saturated.
-    I_u = m.surge_integral + (0.0 if cut_1 else g.T * g.printed * e_u)
-    I_v = m.sway_integral + (0.0 if cut_2 else g.T * g.printed * e_v)
+    I_u = m.surge_integral + (0.0 if saturated_1 else g.T * g.printed * e_u)
+    I_v = m.sway_integral + (0.0 if saturated_2 else g.T * g.printed * e_v)
     e = tracking_error(transform(motion), transform(desired))
-    terms = StepTerms(e.z1, e.z2, e.z3, S1, u_c, 1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0)
+    terms = StepTerms(e.z1, e.z2, e.z3, S1, u_c, 1.0 if saturated_1 else 0.0, 1.0 if saturated_2 else 0.0)
     return (tau_1, tau_2), terms, Memory(I_u, I_v, m.W)
 
 

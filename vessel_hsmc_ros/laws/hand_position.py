@@ -106,12 +106,12 @@ def step(
     lacking = rotated(wanted_x - h.acceleration.x, wanted_y - h.acceleration.y, -motion.psi)
     demand_1, demand_2 = s.m11 * lacking.x, s.m33 * lacking.y / g.l_h
     tau_1, tau_2 = clip(demand_1, s.tau_1max), clip(demand_2, s.tau_2max)
-    cut_1, cut_2 = tau_1 != demand_1, tau_2 != demand_2
+    saturated_1, saturated_2 = tau_1 != demand_1, tau_2 != demand_2
     # Anti-windup: the integral takes no error in while an actuator or the error is saturated.
-    taken = 0.0 if cut_1 or cut_2 or share < 1.0 else g.T
+    taken = 0.0 if saturated_1 or saturated_2 or share < 1.0 else g.T
     integral = Vector(m.integral.x + taken * e_x, m.integral.y + taken * e_y)
     e = tracking_error(transform(motion), transform(desired))
-    terms = StepTerms(e.z1, e.z2, e.z3, 1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0)
+    terms = StepTerms(e.z1, e.z2, e.z3, 1.0 if saturated_1 else 0.0, 1.0 if saturated_2 else 0.0)
     return (tau_1, tau_2), terms, Memory(integral, m.W)
 
 

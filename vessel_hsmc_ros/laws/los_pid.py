@@ -149,7 +149,7 @@ def derived_stretch(p: LosPidParameters, vessel: KnownVessel) -> float:
     return max(1.0 + 2.0 * p.yaw_damping * p.yaw_bandwidth * late / 3.0, slew)
 
 
-LARGEST_DRIFT = 0.5
+MAX_INTEGRAL = 0.5
 """Bound of the drift angle that the adaptive guidance estimates: far from the line it would wind up."""
 
 
@@ -181,7 +181,7 @@ class Gains(NamedTuple):
 class Memory(NamedTuple):
     """Internal state: s, the filtered heading offset psi_c - psi_d and its rate, I_1, I_2; there are no networks."""
 
-    drift: float
+    integral: float
     offset: float
     offset_rate: float
     surge_integral: float
@@ -207,17 +207,17 @@ class Aim(NamedTuple):
 
     offset: float
     speed: float
-    drift_rate: float
+    integral_rate: float
 
 
 @kernel
-def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
+def line_of_sight(motion: Motion, desired: Motion, integral: float, g: Gains) -> Aim:
     """Integral or adaptive line-of-sight guidance on the line through the moving reference, along its course.
 
     Args:
         motion: State of the ship.
         desired: State of the reference, which moves.
-        drift: Integral state s, m.
+        integral: Integral state s, m.
         g: Gains.
 
     Returns:
@@ -235,10 +235,10 @@ def line_of_sight(motion: Motion, desired: Motion, drift: float, g: Gains) -> Ai
     D = max(g.D_min, g.T_D * speed)
     u_c = u_d - clip(g.k_x * x_e, g.v_e)
     if g.adaptive:
-        outwards = abs(drift) >= LARGEST_DRIFT and drift * y_e > 0.0
+        outwards = abs(integral) >= MAX_INTEGRAL and integral * y_e > 0.0
         rate = 0.0 if outwards else g.gamma * D * y_e / magnitude(D, y_e)
-        return Aim(-ahead * (drift + math.atan(y_e / D)), u_c, rate)
-    compensated = y_e + drift
+        return Aim(-ahead * (integral + math.atan(y_e / D)), u_c, rate)
+    compensated = y_e + integral
     return Aim(-ahead * math.atan(compensated / D), u_c, g.k_s * speed * D * y_e / (D * D + compensated * compensated))
 
 
@@ -264,12 +264,12 @@ def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
 
 
 @kernel
-def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
+def guide(motion: Motion, desired: Motion, integral: float, g: Gains) -> Aim:
     """Line-of-sight guidance while the reference moves, pure pursuit in station keeping.
 
     Args:
         motion, desired: States of the ship and of the reference.
-        drift: Integral state s, m.
+        integral: Integral state s, m.
         g: Gains.
 
     Returns:
@@ -277,7 +277,7 @@ def guide(motion: Motion, desired: Motion, drift: float, g: Gains) -> Aim:
     """
     if magnitude(desired.u, desired.v) < g.U_0:
         return pursuit(motion, desired, g)
-    return line_of_sight(motion, desired, drift, g)
+    return line_of_sight(motion, desired, integral, g)
 
 
 @kernel
@@ -295,7 +295,7 @@ def integrate(aim: Aim, offset_acceleration: float, u_e: float, psi_e: float, m:
         The internal state one period later.
     """
     return Memory(
-        m.drift + g.T * aim.drift_rate,
+        m.integral + g.T * aim.integral_rate,
         m.offset + g.T * m.offset_rate,
         m.offset_rate + g.T * offset_acceleration,
         m.surge_integral + g.T * g.k_iu * u_e,
@@ -318,7 +318,7 @@ def step(
     Returns:
         The wrench, its terms, and the internal state.
     """
-    aim = guide(motion, desired, m.drift, g)
+    aim = guide(motion, desired, m.integral, g)
     # Critically damped second-order filter of the heading offset; its derivatives are fed forward below. Filtering the
     # offset instead of the heading leaves the reference's own turn without a lag.
     offset_acceleration = g.w_c * (g.w_c * wrap(aim.offset - m.offset) - 2.0 * m.offset_rate)
@@ -334,11 +334,11 @@ def step(
     demand_1 = g.m11 * (acceleration.du + feedback_1)
     demand_2 = g.m33 * (acceleration.dr + offset_acceleration + feedback_2)
     tau_1, tau_2 = clip(demand_1, g.tau_1max), clip(demand_2, g.tau_2max)
-    cut_1, cut_2 = tau_1 != demand_1, tau_2 != demand_2
+    saturated_1, saturated_2 = tau_1 != demand_1, tau_2 != demand_2
     # Anti-windup: an integrator takes no error in while its actuator is saturated.
-    after = integrate(aim, offset_acceleration, 0.0 if cut_1 else u_e, 0.0 if cut_2 else psi_e, m, g)
+    after = integrate(aim, offset_acceleration, 0.0 if saturated_1 else u_e, 0.0 if saturated_2 else psi_e, m, g)
     e = tracking_error(transform(motion), transform(desired))
-    flags = 1.0 if cut_1 else 0.0, 1.0 if cut_2 else 0.0
+    flags = 1.0 if saturated_1 else 0.0, 1.0 if saturated_2 else 0.0
     return (tau_1, tau_2), StepTerms(e.z1, e.z2, e.z3, wrap(psi_c), r_c, u_c, flags[0], flags[1]), after
 
 

@@ -1,4 +1,4 @@
-"""The estimate of the drift against ships and references whose drift is known."""
+"""The estimate of the current against ships and references whose current is known."""
 
 import math
 
@@ -6,16 +6,16 @@ import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.guided.drift_estimate import (
+from vessel_hsmc_ros.guided.current_estimate import (
     FAR,
-    NO_DRIFT,
     SHARE,
-    Drift,
-    angle_to_learn_from,
-    credible,
-    followed,
+    STILL_WATER,
+    Current,
+    credible_part,
+    guiding_current,
     in_body,
-    learn_drift,
+    informative_angle,
+    learn_current,
     mean,
     speed_squared,
     turn_in_water,
@@ -26,67 +26,67 @@ from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 G = gains(GuidedParameters(), KnownVessel(surge_lag=2.0, yaw_lag=2.0), 0.02)
 SPEED, RATE, THETA = 2.0, 0.07, -0.8
-CURRENT = Drift(0.3, -0.4, THETA)
+CURRENT = Current(0.3, -0.4, THETA)
 
 
-def after(drift: Drift, motion: Motion, speed: float, feedback_squared: float = 0.0, g=G) -> Drift:
+def after(current: Current, motion: Motion, speed: float, feedback_squared: float = 0.0, g=G) -> Current:
     """The estimate one period later, with a reference of a speed."""
-    return learn_drift(drift, motion, motion.v, 0.0, angle_to_learn_from(motion.r, feedback_squared, speed**2, False, g), g)
+    return learn_current(current, motion, motion.v, 0.0, informative_angle(motion.r, feedback_squared, speed**2, False, g), g)
 
 
-def turned(drift: Drift, angle: float, g=G, current: Drift = CURRENT, near: bool = True) -> Drift:
+def turned(current: Current, angle: float, g=G, true: Current = CURRENT, near: bool = True) -> Current:
     """The estimate after a steady turn through the water by an angle, from still water."""
     for k in range(round(angle / (RATE * g.T))):
         psi = k * RATE * g.T
-        ahead, port = in_body(current, psi)
+        ahead, port = in_body(true, psi)
         motion = Motion(0.0, 0.0, psi, SPEED + ahead, THETA * SPEED * RATE + port, RATE)
-        drift = after(drift, motion, SPEED, 0.0 if near else g.v_max**2, g)
-    return drift
+        current = after(current, motion, SPEED, 0.0 if near else g.v_max**2, g)
+    return current
 
 
-def test_a_drift_to_the_east_is_ahead_of_a_ship_heading_east_and_to_starboard_of_one_heading_north() -> None:
-    assert in_body(Drift(1.0, 0.0, 0.0), 0.0) == pytest.approx((1.0, 0.0))
-    assert in_body(Drift(1.0, 0.0, 0.0), math.pi / 2) == pytest.approx((0.0, -1.0))
+def test_a_current_to_the_east_is_ahead_of_a_ship_heading_east_and_to_starboard_of_one_heading_north() -> None:
+    assert in_body(Current(1.0, 0.0, 0.0), 0.0) == pytest.approx((1.0, 0.0))
+    assert in_body(Current(1.0, 0.0, 0.0), math.pi / 2) == pytest.approx((0.0, -1.0))
 
 
-def test_three_turns_show_the_drift_and_the_sway_of_the_turn() -> None:
-    assert turned(NO_DRIFT, 6 * math.pi) == pytest.approx(CURRENT, abs=0.02)
+def test_three_turns_show_the_current_and_the_sway_of_the_turn() -> None:
+    assert turned(STILL_WATER, 6 * math.pi) == pytest.approx(CURRENT, abs=0.02)
 
 
-def test_a_ship_of_still_water_has_no_drift_after_three_turns() -> None:
-    found = turned(NO_DRIFT, 6 * math.pi, current=Drift(0.0, 0.0, THETA))
+def test_a_ship_of_still_water_has_no_current_after_three_turns() -> None:
+    found = turned(STILL_WATER, 6 * math.pi, true=Current(0.0, 0.0, THETA))
     assert math.hypot(found.east, found.north) < 0.01
 
 
 def test_on_a_straight_path_and_far_from_the_reference_nothing_is_learned_or_forgotten() -> None:
     straight = Motion(0.0, 0.0, 0.3, 2.0, 0.2, 0.0)
     assert after(CURRENT, straight, SPEED) == CURRENT
-    assert turned(CURRENT, 1.0, near=False, current=NO_DRIFT) == CURRENT
+    assert turned(CURRENT, 1.0, near=False, true=STILL_WATER) == CURRENT
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.3])
 def test_what_is_used_of_the_estimate_stays_below_the_speed_of_the_reference_and_vanishes_at_rest(speed: float) -> None:
     there = Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05)
-    used = followed(CURRENT, (0.0, 0.0), 0.0, there, there, G)
+    used = guiding_current(CURRENT, (0.0, 0.0), 0.0, there, there, G)
     assert math.hypot(used.east, used.north) <= SHARE * speed * (1 + 1e-12)
 
 
 def test_a_ship_at_rest_in_a_steady_current_is_under_way_through_the_water_and_one_far_away_or_without_a_current_is_not() -> None:
-    rest, current = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (10.0 * G.c_rest, -5.0 * G.c_rest)
-    size = math.hypot(*current)
-    used = followed(NO_DRIFT, current, size, rest, rest, G)
-    assert (used.east, used.north) == pytest.approx(current, rel=1e-3)
+    rest, steady = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (10.0 * G.c_rest, -5.0 * G.c_rest)
+    size = math.hypot(*steady)
+    used = guiding_current(STILL_WATER, steady, size, rest, rest, G)
+    assert (used.east, used.north) == pytest.approx(steady, rel=1e-3)
     assert speed_squared(used, 0.0, G) == pytest.approx(125.0 * G.c_rest**2, rel=1e-3)
     assert speed_squared(used, 4.0 * G.U_xi**2, G) == 4.0 * G.U_xi**2
     far = rest._replace(x=FAR * G.v_max / G.k_p)
-    assert followed(NO_DRIFT, current, size, far, rest, G) == NO_DRIFT
-    doubtful = followed(NO_DRIFT, (0.1 * G.c_rest, 0.0), 0.1 * G.c_rest, rest, rest, G)
+    assert guiding_current(STILL_WATER, steady, size, far, rest, G) == STILL_WATER
+    doubtful = guiding_current(STILL_WATER, (0.1 * G.c_rest, 0.0), 0.1 * G.c_rest, rest, rest, G)
     assert 0.0 < doubtful.east < 1e-4 * 0.1 * G.c_rest
     moving = rest._replace(u=2.0 * G.U_xi)
-    assert followed(NO_DRIFT, current, size, rest, moving, G) == NO_DRIFT
+    assert guiding_current(STILL_WATER, steady, size, rest, moving, G) == STILL_WATER
 
 
-def test_the_mean_of_a_drift_that_turns_with_the_ship_vanishes_and_a_steady_one_stays() -> None:
+def test_the_mean_of_a_current_that_turns_with_the_ship_vanishes_and_a_steady_one_stays() -> None:
     turning, steady = (0.0, 0.0), (0.0, 0.0)
     for k in range(4000):
         turning = mean(turning, math.cos(0.01 * k), math.sin(0.01 * k), 0.08 * 0.01)
@@ -96,7 +96,7 @@ def test_the_mean_of_a_drift_that_turns_with_the_ship_vanishes_and_a_steady_one_
 
 
 def test_half_of_an_estimate_of_the_doubt_is_used_and_next_to_nothing_of_a_small_one() -> None:
-    half, small = credible(Drift(G.c_doubt, 0.0, THETA), G), credible(Drift(0.1 * G.c_doubt, 0.0, THETA), G)
+    half, small = credible_part(Current(G.c_doubt, 0.0, THETA), G), credible_part(Current(0.1 * G.c_doubt, 0.0, THETA), G)
     assert half == pytest.approx((0.5 * G.c_doubt, 0.0, THETA))
     assert abs(small.east) < 1e-4 * 0.11 * G.c_doubt
 
@@ -119,7 +119,7 @@ def test_the_turn_through_the_water_has_the_derivatives_that_it_states(psi: floa
 
 
 def test_still_water_adds_nothing_to_the_turn_of_the_reference() -> None:
-    assert turn_in_water(NO_DRIFT, Motion(0.0, 0.0, 0.4, 2.0, -0.1, 0.05), 0.01, G) == (0.0, 0.0, 0.0)
+    assert turn_in_water(STILL_WATER, Motion(0.0, 0.0, 0.4, 2.0, -0.1, 0.05), 0.01, G) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("lag", [0.7, 2.0])
@@ -136,10 +136,10 @@ def test_a_circle_in_half_a_metre_per_second_of_current_is_tracked_to_five_centi
 
 @pytest.mark.parametrize("known", [{}, {"sway_damping_rate": 0.05}], ids=["quick sway", "sway_damping_rate"])
 @pytest.mark.parametrize("v", [0.0, 0.5, -0.5])
-def test_as_much_of_the_drift_is_used_astern_as_ahead(known: dict[str, float], v: float) -> None:
+def test_as_much_of_the_current_is_used_astern_as_ahead(known: dict[str, float], v: float) -> None:
     g = gains(GuidedParameters(), KnownVessel(surge_inertia=120e3, **known), 0.02)  # type: ignore[arg-type]
     motions = (Motion(0.0, 0.0, 0.4, u, v, 0.05) for u in (2.0, -2.0))
-    ahead, astern = (followed(CURRENT, (0.0, 0.0), 0.0, each, each, g) for each in motions)
+    ahead, astern = (guiding_current(CURRENT, (0.0, 0.0), 0.0, each, each, g) for each in motions)
     assert ahead == astern
     assert math.hypot(astern.east, astern.north) > 0.3
 
@@ -163,5 +163,5 @@ def test_the_sway_that_the_turn_through_the_water_causes_has_the_derivative_that
 
 @pytest.mark.parametrize("near", [True, False])
 def test_a_turn_to_starboard_shows_as_much_as_one_to_port(near: bool) -> None:
-    port, starboard = (angle_to_learn_from(r, 0.0, 4.0, near, G) for r in (0.05, -0.05))
+    port, starboard = (informative_angle(r, 0.0, 4.0, near, G) for r in (0.05, -0.05))
     assert starboard == port > 0.0
