@@ -227,6 +227,19 @@ def test_fixed_thrusters_make_up_for_a_slow_rudder() -> None:
     assert first.wrench[2] == pytest.approx(250.0)
 
 
+@pytest.mark.parametrize("surge_speed", [3.0, 0.5, -0.5, -3.0])
+def test_a_rudder_that_is_still_turned_gives_the_wrench_of_the_plant_ahead_and_astern(surge_speed: float) -> None:
+    layout = layout_of("rudder", angle_rate=[0.1])
+    allocation = Allocation(layout)
+    for _ in range(10):
+        allocation.step(500.0, 900.0, 0.5, 3.0)
+    given = allocation.step(-300.0, 0.0, 0.5, surge_speed)
+    assert abs(given.angle[0]) > 0.1
+    expected = hull_wrench(ThrusterState(given.thrust, given.angle), surge_speed, thrusters_of(layout, 1.0))
+    assert given.wrench == pytest.approx(expected)
+    assert abs(expected[2]) > 1.0
+
+
 def test_no_time_allows_no_change_where_rates_are_limited() -> None:
     allocation = Allocation(layout_of("twin", thrust_rate=[10.0]))
     assert allocation.step(50.0, 0.0, 0.0).thrust == [0.0, 0.0]

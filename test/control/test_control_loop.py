@@ -11,7 +11,11 @@ from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws.pd import PdParameters
+from vessel_hsmc_ros.safety.parameters import SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.safe_action import Authority
+from vessel_hsmc_ros.safety.supervision import Supervision
 
 STATE, REFERENCE = Motion(0.0, 0.0, 0.2, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NONE = Acceleration(0.0, 0.0, 0.0)
@@ -22,8 +26,8 @@ def loop() -> ControlLoop:
     return ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0))
 
 
-def step(loop: ControlLoop, milliseconds: int) -> Terms:
-    return loop.step(milliseconds * 1_000_000, STATE, REFERENCE, NONE)
+def step(loop: ControlLoop, milliseconds: int, heading: float = STATE.psi) -> Terms:
+    return loop.step(milliseconds * 1_000_000, STATE._replace(psi=heading), REFERENCE, NONE)
 
 
 def test_a_period_is_served_once(loop: ControlLoop) -> None:
@@ -70,12 +74,14 @@ def test_the_observer_predicts_with_the_wrench_that_is_commanded_whatever_the_la
 
 
 def test_a_period_without_inputs_is_served_with_a_zero_wrench_and_is_not_missed(loop: ControlLoop) -> None:
-    step(loop, 0)
+    first = step(loop, 0, 0.3)
     for milliseconds in range(10, 2000, 10):
         assert loop.due(milliseconds * 1_000_000)
         loop.skip(milliseconds * 1_000_000)
         assert loop.wrench == (0.0, 0.0)
-    assert step(loop, 2000).lyapunov_rate == 0.0
+    after = step(loop, 2000, 0.1)
+    assert after.lyapunov != first.lyapunov
+    assert after.lyapunov_rate == 0.0, "over the gap it has none"
     assert loop.missed_periods == 0
     loop.skip(2_040_000_000)
     assert loop.missed_periods == 3  # a skipped period excuses only itself
@@ -102,7 +108,8 @@ def test_reset_clears_count_and_wrench(loop: ControlLoop) -> None:
 
 
 def test_weight_norms_and_lyapunov_function_are_added_to_the_terms(loop: ControlLoop) -> None:
-    first, second, late = step(loop, 0), step(loop, 10), step(loop, 40)
+    first, second, late = step(loop, 0, 0.3), step(loop, 10, 0.2), step(loop, 40, 0.1)
+    assert first.lyapunov > second.lyapunov > late.lyapunov
     for terms in (first, second, late):
         assert terms.lyapunov == pytest.approx(0.5 * (terms.yaw_surface**2 + terms.surge_surface**2))
         assert terms.yaw_weight_norm == pytest.approx(np.linalg.norm(terms.yaw_weights))
@@ -154,6 +161,41 @@ def test_the_observer_takes_the_command_of_the_time_of_the_measurement() -> None
         np.testing.assert_array_equal(loop.estimate, estimate)
         commands.append(loop.wrench)
     assert len(set(commands)) > 5
+
+
+def test_the_command_of_a_period_without_inputs_is_that_of_its_time_for_later_measurements() -> None:
+    loop, observer = ControlLoop(make_controller("pd", 0.01), RateGrid(100.0), observed()), observed()
+    commands = [(0.0, 0.0)] * 4
+    for k in range(3, 16):
+        if k in (7, 8, 11):
+            loop.skip(k * 10_000_000)
+            assert loop.wrench == (0.0, 0.0)
+        else:
+            moved = as_motion(np.array(STATE) + 1e-2 * k)
+            loop.step(k * 10_000_000, moved, REFERENCE, NONE, (k - 3) * 10_000_000, 0.03)
+            np.testing.assert_array_equal(loop.estimate, observer.update((k - 3) * 10_000_000, moved, commands[k - 3]))
+        commands.append(loop.wrench)
+    assert len(set(commands)) > 5
+
+
+@pytest.mark.parametrize("change", ["reset", "gains"])
+def test_after_each_reset_or_change_of_gains_the_command_moves_at_the_bounded_rate(change: str) -> None:
+    limits, ramp_time = (2e5, 3e6), 2.0
+    supervision = Supervision(SafetyParameters(ramp_time=ramp_time), Authority(limits, (1.2e5, 6.36e7), clips=True))
+    loop = ControlLoop(make_controller("pd", 0.1), RateGrid(10.0), supervision=supervision)
+    for turn in range(3):
+        heading = 0.5 * (-1) ** turn
+        for k in range(50):
+            step(loop, 10_000 * turn + 100 * k, heading)
+        assert supervision.follows_law
+        before = loop.wrench
+        loop.forget() if change == "reset" else loop.retune(PdParameters(yaw_rate_gain=1.0 + 0.1 * turn))
+        for k in range(50, 55):
+            step(loop, 10_000 * turn + 100 * k, -heading)
+            moved = np.abs(np.subtract(loop.wrench, before)) / limits
+            assert (moved <= 1.0001 * 0.1 / ramp_time).all()
+            before = loop.wrench
+        assert supervision.reason is Reason.HANDOVER
 
 
 def test_a_measurement_that_is_older_than_the_commands_known_takes_the_oldest_of_them() -> None:

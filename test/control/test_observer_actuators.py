@@ -44,6 +44,22 @@ def test_a_lag_approaches_the_command_exponentially() -> None:
     assert surge_forces([5.0, 5.0], surge_lag=0.1) == pytest.approx([5.0 * (1.0 - math.exp(-0.5 * k)) for k in (1, 2)])
 
 
+def test_each_input_has_its_own_dead_time_lag_and_rate() -> None:
+    """The yaw moment of a ship is that of the surge force of one whose surge has the actuators of its yaw."""
+    commands = [10.0, 10.0, 10.0, 10.0, -10.0, -10.0, -10.0, 3.0]
+    surge = {"surge_dead_time": 0.1, "surge_lag": 0.2, "surge_force_rate": 60.0}
+    yaw = {"surge_dead_time": 0.05, "surge_lag": 0.1, "surge_force_rate": 25.0}
+    declared = surge | {"yaw_dead_time": 0.05, "yaw_lag": 0.1, "yaw_moment_rate": 25.0}
+    c = actuators(ObserverParameters(), KnownVessel(surge_force_limit=10.0, yaw_moment_limit=10.0, **declared))
+    ring, applied, found = no_commands(), (0.0, 0.0), []
+    for k, command in enumerate(commands):
+        applied = actuated(applied, k * PERIOD, (command, command), 0.05, ring, c)
+        found.append(applied)
+    for column, given in enumerate((surge, yaw)):
+        assert [each[column] for each in found] == surge_forces(commands, **given)
+    assert found[3][0] != found[3][1]
+
+
 def test_the_lag_of_the_observer_overrides_those_of_the_vessel() -> None:
     c = actuators(ObserverParameters(actuator_lag=0.7), KnownVessel(surge_lag=0.1, yaw_lag=0.2))
     assert c.lag == (0.7, 0.7)

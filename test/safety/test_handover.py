@@ -79,6 +79,16 @@ def test_a_stick_that_leaves_its_place_is_named() -> None:
     assert not watched.moved(2.0, [1510, 1500, 1379]), "a new rest"
 
 
+def test_a_stick_that_moves_soon_after_commands_of_before_standby_is_named() -> None:
+    watched = sticks()
+    for k in range(30):
+        watched.sent(0.1 * k, {1: 1500, 3: 1900})
+        assert not watched.moved(0.1 * k, [1500, 0, 1900])
+    watched.rest()
+    assert not watched.moved(3.0, [1500, 0, 1500]), "its place when the controller is enabled again"
+    assert watched.moved(3.1, [1500, 0, 1900]) == "channel 3 of the radio is at 1900 µs"
+
+
 def test_an_overridden_channel_must_show_what_was_sent() -> None:
     watched = sticks()
     for k in range(40):

@@ -95,7 +95,14 @@ def test_a_ship_that_is_driven_and_does_not_move_gives_a_warning_and_then_the_sa
 
 @pytest.mark.parametrize(
     ("command", "motion"),
-    [((95.0, 0.0), (0.2, 0.0)), ((50.0, 0.0), (0.0, 0.0)), ((0.0, 0.0), (0.0, 0.0)), ((0.0, 39.0), (0.0, 0.1))],
+    [
+        ((95.0, 0.0), (0.2, 0.0)),
+        ((-95.0, 0.0), (-0.2, 0.0)),
+        ((50.0, 0.0), (0.0, 0.0)),
+        ((0.0, 0.0), (0.0, 0.0)),
+        ((0.0, 39.0), (0.0, 0.1)),
+        ((0.0, -39.0), (0.0, -0.1)),
+    ],
 )
 def test_a_ship_that_moves_or_is_not_driven_gives_no_alarm(command: tuple[float, float], motion: tuple[float, float]) -> None:
     monitor = NotMoving(TIMES, LIMITS)

@@ -202,7 +202,8 @@ def test_the_safe_action_brake_opposes_the_measured_motion_and_ramps_without_one
     braked = [s.step(None, Reason.OVERDUE, T, (0.5, -1.0)) for _ in range(10)]
     assert braked[-1] == (-1.0, 4.0), "mass times velocity over the time constant of 5 s"
     assert s.step(None, Reason.OVERDUE, T) == pytest.approx((0.0, 3.2))
-    assert s.step(None, Reason.OVERDUE, T, (math.nan, 0.0))[1] == pytest.approx(2.4)
+    assert s.step(None, Reason.OVERDUE, T, (math.nan, -1.0)) == pytest.approx((0.0, 2.4))
+    assert s.step(None, Reason.OVERDUE, T, (0.5, math.nan)) == pytest.approx((0.0, 1.6))
 
 
 def test_a_brake_never_reverses_the_motion() -> None:

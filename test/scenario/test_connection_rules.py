@@ -9,6 +9,7 @@ import pytest
 from connections import SHIP, healthy, of
 
 from vessel_hsmc_ros.messages import state_columns as types
+from vessel_hsmc_ros.safety.command_rules import effect
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Topic
 from vessel_hsmc_ros.safety.connection_rules import judge
 from vessel_hsmc_ros.scenario.connection import connection_of, values_of
@@ -279,6 +280,31 @@ def test_signs_of_commanded_velocities_are_judged_as_those_of_a_wrench(sign: flo
     values = values_of(None, {"controller": SHIP, "drive": {"form": "cmd_vel"}})
     found = judge(connection_of(values, {}, topics={**connection.topics, name: topic}))
     assert {f.about for f in found if f.level == level} >= {"sign of speed", "sign of rate"}
+
+
+@pytest.mark.parametrize(("last", "level"), [((90.0, 0.0), OK), ((0.0, 60.0), OK), ((0.0, 0.0), TODO)])
+def test_an_output_that_goes_to_zero_without_commands_shows_the_time_out(last: tuple[float, float], level: str) -> None:
+    command = healthy().topics["/cmd_wrench"]
+    force, moment = (np.append(command.columns[name][:-1], value) for name, value in zip(("force", "moment"), last, strict=True))
+    ended = {"u": np.append(force[:-1], 0.0), "r": np.append(moment[:-1], 0.0), "stamp": command.columns["stamp"]}
+    topics = {
+        "/cmd_wrench": command._replace(columns={**command.columns, "force": force, "moment": moment}),
+        "/cmd_vel": command._replace(name="/cmd_vel", columns=ended),
+    }
+    values = values_of(None, {"controller": SHIP, "drive": {"form": "cmd_vel"}})
+    found = judge(connection_of(values, {}, topics={**healthy().topics, **topics}))
+    assert [f.level for f in found if f.about == "time-out"] == [level]
+
+
+@pytest.mark.parametrize("late", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_effect_of_a_command_is_found_that_acts_late(late: int, sign: int) -> None:
+    command, rate = np.random.default_rng(5).uniform(-1.0, 1.0, 60), np.zeros(60)
+    for k in range(59):
+        rate[k + 1] = 0.9 * rate[k] + sign * 0.2 * command[max(k - late, 0)]
+    found, slope = effect(command, rate)
+    assert found == sign
+    assert slope == pytest.approx(0.2 * sign, rel=0.05)
 
 
 def test_the_pulses_of_each_thruster_need_a_reader() -> None:
