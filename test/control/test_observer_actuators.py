@@ -47,8 +47,8 @@ def test_a_lag_approaches_the_command_exponentially() -> None:
 def test_each_input_has_its_own_dead_time_lag_and_rate() -> None:
     """The yaw moment of a ship is that of the surge force of one whose surge has the actuators of its yaw."""
     commands = [10.0, 10.0, 10.0, 10.0, -10.0, -10.0, -10.0, 3.0]
-    surge = {"surge_dead_time": 0.1, "surge_lag": 0.2, "surge_force_rate": 60.0}
-    yaw = {"surge_dead_time": 0.05, "surge_lag": 0.1, "surge_force_rate": 25.0}
+    surge: dict[str, Any] = {"surge_dead_time": 0.1, "surge_lag": 0.2, "surge_force_rate": 60.0}
+    yaw: dict[str, Any] = {"surge_dead_time": 0.05, "surge_lag": 0.1, "surge_force_rate": 25.0}
     declared = surge | {"yaw_dead_time": 0.05, "yaw_lag": 0.1, "yaw_moment_rate": 25.0}
     c = actuators(ObserverParameters(), KnownVessel(surge_force_limit=10.0, yaw_moment_limit=10.0, **declared))
     ring, applied, found = no_commands(), (0.0, 0.0), []
