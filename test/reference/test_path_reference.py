@@ -140,21 +140,6 @@ def test_a_new_path_at_any_time_continues_position_velocity_and_acceleration(cha
     assert np.abs(np.diff(accelerations, axis=0)).max() < 0.1
 
 
-@settings(max_examples=15)
-@given(
-    course=st.floats(-3.1, 3.1), elapsed=st.floats(1.1, 12.0), x=st.floats(-80.0, 80.0), y=st.floats(-80.0, 80.0)
-)  # fmt: skip
-def test_a_new_path_while_the_ship_turns_on_the_spot_ends_the_turn_within_its_limits(course, elapsed, x, y) -> None:
-    reference: Any = reference_of([(40.0 * math.cos(course), 40.0 * math.sin(course))])
-    before, _ = motion_of(reference, elapsed)
-    reference.set_path([(x, y)])
-    after, _ = motion_of(reference, 300.0)
-    r = np.concatenate((before[-1:, 5], after[:, 5]))
-    assert np.abs(r).max() <= 1.001 * AT_ORIGIN.motion.yaw_rate
-    assert np.abs(np.diff(r)).max() / PERIOD <= 1.1 * AT_ORIGIN.motion.yaw_acceleration
-    assert math.dist(after[-1, :2], (x, y)) < 0.01
-
-
 def test_a_ship_that_is_under_way_without_a_path_comes_to_rest() -> None:
     p = replace(AT_ORIGIN, initial_velocity=(1.0, 0.2, 0.05))
     states, accelerations = motion_of(make_reference(p, PERIOD), 60.0)

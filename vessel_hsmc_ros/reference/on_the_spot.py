@@ -30,15 +30,15 @@ DECAY, DECAY_STEPS = 12.0, 128
 HALT_SHARE = 0.75
 """Share of the limits of the acceleration that a halt takes; the rest is for the transition to it."""
 
-BLENDED, BRAKING = 0.2, 0.6
-"""Largest shares of a halt, and of its braking, in which the acceleration of the motion before it decays: with HALT_SHARE the
-sum stays within the limits."""
+BLENDED = 0.4
+"""Share of the braking of a halt in which the acceleration of the motion before it decays. On its way it reaches -0.37 of what it
+was; that is over before the braking has reached HALT_SHARE, so that the sum stays within the limits."""
 
 PASSES = 5
 """Passes that find the heading towards a point while the ship moves aside."""
 
 NEGLIGIBLE = 1e-6
-"""Angle that is not worth a turn, rad."""
+"""Angle that is not worth a turn, rad, and speed at which there is no drift, relative to what the sway takes to decay."""
 
 
 class _Given(NamedTuple):
@@ -91,13 +91,16 @@ def halt(motion: Motion, row: Array, vessel: Vessel, limits: TravelLimits) -> Ti
         The motion, from the time 0 on.
     """
     x, y, psi, u, v, r = motion
-    duration = max(abs(u) / limits.acceleration, abs(r) / limits.yaw_acceleration) / (HALT_SHARE * (1.0 - RISE))
-    profile = SpeedProfile([Phase(max(duration, 1e-3 * vessel.m22 / vessel.d_v), 1.0, 0.0)])
-    times = _instants(profile, vessel, drifts=True)
+    # A yaw rate that is just gathering would be halted in no time, and with no time for its acceleration to decay.
+    gathering = RISE * min(1.0, abs(row[8]) / limits.yaw_acceleration) * limits.yaw_rate
+    slowing = max(abs(u) / limits.acceleration, max(abs(r), gathering) / limits.yaw_acceleration)
+    duration, sway_time = slowing / (HALT_SHARE * (1.0 - RISE)), vessel.m22 / vessel.d_v
+    profile = SpeedProfile([Phase(max(duration, 1e-3 * sway_time), 1.0, 0.0)])
+    times = _instants(profile, vessel, drifts=vessel.coupled or math.hypot(u, v) > NEGLIGIBLE * limits.acceleration * sway_time)
     integral, share, rate = profile.at(times)
     given = _Given(times, u * share, u * rate, psi + r * integral, r * share, r * rate)
     halted = _integrated(complex(x, y), v, given, vessel)[0]
-    return blended(halted, row, min(BLENDED * float(halted.times[-1]), BRAKING * float(profile.times[-1])))
+    return blended(halted, row, BLENDED * float(profile.times[-1]))
 
 
 def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limits: TravelLimits) -> Timetable:

@@ -22,7 +22,7 @@ from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
 from vessel_hsmc_ros.reference.speed_profile import FREE, Section, changes_of
 from vessel_hsmc_ros.reference.timetable import Timetable, blended, joined
-from vessel_hsmc_ros.reference.turning import check_straight, largest_acceleration
+from vessel_hsmc_ros.reference.turning import TravelLimits, check_straight, largest_acceleration
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,8 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     least = DISTINCT * math.sqrt(ship.vessel.m33 / ship.vessel.m22)
     parts = _parts(_distinct(complex(motion.x, motion.y), waypoints, least))
     pieces: list[PathPiece] = []
-    if math.hypot(motion.u, motion.v) > AT_REST * fastest or abs(motion.r) > AT_REST * ship.limits.yaw_rate:
+    row, resting = world_row(motion, acceleration), _resting(motion, AT_REST if parts else 0.0, fastest, ship.limits)
+    if not resting:
         pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
         motion = rest_of(pieces[-1].table)
     for part in parts:
@@ -87,9 +88,22 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
             motion = rest_of(turned)
         pieces.append(_from_rest(part, motion, ship, turned))
         motion = rest_of(pieces[-1].table)
+    if pieces and resting:
+        pieces[0] = _settling(pieces[0], row, ship.limits)
     track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints))
     still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
     return Plan(joined([piece.table for piece in pieces]) if pieces else still, track)
+
+
+def _resting(motion: Motion, share: float, fastest: float, limits: TravelLimits) -> bool:
+    """Whether a ship is slower than a share of its speed and of its largest yaw rate."""
+    return math.hypot(motion.u, motion.v) <= share * fastest and abs(motion.r) <= share * limits.yaw_rate
+
+
+def _settling(piece: PathPiece, row: Array, limits: TravelLimits) -> PathPiece:
+    """The first piece of a ship that counts as at rest: what is left of the motion before it decays."""
+    decay = min(float(piece.table.times[-1]), limits.yaw_rate / limits.yaw_acceleration)
+    return piece._replace(table=blended(piece.table, row, decay))
 
 
 def _stretches(pieces: Sequence[PathPiece]) -> tuple[Stretch, ...]:
