@@ -1,5 +1,6 @@
 """The page of the fault matrix: its generated parts, and the picture."""
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,8 @@ def matrix(cells: Sequence[Any], minutes: float) -> str:
         parts.append(f"\n### {target.capitalize()}\n\n{_table([cell for cell in cells if cell.target == target])}")
     if bad:
         parts.append("\n### Not as expected\n\n")
-        parts += [f"- {c.target}, {c.name}, {c.law}, {c.mode}: {'; '.join(c.problems)}.\n" for c in cells if c.problems]
+        reasons = Counter("; ".join(c.problems) for c in cells if c.problems)
+        parts += [f"- {number} cells: {reason}.\n" for reason, number in reasons.most_common()]
     return "".join(parts)
 
 

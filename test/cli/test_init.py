@@ -97,7 +97,7 @@ def test_init_into_a_folder_that_does_not_exist_is_one_line(tmp_path: Path) -> N
 
 
 def test_init_rejects_data_out_of_range_and_writes_nothing(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match=r"init\.mass = -5\.0 is not allowed"):
+    with pytest.raises(ParameterError, match=r"--mass = -5\.0 is not allowed"):
         call("init", str(tmp_path / "mine"), "--mass", "-5")
     assert list(tmp_path.iterdir()) == []
 
@@ -179,11 +179,11 @@ def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_pat
         (("--thruster", "nan,0,10,10"), "such as -1.5,0.5,100,60"),
         ((*TWIN, "--vessel", "otter"), "--thruster cannot be given with --vessel"),
         (("--interface", "vrx"), "--interface vrx is not allowed without thrusters: give each by --thruster"),
-        (("--current", "5"), "init.current = 5 m/s is not allowed: it takes less than the top speed, 2.51 m/s"),
-        (("--lag", "-1"), "init.lag = -1.0 is not allowed: it takes a finite number from 0 to 60 s"),
+        (("--current", "5"), "--current = 5 m/s is not allowed: it takes less than the top speed, 2.51 m/s"),
+        (("--lag", "-1"), "--lag = -1.0 is not allowed: it takes a finite number from 0 to 60 s"),
         (("--gps-noise", "1e3"), "from 0 to 100 m"),
         (("--gps-rate", "0"), "from 0.1 to 100 Hz"),
-        (("--top-speed", "200"), "init.speed = 200.0 is not allowed"),
+        (("--top-speed", "200"), "--speed = 200.0 is not allowed"),
     ],
 )
 def test_what_is_known_of_a_boat_is_checked_and_nothing_is_written(tmp_path: Path, given: tuple[str, ...], allowed: str) -> None:

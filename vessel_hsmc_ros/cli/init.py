@@ -1,6 +1,7 @@
 """`vessel-hsmc init`: a commented scenario for a ship of one's own, or for a vessel of the library, checked at once."""
 
 import os
+import re
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -53,7 +54,7 @@ def init(
     connection = interface(stack) if stack else None
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}
-    text = _of_vessel(vessel, path, given, thrusters) if vessel else _of_data(path.stem, given, fixed)
+    text = _text(vessel, path, given, thrusters, fixed)
     # Before it is written: a ship may be too extreme for the ranges.
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
     if connection and "thruster_allocation" in connection.nodes and not scenario.vessel_sim.vessel.thrusters:
@@ -81,6 +82,18 @@ def _write(path: Path, text: str) -> None:
         raise ScenarioError(f"{path} exists and is not overwritten: choose another name, or delete it") from None
     except OSError as error:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def _text(vessel: str | None, path: Path, given: dict[str, float], thrusters: bool, fixed: tuple[str, ...]) -> str:
+    """The new scenario.
+
+    Raises:
+        ParameterError: a value is out of range; the message names the option that gave it.
+    """
+    try:
+        return _of_vessel(vessel, path, given, thrusters) if vessel else _of_data(path.stem, given, fixed)
+    except ParameterError as error:
+        raise ParameterError(re.sub(r"\binit\.(\w+)", lambda found: f"--{found[1].replace('_', '-')}", str(error))) from None
 
 
 def _of_data(name: str, given: dict[str, float], fixed: tuple[str, ...]) -> str:

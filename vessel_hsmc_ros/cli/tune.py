@@ -1,5 +1,6 @@
 """`vessel-hsmc tune`: search the gains of a law with the smallest cost over a scenario, a suite or a campaign."""
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -88,7 +89,8 @@ def tune(
     tuning = Tuning(runs, parse_gains(gains, law, runs[0].scenario), chosen_objective(**objective), seed, workers)
     unseen = held_out_cases(held_out or source, given, law, others=held_out is not None)
     folder = _folder(output, f"{Path(source).stem}_{law}_tune")
-    print_status(f"folder: {folder}; after an interruption the same command with --output {folder} continues")
+    again = "the same command" if output else f"the same command with --output {shlex.quote(str(folder))}"
+    print_status(f"folder: {folder}; after an interruption {again} continues the search")
     with progress_bar(f"tuning {law} over {len(runs)} {'run' if len(runs) == 1 else 'runs'}", trials, "trials") as update:
         result = run_tuning(tuning, folder, trials, unseen, lambda done, best: update(done, note=best))
     _print(result)

@@ -223,7 +223,7 @@ def verdict(result: Result) -> list[str]:
             f" {first.cost:.4g}, with an effort of {first.effort:.3g}: trial {result.front[0].number} in the table of the front."
         )
     if failed := max(result.tuned.cost.failed, result.held_out_tuned.cost.failed):
-        lines.append(f"With the tuned gains {failed} runs fail.")
+        lines.append(f"With the tuned gains {failed} {'run fails' if failed == 1 else 'runs fail'}.")
     if edges := [gain.name for gain in result.tuning.gains if result.at_edge(gain)]:
         lines.append(f"At the edge of its range: {', '.join(edges)}. A wider range may give a smaller cost.")
     return lines
