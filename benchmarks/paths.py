@@ -25,7 +25,7 @@ from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.reference.factory import make_reference, travel_limits
 from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
 from vessel_hsmc_ros.reference.timetable import Timetable, motion_at
-from vessel_hsmc_ros.report.legs import errors_of, planned
+from vessel_hsmc_ros.report.record import errors_of, planned
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario

@@ -21,8 +21,7 @@ from vessel_hsmc_ros.plant.hull_check import bounded
 from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.scenario.parameters import SimParameters
-from vessel_sim_node.drives import OtherLoop, ThrusterDrive, WrenchDrive
-from vessel_sim_node.fleet_clock import BEFORE_START, FleetClock
+from vessel_sim_node.drives import BEFORE_START, FleetClock, OtherLoop, ThrusterDrive, WrenchDrive
 
 
 class GroundTruth:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from vessel_hsmc_ros.bags.cdr_columns import read_definition
 from vessel_hsmc_ros.bags.message_decoder import MessageObjects
-from vessel_hsmc_ros.bags.message_definition import read_definition
 
 KIND = "x/msg/All"
 LINE = "=" * 80

@@ -8,9 +8,8 @@ import pytest
 from campaigns import INERTIA, X, campaign, campaign_file
 
 from vessel_hsmc_ros import simulate
-from vessel_hsmc_ros.campaign.chunks import exceeded, run_chunk
 from vessel_hsmc_ros.campaign.dataset import Dataset, Row, read_rows
-from vessel_hsmc_ros.campaign.execute import run_campaign
+from vessel_hsmc_ros.campaign.execute import exceeded, run_campaign, run_chunk
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics

@@ -7,8 +7,8 @@ import pytest
 from otter_runs import OTTER, otter
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.checks import few_reversals, reversals
 from vessel_hsmc_ros.identification.estimate import identify
+from vessel_hsmc_ros.identification.measurements import few_reversals, reversals
 from vessel_hsmc_ros.identification.types import DELAY, DIAGONAL_INERTIA, Identified, Measurements, model
 from vessel_hsmc_ros.identification.windows import windows
 

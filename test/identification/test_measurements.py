@@ -10,9 +10,8 @@ from cybership2_runs import cybership2
 from vessel_hsmc_ros import load_scenario, simulate
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
-from vessel_hsmc_ros.identification.checks import checked
 from vessel_hsmc_ros.identification.estimate import identify
-from vessel_hsmc_ros.identification.measurements import from_bag, from_csv, from_run
+from vessel_hsmc_ros.identification.measurements import checked, from_bag, from_csv, from_run
 from vessel_hsmc_ros.identification.types import model
 
 

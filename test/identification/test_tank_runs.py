@@ -4,8 +4,8 @@ import pytest
 from tank_runs import GEOMETRY, HELD_OUT, OFFSET, PUBLISHED, USED, calibrated, tank_run
 
 from vessel_hsmc_ros.identification.estimate import identify
-from vessel_hsmc_ros.identification.prediction import predict
 from vessel_hsmc_ros.identification.types import Identified, model
+from vessel_hsmc_ros.identification.windows import predict
 
 
 @pytest.fixture(scope="module")

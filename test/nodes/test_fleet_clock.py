@@ -7,7 +7,7 @@ from geometry_msgs.msg import WrenchStamped
 from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.messages import conversions
-from vessel_sim_node.fleet_clock import BEFORE_START, FleetClock
+from vessel_sim_node.drives import BEFORE_START, FleetClock
 
 STEP = 10_000_000
 SECOND, THIRD = "/second/applied_wrench", "/third/applied_wrench"

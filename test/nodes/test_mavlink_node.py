@@ -14,7 +14,7 @@ from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
+from vessel_hsmc_ros.scenario.autopilot_parameters import MavlinkParameters
 
 pytest.importorskip("pymavlink", exc_type=ImportError)
 

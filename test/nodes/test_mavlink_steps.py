@@ -21,7 +21,7 @@ import itertools
 
 from mavlink_autopilot import Autopilot
 
-from vessel_hsmc_ros.nodes import mavlink, mavlink_commands
+from vessel_hsmc_ros.nodes import mavlink, mavlink_link
 from vessel_hsmc_ros.nodes.mavlink import LAST_COMMANDS, MavlinkNode
 from vessel_hsmc_ros.nodes.mavlink_link import Link
 
@@ -82,9 +82,7 @@ class Boat(SteppedNode):
         monkeypatch.setattr(mavlink, "Link", Recording)
         more = given_more | (THRUSTERS if form == "channels" else {})
         given = {"form": form, "ramp_time": ramp_time, "command_timeout": TIMEOUT, "mode": "MANUAL", **UNLIKE, **more}
-        super().__init__(
-            bench, monkeypatch, MavlinkNode, (mavlink, mavlink_commands, command_input, stop_latch, takeover), **given
-        )
+        super().__init__(bench, monkeypatch, MavlinkNode, (mavlink, mavlink_link, command_input, stop_latch, takeover), **given)
         self.form, self.link, self.silent = form, Recording.made[-1], ""
         self.autopilot = {"base_mode": 128, "custom_mode": MANUAL, "system_status": 4}
         self.standby_requests: list[bool] = []

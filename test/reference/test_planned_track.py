@@ -9,8 +9,7 @@ from vessel_hsmc_ros.core.track_errors import NO_LEG, per_leg, summarise
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, track_of
 from vessel_hsmc_ros.reference.planned_track import leg_count, track_errors
 from vessel_hsmc_ros.report import page
-from vessel_hsmc_ros.report.legs import planned
-from vessel_hsmc_ros.report.record import Record, measured
+from vessel_hsmc_ros.report.record import Record, measured, planned
 from vessel_hsmc_ros.report.verdict import with_verdict
 from vessel_hsmc_ros.runs.batch import simulate_one
 from vessel_hsmc_ros.runs.offline import simulate

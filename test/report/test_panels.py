@@ -10,9 +10,8 @@ from records import record
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.report import Record, jitter
-from vessel_hsmc_ros.report.legs import planned
 from vessel_hsmc_ros.report.panels import HELP, Panel, panels
-from vessel_hsmc_ros.report.record import Limit, Mark, limits
+from vessel_hsmc_ros.report.record import Limit, Mark, limits, planned
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 

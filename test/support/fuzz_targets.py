@@ -17,6 +17,7 @@ from fuzz_campaigns import campaign as campaign_of
 from fuzz_findings import Finding, decided, file
 from fuzz_seeds import seeds
 
+from vessel_hsmc_ros.cli.path import read_waypoints
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry
@@ -26,7 +27,6 @@ from vessel_hsmc_ros.scenario.fault_script import parse_script
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_hsmc_ros.scenario.waypoints import read_waypoints
 
 NODES = ("vessel_sim", "reference_ship", "controller")
 

@@ -1,7 +1,8 @@
 """An MCAP file that is readable while it is written, and after its writer was killed.
 
 Messages are collected in chunks. A chunk is passed to the operating system with an index of all chunks so far. The file
-is valid after every system call (`crash_safe_file`), for readers with and without an index.
+is valid after every system call (`crash_safe_file`), for readers with and without an index. The repair of a file writes the same
+end: DataEnd, summary and footer.
 """
 
 import struct
@@ -11,11 +12,27 @@ from pathlib import Path
 
 import lz4.frame
 import zstandard
+from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, Metadata, Schema
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
 
 from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile, UnnamedFile
 from vessel_hsmc_ros.bags.mcap_layout import (
+    CHECKSUM_SIZE,
+    DATA_END,
     INDEX_ENTRY_SIZE,
     MAGIC,
     MESSAGE_FIELDS,
@@ -24,7 +41,67 @@ from vessel_hsmc_ros.bags.mcap_layout import (
     RECORD_HEADER,
 )
 from vessel_hsmc_ros.bags.mcap_scan import Contents
-from vessel_hsmc_ros.bags.mcap_summary import definitions, ending, record_bytes, statistics
+
+
+def definitions(contents: Contents) -> bytes:
+    """The records of a summary besides chunk index and statistics: schemas, channels, attachment and metadata indexes."""
+    summary = RecordBuilder()
+    for record in (*contents.schemas.values(), *contents.channels.values()):
+        record.write(summary)
+    for offset, length, a in contents.attachments:
+        AttachmentIndex(offset, length, a.log_time, a.create_time, len(a.data), a.name, a.media_type).write(summary)
+    for offset, length, metadata in contents.metadata:
+        MetadataIndex(offset, length, metadata.name).write(summary)
+    written: bytes = summary.end()
+    return written
+
+
+def ending(contents: Contents, index: bytes, chunks: int) -> list[bytes]:
+    """DataEnd, summary and footer of a file.
+
+    Args:
+        contents: The contents of the file; its data ends at `contents.end`.
+        index: The ChunkIndex records.
+        chunks: Number of ChunkIndex records.
+
+    Returns:
+        The parts, to be written one after the other.
+    """
+    rest = statistics(contents, chunks) + definitions(contents)
+    # The footer's checksum covers the summary and the footer's own bytes before the checksum.
+    footer = record_bytes(Footer(contents.end + len(DATA_END), 0, 0))[:-CHECKSUM_SIZE]
+    footer += struct.pack("<I", zlib.crc32(footer, zlib.crc32(rest, zlib.crc32(index))))
+    return [DATA_END, index, rest, footer, MAGIC]
+
+
+def ending_of(contents: Contents) -> bytes:
+    """The ending of a file whose contents were found by a scan."""
+    return b"".join(ending(contents, b"".join(map(record_bytes, contents.chunks)), len(contents.chunks)))
+
+
+def statistics(contents: Contents, chunks: int) -> bytes:
+    """The Statistics record of a file with a number of chunks."""
+    record = Statistics(
+        attachment_count=len(contents.attachments),
+        channel_count=len(contents.channels),
+        channel_message_counts=dict(contents.counts),
+        chunk_count=chunks,
+        message_count=contents.counts.total(),
+        message_end_time=contents.end_time,
+        message_start_time=contents.start_time or 0,
+        metadata_count=len(contents.metadata),
+        schema_count=len(contents.schemas),
+    )
+    return record_bytes(record)
+
+
+def record_bytes(record: McapRecord) -> bytes:
+    """A record of the `mcap` library, encoded."""
+    builder = RecordBuilder()
+    record.write(builder)
+    written: bytes = builder.end()
+    return written
+
 
 CHUNK_SIZE = 256 * 1024
 """Bytes of messages in one chunk: a crash loses at most one chunk, or what was received within a flush period."""

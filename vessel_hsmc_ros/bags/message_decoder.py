@@ -11,8 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 
-from vessel_hsmc_ros.bags.cdr_columns import ENCAPSULATION, NUMBERS, UNUSED, Layout, MessageType, NoLayout, joined, strings, texts
-from vessel_hsmc_ros.bags.message_definition import MOST_FIELDS, read_definition
+from vessel_hsmc_ros.bags.cdr_columns import (
+    ENCAPSULATION,
+    MOST_FIELDS,
+    NUMBERS,
+    UNUSED,
+    Layout,
+    MessageType,
+    NoLayout,
+    joined,
+    read_definition,
+    strings,
+    texts,
+)
 from vessel_hsmc_ros.core.exceptions import BagError
 
 _CODES = {"?": "?", "u1": "B", "i1": "b", "u2": "H", "i2": "h", "u4": "I", "i4": "i", "u8": "Q", "i8": "q", "f4": "f", "f8": "d"}

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.bags.files import bag_files, bag_information, offered_qos
 from vessel_hsmc_ros.bags.mcap_contents import read_contents
 from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE
 from vessel_hsmc_ros.bags.mcap_scan import Contents, scan
-from vessel_hsmc_ros.bags.mcap_summary import ending_of
+from vessel_hsmc_ros.bags.mcap_writer import ending_of
 from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, metadata, write_metadata
 from vessel_hsmc_ros.bags.writer import RECORDING
 from vessel_hsmc_ros.core.exceptions import BagError

@@ -114,8 +114,8 @@ def _judged(
     """Predictions of the held-out runs, by the identified ship and by the start vessel."""
     from vessel_hsmc_ros.core import schema
     from vessel_hsmc_ros.identification.page import HeldOut
-    from vessel_hsmc_ros.identification.prediction import predict
     from vessel_hsmc_ros.identification.steady_force import steady_force
+    from vessel_hsmc_ros.identification.windows import predict
     from vessel_hsmc_ros.scenario.own_ship import ship_of
 
     before = schema.flatten(ship_of(start.values)) if start else {}

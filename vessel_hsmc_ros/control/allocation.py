@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.allocated_forces import share_between_two, share_forces
-from vessel_hsmc_ros.control.thruster_sets import (
+from vessel_hsmc_ros.control.allocated_forces import (
     AHEAD,
     ANGLE,
     ANGLE_LIMIT,
@@ -36,6 +35,8 @@ from vessel_hsmc_ros.control.thruster_sets import (
     P,
     Q,
     inflow,
+    share_between_two,
+    share_forces,
     wrench_of,
 )
 from vessel_hsmc_ros.core.kernel import kernel

@@ -29,7 +29,6 @@ ALL_ROUND = math.pi
 """The angle limit of an azimuth that turns all the way round."""
 
 NAME = re.compile(r"[A-Za-z]\w*")
-TEXTS = ("names", "kinds")
 
 
 class Thruster(NamedTuple):

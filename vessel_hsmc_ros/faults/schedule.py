@@ -2,12 +2,11 @@
 
 import hashlib
 import math
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.faults.fault import THRUSTERS, WRENCH, Fault, FaultScript
+from vessel_hsmc_ros.faults.fault import THRUSTERS, Fault, FaultScript
 
 FACTORS = {"lose": 0.0, "reverse": -1.0}
 """Share of the demand that a faulty actuator gives; that of a weakened one is its setting."""
@@ -58,9 +57,6 @@ class Delivery(NamedTuple):
     due: int
     edits: tuple[Edit, ...] = ()
     held: bool = False
-
-
-Stage = Callable[[Delivery], list[Delivery]]
 
 
 class TopicSchedule:
@@ -158,8 +154,3 @@ class TopicSchedule:
 
     def _draw(self, index: int, purpose: str) -> float:
         return draw(self._seed, index, self._topic, self.number, purpose)
-
-
-def acts_on_wrench(fault: Fault) -> bool:
-    """Whether a fault changes what arrives at the plant, but not what the controller receives."""
-    return fault.topic == WRENCH or fault.topic.startswith(THRUSTERS)

@@ -13,8 +13,8 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.identification.prediction import predict
 from vessel_hsmc_ros.identification.types import Measurements, Prediction
+from vessel_hsmc_ros.identification.windows import predict
 
 COMPONENTS = ("force_x", "force_y")
 

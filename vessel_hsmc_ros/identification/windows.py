@@ -1,16 +1,20 @@
-"""Simulates recorded runs window by window on the plant's own kernel: the pieces of output-error refinement and of prediction."""
+"""Simulates recorded runs window by window on the plant's own kernel, for output-error refinement, and predicts them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.identification.types import Measurements
+from vessel_hsmc_ros.identification.parameter_vector import inputs as inputs_of
+from vessel_hsmc_ros.identification.parameter_vector import vessel
+from vessel_hsmc_ros.identification.smoothing import smooth
+from vessel_hsmc_ros.identification.types import Measurements, Prediction
 from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
 from vessel_hsmc_ros.simulation import compilation
 
@@ -164,3 +168,51 @@ def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tup
         gains[1] * wrench[1] + c * offsets[1] - s * offsets[0],
         gains[2] * wrench[2] + offsets[2],
     )
+
+
+WINDOW = 20.0
+"""Default length of a window, s."""
+
+
+def predict(
+    values: Mapping[str, float], measurements: Measurements, window: float = WINDOW, inputs: Mapping[str, float] | None = None
+) -> Prediction:
+    """Predict a run window by window, each from the smoothed state at its start.
+
+    Args:
+        values: Hull parameters by their names; those that are missing are zero.
+        measurements: The run, best one that the values were not estimated from.
+        window: Length of a window, s; what is left at the end of the run is not predicted.
+        inputs: Input gains and offsets; None for gains of one and offsets of zero.
+
+    Raises:
+        IdentificationError: the run is shorter than a window.
+    """
+    duration = float(measurements.time[-1] - measurements.time[0])
+    if duration < window:
+        raise IdentificationError(
+            f"{measurements.name} lasts {duration:.1f} s: a prediction takes at least one window of {window:g} s"
+        )
+    smoothed = smooth(measurements)
+    cut = windows([measurements], window, exact=True)
+    parts = simulated(cut, smoothed.states[cut.begin], vessel(values), *inputs_of(inputs or {}))
+    states = unrolled(cut, parts, len(measurements.time))
+    measured = np.hstack(
+        [measurements.pose, np.where(np.isfinite(measurements.velocity), measurements.velocity, smoothed.velocity)]
+    )
+    errors = np.stack([(states - measured)[begin:end] for begin, end in zip(cut.begin, cut.end, strict=True)])
+    return Prediction(
+        window,
+        measurements.time[cut.begin],
+        _rms(np.hypot(errors[:, :, 0], errors[:, :, 1])),
+        _rms(errors[:, :, 2]),
+        _rms(errors[:, :, 3:]),
+        states,
+        measured,
+        measurements.time,
+    )
+
+
+def _rms(errors: Array) -> Array:
+    """Root mean square over the samples of each window, axis 1."""
+    return np.asarray(np.sqrt(np.mean(np.square(errors), axis=1)))

@@ -25,7 +25,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 
 SWITCHING = ("sgn", "saturation", "tanh")
-SGN, SATURATION, TANH = range(3)
+SGN, _, TANH = range(3)
 """Indices of the switching functions in SWITCHING."""
 
 

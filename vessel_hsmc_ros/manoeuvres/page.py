@@ -12,10 +12,9 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, outline
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.manoeuvres.metrics import speed_curve, spiral_curve
+from vessel_hsmc_ros.manoeuvres.metrics import Track, crossing, speed_curve, spiral_curve
 from vessel_hsmc_ros.manoeuvres.run import Manoeuvre, Results
 from vessel_hsmc_ros.manoeuvres.tables import APPLIES, SOURCE, TITLES, UNITS, criteria, hull_data, notes, rows, source
-from vessel_hsmc_ros.manoeuvres.track import Track, crossing
 from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.scenario.scenario import dump_scenario
 

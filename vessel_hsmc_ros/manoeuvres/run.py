@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, SimulationError
-from vessel_hsmc_ros.manoeuvres.metrics import METRICS, Metrics, is_complete
+from vessel_hsmc_ros.manoeuvres.metrics import METRICS, Metrics, Track, is_complete, track_of
 from vessel_hsmc_ros.manoeuvres.plan import PLANS, scenario_of
 from vessel_hsmc_ros.manoeuvres.ship import Ship, ship_of
-from vessel_hsmc_ros.manoeuvres.track import Track, track_of
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

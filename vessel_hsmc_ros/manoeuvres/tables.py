@@ -56,12 +56,6 @@ def overshoot_limits(passage: float) -> tuple[float, float]:
     return 5.0 + 0.5 * within, 17.5 + 0.75 * within
 
 
-def criterion_of(results: Results, manoeuvre: str, metric: str) -> Criterion | None:
-    """The criterion of a metric; None if it has none."""
-    every = criteria(results.ship.length, results.ship.speed)
-    return next((each for each in every if (each.manoeuvre, each.metric) == (manoeuvre, metric)), None)
-
-
 TITLES = {
     "turning_circle": "Turning circle, rudder 35°",
     "zigzag_10": "Zig-zag 10°/10°",

@@ -22,9 +22,9 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.black_box import BlackBox
-from vessel_hsmc_ros.nodes.compatibility import Compatibility
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
+from vessel_hsmc_ros.nodes.qos import Compatibility
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, Reporter, summarised
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 from vessel_hsmc_ros.scenario.vessels import with_vessel

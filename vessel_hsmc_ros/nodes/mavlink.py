@@ -21,18 +21,18 @@ from vessel_hsmc_ros.messages.mavlink import (
     Pulses,
     fields,
     filter_problem,
+    mode_name,
     motion,
 )
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.mavlink_commands import Commands
-from vessel_hsmc_ros.nodes.mavlink_link import Link
+from vessel_hsmc_ros.nodes.mavlink_link import Commands, Link
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.nodes.takeover import Takeover
 from vessel_hsmc_ros.safety.handover import Handover, Sticks
-from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
+from vessel_hsmc_ros.scenario.autopilot_parameters import MavlinkParameters
 
 POLL_PERIOD = 0.01
 """Time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect."""
@@ -98,7 +98,7 @@ class MavlinkNode(VesselNode):
     def describe(self) -> str:
         """The connection, the form and its mode."""
         p = self.parameters
-        mode = next(name for name, number in SURFACE_MODES.items() if number == p.mode_number)
+        mode = mode_name(p.mode_number)
         return f"{p.connection}, form {p.form} in mode {mode}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
 
     # -- messages of the autopilot ------------------------------------------------------------------------------------

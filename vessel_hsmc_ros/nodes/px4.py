@@ -22,7 +22,7 @@ from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.nodes.takeover import Takeover
 from vessel_hsmc_ros.safety.handover import FAILSAFE, Handover
-from vessel_hsmc_ros.scenario.px4_parameters import Px4Parameters
+from vessel_hsmc_ros.scenario.autopilot_parameters import Px4Parameters
 
 RATE = 50.0
 """Rate of VehicleOdometry that the deadline of the odometry is offered for, Hz."""

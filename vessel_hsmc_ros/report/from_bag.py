@@ -14,8 +14,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.messages.goals import path_event
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, stretches_of
-from vessel_hsmc_ros.report.legs import has_legs, planned
-from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, held, measured
+from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, has_legs, held, measured, planned
 from vessel_hsmc_ros.report.verdict import with_verdict
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

@@ -10,11 +10,10 @@ from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, described
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report import jitter, page_kit
-from vessel_hsmc_ros.report.legs import leg_rows
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Track, overlays, plans, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.payload import Payload
-from vessel_hsmc_ros.report.record import Record
+from vessel_hsmc_ros.report.record import Record, leg_rows
 from vessel_hsmc_ros.report.style import SERIES
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
 

@@ -17,8 +17,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.report.legs import has_legs
-from vessel_hsmc_ros.report.record import hull_length, limits, measured
+from vessel_hsmc_ros.report.record import has_legs, hull_length, limits, measured
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import sample_count, simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario

@@ -14,9 +14,8 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.report.legs import planned
 from vessel_hsmc_ros.report.making import Options, read, write
-from vessel_hsmc_ros.report.record import limits
+from vessel_hsmc_ros.report.record import limits, planned
 from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.runs import worker_pool
 from vessel_hsmc_ros.runs.offline import simulate

@@ -1,17 +1,22 @@
 """Supervision of a fleet: the nodes of every vessel and one recorder as processes, until every plant has ended the run."""
 
 import os
-import signal
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vessel_hsmc_ros.bags import repair
-from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.node_list import PLANT, RECORDER, taking_part
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import NodeGroup, NodeProcess
-from vessel_hsmc_ros.runs.supervisor import CONNECT_LIMIT, INTERRUPTED, ExitStatus, Interrupts, Progress
+from vessel_hsmc_ros.runs.supervisor import (
+    CONNECT_LIMIT,
+    ExitStatus,
+    Interrupts,
+    Progress,
+    after_shutdown,
+    not_discovered,
+    silence,
+)
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
 CONNECT_LIMIT_PER_VESSEL = 10.0
@@ -73,14 +78,7 @@ def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progres
         StatusListener("", vessels) as listener,
     ):
         status = _monitor(nodes, listener, interrupts, progress, processes.plants)
-    if not status.failure and (failed := nodes.failed()):
-        status = ExitStatus(1, failed.describe_exit())
-    try:
-        if folder.bag.exists() and not repair.is_complete(folder.bag):
-            repair.repair(folder.bag)
-    except VesselHsmcError as error:
-        status = status if status.code else ExitStatus(1, str(error))
-    return status
+    return after_shutdown(status, nodes.failed(), folder.bag)
 
 
 def _monitor(
@@ -93,8 +91,8 @@ def _monitor(
     deadline = time.monotonic() + limit
     while True:
         listener.listen(0.05)
-        if interrupts.received:
-            return ExitStatus(INTERRUPTED + interrupts.received, f"interrupted by {signal.Signals(interrupts.received).name}")
+        if interrupted := interrupts.status():
+            return interrupted
         running = [process for process in nodes.processes if process.popen.poll() is None]
         if not any(plant in running for plant in plants) and all(plant.popen.returncode == 0 for plant in plants):
             return ExitStatus(0)
@@ -106,7 +104,7 @@ def _monitor(
         if simulated > 0.0:
             progress(simulated)
         elif time.monotonic() > deadline:
-            return ExitStatus(1, f"the nodes did not discover each other within {limit:g} s, see their logs")
+            return not_discovered(limit)
 
 
 def _failure(nodes: NodeGroup, plants: Sequence[NodeProcess], running: Sequence[NodeProcess]) -> str:
@@ -119,9 +117,7 @@ def _failure(nodes: NodeGroup, plants: Sequence[NodeProcess], running: Sequence[
 
 def _silence(running: Sequence[NodeProcess], listener: StatusListener, limit: float) -> str:
     """The nodes without diagnostics for longer than a limit, as the end of an error message; none of those that have ended."""
-    now = time.monotonic()
     own = {process.name for process in running}
     # The nodes of a group have no process of their own; all of them run until the group ends.
     grouped = len(own) > 1 and not any("/" in name for name in own)
-    heard = {name: at for name, at in listener.heard_at.items() if grouped or name in own}
-    return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in heard.items() if now - at > limit)
+    return silence({name: at for name, at in listener.heard_at.items() if grouped or name in own}, limit)

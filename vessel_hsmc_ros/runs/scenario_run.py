@@ -233,8 +233,7 @@ def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float
 def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any]) -> None:
     """Evaluate a run that was computed in this process, and write page and figures."""
     from vessel_hsmc_ros import report
-    from vessel_hsmc_ros.report.legs import planned
-    from vessel_hsmc_ros.report.record import measured
+    from vessel_hsmc_ros.report.record import measured, planned
 
     metrics = measured(run, scenario)
     record = report.with_verdict(report.Record(scenario.name, run, metrics, scenario=scenario, track=planned(scenario)))

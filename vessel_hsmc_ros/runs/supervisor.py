@@ -7,7 +7,7 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -24,7 +24,7 @@ from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.fault_sources import clock_topic, stepped_nodes
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
-from vessel_hsmc_ros.runs.processes import MODULES, NodeGroup
+from vessel_hsmc_ros.runs.processes import MODULES, NodeGroup, NodeProcess
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.faults import relayed_topics
 from vessel_hsmc_ros.scenario.parameters import NODES
@@ -170,8 +170,48 @@ class Interrupts:
         for number, handler in self._previous.items():
             signal.signal(number, handler if handler is not None else signal.SIG_DFL)
 
+    def status(self) -> ExitStatus | None:
+        """How a run that was interrupted ends; None without an interrupt."""
+        if not self.received:
+            return None
+        return ExitStatus(INTERRUPTED + self.received, f"interrupted by {signal.Signals(self.received).name}")
+
     def _on_signal(self, number: int, _frame: FrameType | None) -> None:
         self.received = self.received or number
+
+
+def after_shutdown(status: ExitStatus, failed: NodeProcess | None, bag: Path) -> ExitStatus:
+    """How a run ended whose nodes have shut down, its bag complete.
+
+    Args:
+        status: How it ended before.
+        failed: A node that has failed; one may do so after the plant has ended the run.
+        bag: The bag, which is repaired where the recorder was killed.
+    """
+    if not status.failure and failed:
+        status = ExitStatus(1, failed.describe_exit())
+    try:
+        if bag.exists() and not repair.is_complete(bag):
+            repair.repair(bag)
+    except VesselHsmcError as error:  # the bag of a run that failed may be empty; its failure is what matters
+        status = status if status.code else ExitStatus(1, str(error))
+    return status
+
+
+def silence(heard_at: Mapping[str, float], limit: float) -> str:
+    """The nodes without diagnostics for longer than a limit, as the end of an error message.
+
+    Args:
+        heard_at: Times of the latest diagnostics of the nodes that should have some, on the monotonic clock, s.
+        limit: The limit, s.
+    """
+    now = time.monotonic()
+    return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in heard_at.items() if now - at > limit)
+
+
+def not_discovered(limit: float) -> ExitStatus:
+    """The end of a run whose nodes have not found each other in time."""
+    return ExitStatus(1, f"the nodes did not discover each other within {limit:g} s, see their logs")
 
 
 def supervise(
@@ -208,15 +248,7 @@ def supervise(
         faults = ProcessFaults(injection.script if injection else FaultScript(), nodes)
         listener.on_fault(faults.on_event)
         status = _monitor(nodes, relay, listener, faults, interrupts, progress)
-    # A node may fail while it shuts down, after the plant has ended the run.
-    if not status.failure and (failed := relay.failed() or nodes.failed(but=faults.affected | faults.restarted)):
-        status = ExitStatus(1, failed.describe_exit())
-    try:
-        if folder.bag.exists() and not repair.is_complete(folder.bag):
-            repair.repair(folder.bag)
-    except VesselHsmcError as error:  # the bag of a run that failed may be empty; its failure is what matters
-        status = status if status.code else ExitStatus(1, str(error))
-    return status
+    return after_shutdown(status, relay.failed() or nodes.failed(but=faults.affected | faults.restarted), folder.bag)
 
 
 def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> NodeGroup:
@@ -307,9 +339,8 @@ def _monitor(
     deadline = time.monotonic() + CONNECT_LIMIT
     while True:
         listener.listen(0.05)
-        if interrupts.received:
-            name = signal.Signals(interrupts.received).name
-            return ExitStatus(INTERRUPTED + interrupts.received, f"interrupted by {name}")
+        if interrupted := interrupts.status():
+            return interrupted
         if ended := nodes.ended(but=faults.affected) or relay.ended():
             if ended.name == "vessel_sim" and ended.popen.returncode == 0:
                 return ExitStatus(0)
@@ -322,14 +353,9 @@ def _monitor(
         if simulated > 0.0:
             progress(simulated)
         elif time.monotonic() > deadline:
-            return ExitStatus(1, f"the nodes did not discover each other within {CONNECT_LIMIT:g} s, see their logs")
+            return not_discovered(CONNECT_LIMIT)
 
 
 def _silence(listener: StatusListener, limit: float, absent: Collection[str]) -> str:
-    """The nodes without diagnostics for longer than a limit, but those absent on demand, as the end of an error message."""
-    now = time.monotonic()
-    return "".join(
-        f"; {name} has been silent for {now - heard:.1f} s"
-        for name, heard in listener.heard_at.items()
-        if name in MODULES and name not in absent and now - heard > limit
-    )
+    """The nodes of the run that are silent, but those absent on demand."""
+    return silence({name: at for name, at in listener.heard_at.items() if name in MODULES and name not in absent}, limit)

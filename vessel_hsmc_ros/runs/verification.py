@@ -23,8 +23,7 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import Instants, RateGrid, seconds
 from vessel_hsmc_ros.messages.topics import RELAYED
-from vessel_hsmc_ros.report.legs import planned
-from vessel_hsmc_ros.report.record import measured
+from vessel_hsmc_ros.report.record import measured, planned
 from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.control import make_control_loop

@@ -10,7 +10,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Finding, Topic
-from vessel_hsmc_ros.safety.motion_samples import means, motions_of
+from vessel_hsmc_ros.safety.motion_rules import means, motions_of
 from vessel_hsmc_ros.safety.stamp_rules import times_of
 
 STEP = 0.5

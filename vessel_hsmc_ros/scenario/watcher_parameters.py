@@ -9,9 +9,8 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST, ThrustCurve, thrust_curve
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
+from vessel_hsmc_ros.scenario.autopilot_parameters import MavlinkParameters, Px4Parameters
 from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time, rate
-from vessel_hsmc_ros.scenario.mavlink_parameters import MavlinkParameters
-from vessel_hsmc_ros.scenario.px4_parameters import Px4Parameters
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
-from vessel_hsmc_ros.simulation.law_call import is_compilable
+from vessel_hsmc_ros.simulation.loop import is_compilable
 from vessel_hsmc_ros.simulation.preparation import reference_of
 
 THRUSTERS = share_directory() / "config" / "thrusters" / "case2_thrusters.yaml"

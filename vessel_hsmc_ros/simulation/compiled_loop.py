@@ -25,8 +25,7 @@ from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
-from vessel_hsmc_ros.simulation.law_call import all_terms, is_compilable
-from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop
+from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop, all_terms, is_compilable
 from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, Kept, State, drive_by_thrusters
 from vessel_hsmc_ros.simulation.preparation import prepare
 

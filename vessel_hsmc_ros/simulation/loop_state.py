@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.allocated_forces import THRUST, TURN, Allocator
 from vessel_hsmc_ros.control.allocation import allocate, allocator, elapsed_time, new_state
 from vessel_hsmc_ros.control.control_period import ControlConstants, ControlState
-from vessel_hsmc_ros.control.thruster_sets import THRUST, TURN, Allocator
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.compilation import available, compiled
-from vessel_hsmc_ros.simulation.law_call import is_compilable
+from vessel_hsmc_ros.simulation.loop import is_compilable
 
 MIN_COMPILED_STEPS = 5000
 """Fewer steps are interpreted: that takes less time than to load the compiled law."""

@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
+from vessel_hsmc_ros.cli.path import read_waypoints
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.scenario.waypoints import read_waypoints
 
 
 @pytest.mark.parametrize(

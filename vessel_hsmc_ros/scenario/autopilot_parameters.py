@@ -1,4 +1,4 @@
-"""Parameters of the MAVLink node, which connects a boat whose autopilot speaks MAVLink, in real time."""
+"""Parameters of the nodes that connect a boat by its autopilot, which speaks MAVLink or is PX4, in real time."""
 
 import math
 from collections.abc import Sequence
@@ -137,3 +137,18 @@ class MavlinkParameters(CommonParameters):
         surge = sum(force * math.cos(t.angle) for t, force in zip(thrusters, forces, strict=True))
         yaw = sum(force * (t.x * math.sin(t.angle) - t.y * math.cos(t.angle)) for t, force in zip(thrusters, forces, strict=True))
         return surge, yaw
+
+
+@dataclass(frozen=True)
+class Px4Parameters(CommonParameters):
+    """Parameters of px4, which connects the nodes with PX4 over its DDS bridge, in real time."""
+
+    surge_force_limit: float = parameter(1.0, "The force at full throttle.", unit="N", low=1e-6, high=1e15)
+    yaw_moment_limit: float = parameter(1.0, "The moment at full steering.", unit="N·m", low=1e-6, high=1e15)
+    heartbeat_timeout: float = parameter(
+        3.0, "Time without a VehicleStatus after which the autopilot counts as lost.", unit="s", low=0.5, high=60.0
+    )
+    command_timeout: float = command_timeout()
+    ramp_time: float = ramp_time()
+    rate_hz: float = parameter(25.0, "Rate of the setpoints; PX4 needs more than 2 Hz.", unit="Hz", low=5.0, high=200.0)
+    freshness: FreshnessParameters = group(FreshnessParameters)
