@@ -18,10 +18,8 @@ import numpy as np
 
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.law import known_vessel
-from vessel_hsmc_ros.tuning.cases import Case, load_cases
-from vessel_hsmc_ros.tuning.cost import Objective
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.tuning.plan import Evaluation, Tuning
+from vessel_hsmc_ros.tuning.plan import Case, Evaluation, Objective, Tuning, load_cases
 from vessel_hsmc_ros.tuning.result import tune
 
 LOS_PID = {

@@ -16,8 +16,8 @@ from mcap.stream_reader import StreamReader
 
 from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer
 from vessel_hsmc_ros.bags.crash_safe_file import HEADER, PAGE, CrashSafeFile
+from vessel_hsmc_ros.bags.mcap_contents import scan
 from vessel_hsmc_ros.bags.mcap_layout import DATA_END, FOOTER, MAGIC
-from vessel_hsmc_ros.bags.mcap_scan import scan
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
 

@@ -32,7 +32,7 @@ def test_an_attainable_wrench_is_reproduced(name: str) -> None:
 
 def test_a_clock_that_is_set_back_gives_no_time_to_change_and_then_goes_on() -> None:
     made = Allocation(layout_of("twin", thrust_rate=[10.0]))
-    thrusts = [made.answer(round(1e9 * at), (200.0, 0.0), 0.0).thrust[0] for at in (50.0, 51.0, 52.0, 7.0, 7.5, 3.0, 4.0)]
+    thrusts = [made.step_at(round(1e9 * at), (200.0, 0.0), 0.0).thrust[0] for at in (50.0, 51.0, 52.0, 7.0, 7.5, 3.0, 4.0)]
     assert thrusts == pytest.approx([0.0, 10.0, 20.0, 20.0, 25.0, 25.0, 35.0])
 
 

@@ -7,8 +7,8 @@ import pytest
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.guided.current_estimate import (
-    FAR,
-    SHARE,
+    MAX_CURRENT,
+    MAX_DISTANCE,
     STILL_WATER,
     Current,
     credible_part,
@@ -68,7 +68,7 @@ def test_on_a_straight_path_and_far_from_the_reference_nothing_is_learned_or_for
 def test_what_is_used_of_the_estimate_stays_below_the_speed_of_the_reference_and_vanishes_at_rest(speed: float) -> None:
     there = Motion(0.0, 0.0, 0.0, speed, 0.0, 0.05)
     used = guiding_current(CURRENT, (0.0, 0.0), 0.0, there, there, G)
-    assert math.hypot(used.east, used.north) <= SHARE * speed * (1 + 1e-12)
+    assert math.hypot(used.east, used.north) <= MAX_CURRENT * speed * (1 + 1e-12)
 
 
 def test_a_ship_at_rest_in_a_steady_current_is_under_way_through_the_water_and_one_far_away_or_without_a_current_is_not() -> None:
@@ -78,7 +78,7 @@ def test_a_ship_at_rest_in_a_steady_current_is_under_way_through_the_water_and_o
     assert (used.east, used.north) == pytest.approx(steady, rel=1e-3)
     assert speed_squared(used, 0.0, G) == pytest.approx(125.0 * G.c_rest**2, rel=1e-3)
     assert speed_squared(used, 4.0 * G.U_xi**2, G) == 4.0 * G.U_xi**2
-    far = rest._replace(x=FAR * G.v_max / G.k_p)
+    far = rest._replace(x=MAX_DISTANCE * G.v_max / G.k_p)
     assert guiding_current(STILL_WATER, steady, size, far, rest, G) == STILL_WATER
     doubtful = guiding_current(STILL_WATER, (0.1 * G.c_rest, 0.0), 0.1 * G.c_rest, rest, rest, G)
     assert 0.0 < doubtful.east < 1e-4 * 0.1 * G.c_rest

@@ -23,7 +23,7 @@ from vessel_hsmc_ros.guided.guidance import (
 )
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, by_hand_or_derived, gains
 from vessel_hsmc_ros.guided.predictor import correct, predict
-from vessel_hsmc_ros.guided.station_keeping import calmness
+from vessel_hsmc_ros.guided.station_keeping import undisturbed_share
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 
 KNOWN = KnownVessel(**INSTANT)
@@ -181,12 +181,12 @@ def test_correction_has_both_velocity_poles_and_one_pole_of_the_pose() -> None:
 
 
 @pytest.mark.parametrize("channel", ["W", "v", "f_u", "f_v"])
-def test_every_motion_and_disturbance_reduces_the_calmness(channel: str) -> None:
+def test_every_motion_and_disturbance_reduces_the_weight_of_the_heading(channel: str) -> None:
     """1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²): each term alone at its threshold halves it."""
     at_threshold = {"W": (G.v_0**2, 0.0, 0.0, 0.0), "v": (0.0, G.v_0, 0.0, 0.0)}
     at_threshold |= {"f_u": (0.0, 0.0, G.a_0, 0.0), "f_v": (0.0, 0.0, 0.0, G.a_0)}
-    assert calmness(0.0, 0.0, 0.0, 0.0, G) == 1.0
-    assert calmness(*at_threshold[channel], G) == pytest.approx(0.5)
+    assert undisturbed_share(0.0, 0.0, 0.0, 0.0, G) == 1.0
+    assert undisturbed_share(*at_threshold[channel], G) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("mismatch", [0.01, 0.1, 0.3, 1.0, 10.0])

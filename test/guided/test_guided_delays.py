@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guided.controller import GuidedController
 from vessel_hsmc_ros.guided.parameters import GuidedParameters
-from vessel_hsmc_ros.guided.predictor import ahead, delays
+from vessel_hsmc_ros.guided.predictor import delays, predict_arrival
 from vessel_hsmc_ros.law.applied_wrench import arriving, channel
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.law.network import Estimates
@@ -38,7 +38,7 @@ def test_an_age_counts_as_the_nearest_number_of_periods_in_both_inputs(age: floa
 
 
 @pytest.mark.parametrize("known", [UNLIKE, {**INSTANT, "surge_dead_time": 0.5, "yaw_dead_time": 0.2}], ids=["yaw", "surge"])
-@pytest.mark.parametrize("speed", [2.0, -2.0], ids=["ahead", "astern"])
+@pytest.mark.parametrize("speed", [2.0, -2.0], ids=["predict_arrival", "astern"])
 def test_a_ship_on_its_reference_is_commanded_to_go_on_whichever_input_is_later(known: dict[str, Any], speed: float) -> None:
     """Ship and reference are predicted over one time: over unlike times they would be metres apart."""
     law, moving = controller(**known), Motion(0.0, 0.0, 0.3, speed, 0.0, 0.0)
@@ -66,7 +66,7 @@ def test_the_motion_is_predicted_by_the_commands_on_their_way_each_after_its_own
     force, moment = np.arange(1.0, 1.0 + m.queue.shape[1]) * 1e3, np.arange(5.0, 5.0 + m.queue.shape[1]) ** 2 * 1e3
     m.queue[0], m.queue[1] = force, moment
     m = m._replace(head=9)
-    motion, tau_1, tau_2 = ahead(Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), 2, 5, 0.0, m, g)
+    motion, tau_1, tau_2 = predict_arrival(Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Estimates(0.0, 0.0, 0.0), 2, 5, 0.0, m, g)
     assert (tau_1, tau_2) == (force[8], moment[8])
     assert motion.u == pytest.approx(T / g.m11 * (force[7] + 4 * force[8]))
     assert motion.r == pytest.approx(T / g.m33 * moment[4:9].sum())

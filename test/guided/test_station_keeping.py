@@ -19,12 +19,12 @@ from vessel_hsmc_ros.guided.station_keeping import (
     TURNS,
     Spin,
     count_turns,
-    despinning,
     keeps_station,
     lever_arm,
     patience,
     pivot_ahead,
     pivoting_rate,
+    spin_damping,
 )
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
@@ -47,7 +47,7 @@ def test_the_point_behind_the_origin_moves_across_the_hull_as_commanded(w_n: flo
     assert v_p - (COUPLED.x_p + COUPLED.rho) * r == pytest.approx(w_n, abs=1e-12)
 
 
-def test_no_drift_demands_a_faster_turn_than_the_limit() -> None:
+def test_no_sway_velocity_demands_a_faster_turn_than_the_limit() -> None:
     assert pivoting_rate(0.0, 10.0, COUPLED.x_p, COUPLED.rho, COUPLED) == COUPLED.r_rest
     assert COUPLED.r_rest >= COUPLED.r_max
 
@@ -69,8 +69,8 @@ def test_a_ship_that_keeps_station_goes_on_with_it_for_twice_the_threshold() -> 
 @given(speeds, speeds)
 def test_the_surge_speed_of_a_spin_takes_energy_out_of_the_sway(v_p: float, r: float) -> None:
     """The Coriolis force -m11·u·r does the work -m11·u·r·v_p on it."""
-    assert despinning(v_p, r, SLOW) * r * v_p >= 0.0
-    assert despinning(v_p, r, COUPLED) == 0.0
+    assert spin_damping(v_p, r, SLOW) * r * v_p >= 0.0
+    assert spin_damping(v_p, r, COUPLED) == 0.0
 
 
 @pytest.mark.parametrize("r", [0.2, 0.5, 1.0, 3.0])
@@ -83,7 +83,7 @@ def test_a_hull_that_hardly_damps_sway_spirals_out_without_that_surge_speed_and_
         matrix = [[-k, r, beta], [-r, 0.0, 1.0], [k * r, 0.0, -d - beta * r]]
         return float(np.linalg.eigvals(np.array(matrix)).real.max())
 
-    assert growth(0.0) > 0.0 > growth(despinning(1.0, r, SLOW))
+    assert growth(0.0) > 0.0 > growth(spin_damping(1.0, r, SLOW))
 
 
 @pytest.mark.parametrize("coupling", [0.0, 6e5, -6e5])
@@ -93,15 +93,15 @@ def test_an_offset_of_half_a_thousandth_of_the_length_stops_the_turn_to_the_head
     assert math.isclose(g.r_h * lever / g.k_p, 0.0005 * 32.0)
 
 
-def test_the_lever_arm_is_long_in_a_drift_and_short_without_one_or_under_way() -> None:
-    still, drifting = (
+def test_the_lever_arm_is_long_in_a_current_and_short_without_one_or_under_way() -> None:
+    still, in_current = (
         current_at_rest((0.0, 0.0), 0.0, COUPLED),
         current_at_rest((6.0 * COUPLED.c_rest, 8.0 * COUPLED.c_rest), 10.0 * COUPLED.c_rest, COUPLED),
     )
     assert current_at_rest((3.0 * COUPLED.c_rest, 0.0), 10.0 * COUPLED.c_rest, COUPLED) == 0.0, "one that turns with the ship"
     assert lever_arm(still, 0.0, COUPLED) == COUPLED.rho
-    assert lever_arm(drifting, 0.0, COUPLED) == pytest.approx(COUPLED.rho_l, rel=1e-3)
-    assert lever_arm(drifting, 100.0, COUPLED) == pytest.approx(COUPLED.rho, rel=0.01)
+    assert lever_arm(in_current, 0.0, COUPLED) == pytest.approx(COUPLED.rho_l, rel=1e-3)
+    assert lever_arm(in_current, 100.0, COUPLED) == pytest.approx(COUPLED.rho, rel=0.01)
 
 
 def test_a_ship_that_turns_at_rest_without_coming_closer_turns_more_slowly_until_it_does() -> None:

@@ -8,12 +8,12 @@ from compiling import only_compiled
 
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.guided.current_estimate import STEADY, Current, guiding_current
+from vessel_hsmc_ros.guided.current_estimate import MAX_CURRENT_LOW_DAMPING, Current, guiding_current
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.guided.sway_model import (
     FORGOTTEN_A,
     FORGOTTEN_C,
-    SLOWEST,
+    MIN_DECAY,
     decay_rate,
     first_sway,
     learn_sway,
@@ -52,7 +52,7 @@ def turned(
 
 @pytest.mark.parametrize("current", [(0.0, 0.0), (0.5, 0.0), (-0.2, 0.4)])
 @pytest.mark.parametrize("damping", [(0.05, 0.0, 0.0), (0.03, 0.03, 0.0), (0.1, 0.0, 0.5)])
-def test_four_turns_show_the_current_and_the_decay_of_the_drift(
+def test_four_turns_show_the_current_and_the_sway_damping(
     current: tuple[float, float], damping: tuple[float, float, float]
 ) -> None:
     sway = turned(8.0 * math.pi, current, damping)
@@ -89,9 +89,9 @@ def test_an_outlier_moves_the_estimate_by_a_bounded_step() -> None:
     np.testing.assert_array_equal(once, largest)
 
 
-def test_no_damping_is_learned_that_would_feed_the_drift() -> None:
+def test_no_damping_is_learned_that_would_feed_the_sway() -> None:
     sway = turned(10.0, (0.0, 0.0), (-0.01, 0.0, 0.0))
-    assert sway[0, 2] >= SLOWEST * PRIOR.a
+    assert sway[0, 2] >= MIN_DECAY * PRIOR.a
     assert (sway[0, 3:] >= 0.0).all()
 
 
@@ -109,14 +109,14 @@ def test_the_slope_is_the_change_of_the_sway_of_a_steady_turn(damping: tuple[flo
     assert turn_slope(sway, steady(0.03), 0.03, PRIOR) == pytest.approx(numerical, rel=1e-3)
 
 
-def test_less_of_the_current_is_used_where_the_reference_drifts_as_fast_as_it_travels() -> None:
+def test_less_of_the_current_is_used_where_the_reference_moves_as_fast_sideways_as_ahead() -> None:
     g = gains(GuidedParameters(), FERRY, T)
 
     def used(u: float, v: float) -> float:
         desired = Motion(0.0, 0.0, 0.0, u, v, 0.0)
         return guiding_current(Current(5.0, 0.0, 0.0), (0.0, 0.0), 0.0, desired, desired, g).east
 
-    assert used(2.0, 0.0) == pytest.approx(STEADY * 2.0)
+    assert used(2.0, 0.0) == pytest.approx(MAX_CURRENT_LOW_DAMPING * 2.0)
     assert used(1.5, 1.5) == 0.0
 
 

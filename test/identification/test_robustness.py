@@ -10,11 +10,10 @@ from vessel_hsmc_ros.identification import refinement
 from vessel_hsmc_ros.identification.estimate import identify
 from vessel_hsmc_ros.identification.excitation import excitation, scenario_text
 from vessel_hsmc_ros.identification.measurements import from_run
-from vessel_hsmc_ros.identification.parameter_vector import unknowns
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.identification.regression import natural_scale, regress
 from vessel_hsmc_ros.identification.smoothing import smooth
-from vessel_hsmc_ros.identification.types import Measurements, model
+from vessel_hsmc_ros.identification.types import Measurements, model, unknowns
 from vessel_hsmc_ros.identification.windows import windows
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import ship_of

@@ -8,8 +8,7 @@ import pytest
 from scipy.optimize import brentq, fsolve
 
 from vessel_hsmc_ros.manoeuvres.metrics import METRICS, track_of
-from vessel_hsmc_ros.manoeuvres.plan import PLANS, scenario_of
-from vessel_hsmc_ros.manoeuvres.run import Manoeuvre, perform
+from vessel_hsmc_ros.manoeuvres.run import PLANS, Manoeuvre, perform, scenario_of
 from vessel_hsmc_ros.manoeuvres.ship import Ship, in_still_water, ship_of
 from vessel_hsmc_ros.manoeuvres.tables import UNITS
 from vessel_hsmc_ros.plant.dynamics import derivative

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.manoeuvres.plan import PLANS
-from vessel_hsmc_ros.manoeuvres.run import run
+from vessel_hsmc_ros.manoeuvres.run import PLANS, run
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
 from vessel_hsmc_ros.manoeuvres.tables import UNITS, notes, rows
 from vessel_hsmc_ros.scenario.vessels import vessel_names

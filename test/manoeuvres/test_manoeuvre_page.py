@@ -15,8 +15,7 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.manoeuvres import page
 from vessel_hsmc_ros.manoeuvres.page import figure
-from vessel_hsmc_ros.manoeuvres.plan import PLANS
-from vessel_hsmc_ros.manoeuvres.run import Results, run
+from vessel_hsmc_ros.manoeuvres.run import PLANS, Results, run
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
 from vessel_hsmc_ros.manoeuvres.tables import TITLES, notes
 from vessel_hsmc_ros.runs.offline import simulate

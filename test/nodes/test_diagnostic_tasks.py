@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.law.terms import Terms
-from vessel_hsmc_ros.nodes import diagnostic_tasks
+from vessel_hsmc_ros.nodes import reporting
 from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics, correlation_condition, monitors
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, DiagnosticTask
 from vessel_hsmc_ros.safety.monitors import Alarm
@@ -24,21 +24,21 @@ PERIOD = 10_000_000
 
 
 def test_inputs_are_stale_where_one_was_never_received_or_is_too_old() -> None:
-    assert diagnostic_tasks.ages("input age", {"odometry": 0.1, "reference": 0.4}, 0.5).level == OK
-    late = diagnostic_tasks.ages("input age", {"odometry": 0.6, "reference": None}, 0.5)
+    assert reporting.ages("input age", {"odometry": 0.1, "reference": 0.4}, 0.5).level == OK
+    late = reporting.ages("input age", {"odometry": 0.6, "reference": None}, 0.5)
     assert (late.level, late.message) == (STALE, "no recent odometry and reference")
     assert late.values["odometry"] == 0.6
 
 
 @pytest.mark.parametrize(("recent", "level"), [(0, OK), (5, OK), (6, WARN), (300, WARN), (301, ERROR)])
 def test_missed_deadlines_are_a_warning_from_some_a_minute_and_an_error_from_one_of_twenty(recent: int, level: bytes) -> None:
-    assert diagnostic_tasks.counted("missed deadlines", 1000, recent, 6000, "missed periods").level == level
+    assert reporting.counted("missed deadlines", 1000, recent, 6000, "missed periods").level == level
 
 
 def test_events_of_more_than_a_minute_ago_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
-    recent, found = diagnostic_tasks.Recent(), []
+    recent, found = reporting.Recent(), []
     for now, count in ((0.0, 10), (30.0, 14), (61.0, 15), (91.0, 15)):  # noqa: B007
         found.append(recent.increase(count))
     assert found == [0, 4, 1, 0]
@@ -47,20 +47,20 @@ def test_events_of_more_than_a_minute_ago_are_not_counted(monkeypatch: pytest.Mo
 @pytest.mark.parametrize(("free", "level"), [(2e9, OK), (5e8, WARN), (5e7, ERROR)])
 def test_a_disk_that_fills_is_a_warning_and_then_an_error(free: float, level: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
-    found = {c.name: c.level for c in diagnostic_tasks.recording(Path(), 0.0, 0)}
+    found = {c.name: c.level for c in reporting.recording(Path(), 0.0, 0)}
     assert found == {"queue": OK, "disk space": level, "gaps": OK}
 
 
 def test_a_slow_recorder_and_lost_messages_are_warnings(tmp_path: Path) -> None:
-    found = {c.name: c.level for c in diagnostic_tasks.recording(tmp_path, 5.5, 2)}
+    found = {c.name: c.level for c in reporting.recording(tmp_path, 5.5, 2)}
     assert (found["queue"], found["gaps"]) == (WARN, WARN)
-    assert diagnostic_tasks.recording(tmp_path / "gone", 0.0, 0)[1].level == STALE
+    assert reporting.recording(tmp_path / "gone", 0.0, 0)[1].level == STALE
 
 
 def test_a_reference_that_is_not_finite_is_an_error_and_a_refused_goal_a_warning() -> None:
-    assert diagnostic_tasks.motion({"surge": 1.0}, "").level == OK
-    assert diagnostic_tasks.motion({"surge": 1.0}, "goal refused").level == WARN
-    assert diagnostic_tasks.motion({"surge": math.nan}, "").level == ERROR
+    assert reporting.motion({"surge": 1.0}, "").level == OK
+    assert reporting.motion({"surge": 1.0}, "goal refused").level == WARN
+    assert reporting.motion({"surge": math.nan}, "").level == ERROR
 
 
 @pytest.fixture
@@ -111,7 +111,7 @@ def test_a_saturated_law_is_stated_with_its_share(health: ControlDiagnostics) ->
 
 
 def test_a_monitor_that_warns_is_a_warning_and_one_that_demands_the_safe_action_an_error() -> None:
-    assert diagnostic_tasks.saturation(0.5, lasting=True).level == WARN
+    assert reporting.saturation(0.5, lasting=True).level == WARN
     assert monitors({Reason.NOT_MOVING: Alarm.OK, Reason.SATURATED: Alarm.OK}).level == OK
     assert monitors({Reason.NOT_MOVING: Alarm.OK, Reason.SATURATED: Alarm.WARN}).level == WARN
     found = monitors({Reason.NOT_MOVING: Alarm.SAFE, Reason.SATURATED: Alarm.OK})

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.manoeuvres.plan import scenario_of
+from vessel_hsmc_ros.manoeuvres.run import scenario_of
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.controller import ControllerNode

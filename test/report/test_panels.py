@@ -9,7 +9,8 @@ from records import record
 
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.law.known_vessel import INSTANT
-from vessel_hsmc_ros.report import Record, jitter
+from vessel_hsmc_ros.report import Record
+from vessel_hsmc_ros.report.figures import jitter_intervals
 from vessel_hsmc_ros.report.panels import HELP, Panel, panels
 from vessel_hsmc_ros.report.record import Limit, Mark, limits, planned
 from vessel_hsmc_ros.runs.offline import simulate
@@ -97,7 +98,7 @@ def test_a_pause_is_no_control_interval() -> None:
     paused = replace(made, marks=(Mark(2.3, "pause", "paused"), Mark(7.4, "resume", "resumed")))
     assert by_title(made)["control interval"].lines[0].values.max() > 5.0
     assert by_title(paused)["control interval"].lines[0].values.max() < 0.03
-    found = jitter.intervals(paused)
+    found = jitter_intervals(paused)
     assert found is not None
     assert len(found) < 249
     assert found.max() < 0.03
@@ -106,4 +107,4 @@ def test_a_pause_is_no_control_interval() -> None:
 def test_a_pause_without_an_end_lasts_until_the_end_of_the_run() -> None:
     made = record("run", 1.0)
     made.run.control.update(time=0.02 * np.arange(250.0), compute_time=np.full(250, 4e-5))
-    assert jitter.intervals(replace(made, marks=(Mark(0.0, "pause", "paused"),))) is None
+    assert jitter_intervals(replace(made, marks=(Mark(0.0, "pause", "paused"),))) is None

@@ -9,9 +9,8 @@ import pytest
 from connections import SHIP, healthy, of
 
 from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.safety.command_rules import effect
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Topic
-from vessel_hsmc_ros.safety.connection_rules import judge
+from vessel_hsmc_ros.safety.connection_rules import effect, judge
 from vessel_hsmc_ros.scenario.connection import connection_of, values_of
 from vessel_hsmc_ros.scenario.interfaces import interface
 

@@ -54,8 +54,8 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     "draws beyond their distribution": ("campaign", "campaign.distributions.Uniform.quantile", lambda self, u: self.high + u),
     "no ranges of hull data": ("vessel", "core.schema._outside", lambda *_: False),
     "times that do not increase": ("csv", "identification.measurements.checked", lambda run: run),
-    "a waypoint that is not finite": ("waypoints", "scenario.waypoints._waypoint", waypoint),
-    "no checksums": ("bag", "bags.mcap_scan.zlib", ANY_SUM),
+    "a waypoint that is not finite": ("waypoints", "cli.path._waypoint", waypoint),
+    "no checksums": ("bag", "bags.mcap_contents.zlib", ANY_SUM),
     "messages with their own exceptions": ("unchecked_bag", "bags.message_decoder.MessageDecoder.deserialize", unwrapped),
     "metadata that is no YAML": ("metadata", "bags.files.yaml", SimpleNamespace(YAMLError=KeyError)),
 }

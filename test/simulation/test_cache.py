@@ -22,7 +22,7 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario, make_law
 from vessel_hsmc_ros.simulation import compilation, preparation
 from vessel_hsmc_ros.simulation.compilation import Compiled
 from vessel_hsmc_ros.simulation.compile import THRUSTERS
-from vessel_hsmc_ros.simulation.loop_state import Kept
+from vessel_hsmc_ros.simulation.preparation import Kept
 
 Array = NDArray[np.float64]
 

@@ -3,8 +3,7 @@
 import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.parameter_vector import vessel
-from vessel_hsmc_ros.identification.types import Measurements
+from vessel_hsmc_ros.identification.types import Measurements, vessel
 from vessel_hsmc_ros.identification.windows import simulated, windows
 
 CYBERSHIP2 = {

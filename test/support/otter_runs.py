@@ -4,8 +4,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.parameter_vector import HULL, vessel
-from vessel_hsmc_ros.identification.types import Measurements
+from vessel_hsmc_ros.identification.types import HULL, Measurements, vessel
 from vessel_hsmc_ros.identification.windows import simulated, windows
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel

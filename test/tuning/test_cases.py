@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.tuning.cases import held_out_cases, law_of, load_cases
+from vessel_hsmc_ros.tuning.plan import held_out_cases, law_of, load_cases
 
 CAMPAIGN = """
 scenario: case2_tracking

@@ -9,8 +9,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.tuning.cases import Case
-from vessel_hsmc_ros.tuning.cost import AGGREGATES, ERROR, FLOOR, Cost, Objective, chosen_objective
+from vessel_hsmc_ros.tuning.plan import AGGREGATES, ERROR, FLOOR, Case, Cost, Objective, chosen_objective
 
 METRICS = Metrics(*[1.0] * 10)
 

@@ -11,11 +11,9 @@ import pytest
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.tuning.cases import Case
-from vessel_hsmc_ros.tuning.cost import Cost, Objective
 from vessel_hsmc_ros.tuning.files import MAX_LISTED_RUNS, _cases, summary
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.tuning.plan import Evaluation, Tuning
+from vessel_hsmc_ros.tuning.plan import Case, Cost, Evaluation, Objective, Tuning
 from vessel_hsmc_ros.tuning.result import Result, front_of, tune
 from vessel_hsmc_ros.tuning.search import Trial
 

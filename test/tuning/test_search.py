@@ -10,10 +10,8 @@ from pathlib import Path
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
-from vessel_hsmc_ros.tuning.cases import held_out_cases, load_cases
-from vessel_hsmc_ros.tuning.cost import Objective
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.tuning.plan import Tuning
+from vessel_hsmc_ros.tuning.plan import Objective, Tuning, held_out_cases, load_cases
 from vessel_hsmc_ros.tuning.result import Result, front_of, open_study, tune
 from vessel_hsmc_ros.tuning.search import Trial
 

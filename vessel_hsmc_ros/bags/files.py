@@ -18,7 +18,7 @@ import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Channel
 
-from vessel_hsmc_ros.bags.mcap_contents import read_contents
+from vessel_hsmc_ros.bags.mcap_contents import Contents, chunk_bytes, read_contents
 from vessel_hsmc_ros.bags.mcap_layout import (
     LARGEST_CHUNK,
     MESSAGE_FIELDS,
@@ -28,7 +28,6 @@ from vessel_hsmc_ros.bags.mcap_layout import (
     file_records,
     message_offsets,
 )
-from vessel_hsmc_ros.bags.mcap_scan import Contents, chunk_bytes
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text

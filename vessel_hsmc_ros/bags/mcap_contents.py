@@ -1,19 +1,227 @@
-"""Contents of an MCAP file: from its summary, or by a scan if the summary is missing or damaged."""
+"""Contents of an MCAP file: from its summary, or by a scan from its beginning if that is missing or damaged."""
 
 import io
+import struct
 import zlib
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+import lz4.frame
+import zstandard
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
-from mcap.records import Attachment, ChunkIndex, Metadata
+from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, MessageIndex, Metadata, Schema
 
-from vessel_hsmc_ros.bags.mcap_layout import CHECKSUM_SIZE, DATA_END, FOOTER, LONGEST_RECORD, MAGIC, RECORD_HEADER
-from vessel_hsmc_ros.bags.mcap_scan import DAMAGE, Contents, scan
+from vessel_hsmc_ros.bags.mcap_layout import (
+    CHECKSUM_SIZE,
+    DATA_END,
+    FIRST_PRIVATE,
+    FOOTER,
+    LARGEST_CHUNK,
+    LONGEST_RECORD,
+    MAGIC,
+    MESSAGE_HEADER,
+    RECORD_HEADER,
+    chunk_records,
+    file_records,
+)
 from vessel_hsmc_ros.core.exceptions import BagError
+
+DAMAGE = (
+    McapError,
+    zstandard.ZstdError,
+    struct.error,
+    ValueError,
+    RuntimeError,
+    EOFError,
+    LookupError,
+    TypeError,
+    MemoryError,
+    OverflowError,
+)
+"""Exceptions of the libraries for damaged bytes: RuntimeError is lz4's, MemoryError results from a damaged length."""
+
+
+@dataclass
+class Contents:
+    """The contents of a file and their locations.
+
+    Attributes:
+        path: The file.
+        end: Offset of the end of the last complete record in the data section.
+        complete: Whether the file was closed: it has a summary with an index of its chunks, and a footer.
+        profile: The profile in the file's header, `ros2` for rosbag2.
+        schemas, channels: By their ids.
+        chunks: Index of the undamaged chunks.
+        counts: Messages by channel id.
+        metadata, attachments: Offset, length and content of each record.
+        start_time, end_time: First and last log time, ns; None and 0 without messages.
+        damaged: Offsets of the chunks whose bytes do not match their checksums; they are not among `chunks`.
+        unindexed: The last chunk's message indexes that are missing in the file, by channel id.
+        loose: Whether messages lie outside of chunks.
+    """
+
+    path: Path
+    end: int = 0
+    complete: bool = False
+    profile: str = ""
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    chunks: list[ChunkIndex] = field(default_factory=list)
+    counts: Counter[int] = field(default_factory=Counter)
+    metadata: list[tuple[int, int, Metadata]] = field(default_factory=list)
+    attachments: list[tuple[int, int, Attachment]] = field(default_factory=list)
+    start_time: int | None = None
+    end_time: int = 0
+    damaged: list[int] = field(default_factory=list)
+    unindexed: dict[int, MessageIndex] = field(default_factory=dict)
+    loose: bool = False
+
+    def extend_times(self, start: int, end: int) -> None:
+        """Include messages with log times from `start` to `end` in the file's time range."""
+        self.start_time = start if self.start_time is None else min(self.start_time, start)
+        self.end_time = max(self.end_time, end)
+
+
+def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
+    """The uncompressed records of a chunk.
+
+    Args:
+        path: The file, for error messages.
+        stream: The file, opened for reading.
+        index: The location of the chunk.
+
+    Raises:
+        BagError: the chunk is damaged.
+    """
+    offset = index.chunk_start_offset
+    try:
+        if index.chunk_length > LONGEST_RECORD:
+            raise ValueError("too large")
+        stream.seek(offset + RECORD_HEADER.size)
+        # No more than the chunk's own bytes: a damaged length within them could request any amount of memory.
+        return _uncompressed(Chunk.read(_stream(stream.read(index.chunk_length - RECORD_HEADER.size))))
+    except DAMAGE:
+        raise BagError(f"{path} is damaged at byte {offset}: `vessel-hsmc recover` makes the rest of it readable") from None
+
+
+def scan(path: Path) -> Contents:
+    """Read complete records from the beginning until the data section ends or breaks off.
+
+    Raises:
+        BagError: the file has no complete record.
+    """
+    contents, doubtful = Contents(path), []
+    for opcode, start, content in file_records(path):
+        if opcode >= FIRST_PRIVATE:  # reserved space of a file that was not closed, or a damaged chunk that was disabled
+            continue
+        try:
+            _add_record(contents, opcode, start, content)
+        except DAMAGE:
+            if opcode != Opcode.CHUNK:
+                break
+            doubtful.append(start)
+        else:
+            contents.end = start + RECORD_HEADER.size + len(content)
+    # A bad chunk behind the last good record was being written when the writer was killed: it is cut off, not damaged.
+    contents.damaged = [start for start in doubtful if start < contents.end]
+    if not contents.end:
+        raise BagError(f"{path} has nothing readable, not even the beginning of an MCAP file")
+    return contents
+
+
+def _add_record(contents: Contents, opcode: int, start: int, content: bytes) -> None:
+    size = RECORD_HEADER.size + len(content)
+    if opcode == Opcode.CHUNK:
+        _add_chunk(contents, Chunk.read(_stream(content)), start, size)
+    elif opcode == Opcode.MESSAGE_INDEX and contents.chunks:
+        channel = _stream(content).read2()
+        if contents.unindexed.pop(channel, None):
+            contents.chunks[-1].message_index_offsets[channel] = start
+            contents.chunks[-1].message_index_length += size
+    elif opcode == Opcode.METADATA:
+        contents.metadata.append((start, size, Metadata.read(_stream(content))))
+    elif opcode == Opcode.ATTACHMENT:
+        contents.attachments.append((start, size, Attachment.read(_stream(content))))
+    elif opcode == Opcode.HEADER:
+        contents.profile = Header.read(_stream(content)).profile
+    else:
+        _add_messages(contents, RECORD_HEADER.pack(opcode, len(content)) + content)
+        contents.loose |= opcode == Opcode.MESSAGE
+
+
+def _add_chunk(contents: Contents, chunk: Chunk, start: int, size: int) -> None:
+    contents.unindexed = {}  # also when the chunk turns out damaged: the message indexes that follow belong to it
+    contents.unindexed = _add_messages(contents, _uncompressed(chunk))
+    contents.chunks.append(
+        ChunkIndex(
+            chunk_length=size,
+            chunk_start_offset=start,
+            compression=chunk.compression,
+            compressed_size=len(chunk.data),
+            message_end_time=chunk.message_end_time,
+            message_index_length=0,
+            message_index_offsets={},
+            message_start_time=chunk.message_start_time,
+            uncompressed_size=chunk.uncompressed_size,
+        )
+    )
+
+
+def _add_messages(contents: Contents, data: bytes) -> dict[int, MessageIndex]:
+    """Count the messages of a chunk, and add its schemas and channels; returns the message indexes by channel."""
+    indexes: dict[int, MessageIndex] = {}
+    for opcode, start, end in chunk_records(data):
+        content = start + RECORD_HEADER.size
+        if opcode == Opcode.MESSAGE:
+            _, _, number, _, log_time, _ = MESSAGE_HEADER.unpack_from(data, start)
+            indexes.setdefault(number, MessageIndex(channel_id=number, records=[])).records.append((log_time, start))
+        elif opcode == Opcode.SCHEMA:
+            schema = Schema.read(_stream(data[content:end]))
+            contents.schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            channel = Channel.read(_stream(data[content:end]))
+            contents.channels[channel.id] = channel
+    for number, index in indexes.items():
+        contents.counts[number] += len(index.records)
+        times = [log_time for log_time, _ in index.records]
+        contents.extend_times(min(times), max(times))
+    return indexes
+
+
+def _uncompressed(chunk: Chunk) -> bytes:
+    """The uncompressed bytes of a chunk, never more than it claims, and never more than LARGEST_CHUNK."""
+    size = chunk.uncompressed_size
+    if size > LARGEST_CHUNK:
+        raise ValueError("too large")
+    data = _decompressed(chunk.compression, chunk.data, size)
+    if len(data) != size or (chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc):
+        raise ValueError("cut off")
+    return data
+
+
+def _decompressed(compression: str, data: bytes, size: int) -> bytes:
+    """Decompress to at most `size` bytes; a library that is left to itself allocates what the data claim."""
+    if compression == "":
+        return data
+    if compression == "lz4":
+        unpacked: bytes = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size)
+        return unpacked
+    if compression != "zstd":
+        raise ValueError(f"compression {compression} is unknown")
+    if zstandard.frame_content_size(data) > size:
+        raise ValueError("claims more than the chunk")
+    return zstandard.ZstdDecompressor().decompress(data, max_output_size=size) if size else b""
+
+
+def _stream(data: bytes) -> ReadDataStream:
+    return ReadDataStream(io.BytesIO(data))
+
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 

@@ -30,6 +30,7 @@ from mcap.records import (
 )
 
 from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile, UnnamedFile
+from vessel_hsmc_ros.bags.mcap_contents import Contents
 from vessel_hsmc_ros.bags.mcap_layout import (
     CHECKSUM_SIZE,
     DATA_END,
@@ -40,7 +41,6 @@ from vessel_hsmc_ros.bags.mcap_layout import (
     MESSAGE_INDEX_HEADER,
     RECORD_HEADER,
 )
-from vessel_hsmc_ros.bags.mcap_scan import Contents
 
 
 def definitions(contents: Contents) -> bytes:

@@ -28,7 +28,7 @@ from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
-from vessel_hsmc_ros.bags.mcap_scan import Contents
+from vessel_hsmc_ros.bags.mcap_contents import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import former_names_accepted, recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO

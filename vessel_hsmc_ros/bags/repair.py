@@ -8,9 +8,8 @@ from mcap.data_stream import RecordBuilder
 
 from vessel_hsmc_ros.bags.crash_safe_file import is_being_written
 from vessel_hsmc_ros.bags.files import bag_files, bag_information, offered_qos
-from vessel_hsmc_ros.bags.mcap_contents import read_contents
+from vessel_hsmc_ros.bags.mcap_contents import Contents, read_contents, scan
 from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE
-from vessel_hsmc_ros.bags.mcap_scan import Contents, scan
 from vessel_hsmc_ros.bags.mcap_writer import ending_of
 from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, metadata, write_metadata
 from vessel_hsmc_ros.bags.writer import RECORDING

@@ -114,8 +114,8 @@ def ship_of(family: ShipFamily) -> Ship:
     period = _plant_period(family, scale.T)
     surge = _delays(family, family.surge_delays, scale.F, scale.T, period)
     yaw = _delays(family, family.yaw_delays, scale.N, scale.T, period)
-    wanted = Request(family.reference, family.radius * scale.L, family.speed * scale.U, 1.0 if family.to_port else -1.0)
-    return Ship(hull, scale, surge, yaw, period, course_for(wanted, hull, scale))
+    request = Request(family.reference, family.radius * scale.L, family.speed * scale.U, 1.0 if family.to_port else -1.0)
+    return Ship(hull, scale, surge, yaw, period, course_for(request, hull, scale))
 
 
 def _plant_period(family: ShipFamily, T: float) -> float:
@@ -280,7 +280,7 @@ def _declared(f: ShipFamily, ship: Ship) -> Changes:
     def actuator(value: float, error: float, is_declared: bool) -> float:
         return given(value, error) if is_declared else NOT_DECLARED
 
-    decay, ratio = _drift(ship)
+    decay, ratio = _sway_dynamics(ship)
     known = d.drift and decay >= 0.0
     values = {
         "surge_inertia": given(hull.surge_inertia, f.declared_surge_inertia),
@@ -299,7 +299,7 @@ def _declared(f: ShipFamily, ship: Ship) -> Changes:
     return {f"controller.vessel.{name}": value for name, value in values.items()}
 
 
-def _drift(ship: Ship) -> tuple[float, float]:
-    """Decay and ratio of the drift as `vessel-hsmc init` states them; the first is negative where the hull needs neither."""
+def _sway_dynamics(ship: Ship) -> tuple[float, float]:
+    """Sway damping rate and Coriolis ratio as `vessel-hsmc init` states them; the first is -1 where the hull needs neither."""
     circle = circle_for(ship.hull, ship.scale)
     return sway_damping_rate(ship.hull, ship.scale, circle), coriolis_ratio(ship.hull, circle)

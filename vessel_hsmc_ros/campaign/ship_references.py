@@ -72,14 +72,14 @@ class Request(NamedTuple):
     side: float
 
 
-def course_for(wanted: Request, hull: ShipParameters, scale: Scale) -> Course:
+def course_for(request: Request, hull: ShipParameters, scale: Scale) -> Course:
     """The reference of a kind for a ship; wider or slower where the ship could not follow it in calm water.
 
     Raises:
         ParameterError: the ship cannot follow any reference of this kind.
     """
-    turn = _feasible(wanted, hull, scale)
-    mode, chosen, period = MAKERS[wanted.kind](turn, hull, scale)
+    turn = _feasible(request, hull, scale)
+    mode, chosen, period = MAKERS[request.kind](turn, hull, scale)
     return Course(
         {f"{REFERENCE}.{name}": value for name, value in (UNUSED | {"mode": mode} | chosen).items()}, period, turn.rise_time
     )
@@ -102,15 +102,15 @@ Made = tuple[str, Changes, float]
 """Mode, changes of reference_ship, and period, s."""
 
 
-def _feasible(wanted: Request, hull: ShipParameters, scale: Scale) -> Turn:
+def _feasible(request: Request, hull: ShipParameters, scale: Scale) -> Turn:
     """The tightest turn as requested, or wider or slower; see `course_for`."""
 
     def rise_time(speed: float) -> float:
         return speed * scale.m11 / (START_SHARE * scale.F)
 
-    curve = CURVES.get(wanted.kind, _arc)
-    made = feasible_turn(wanted.kind, curve, (wanted.radius, wanted.speed), rise_time, hull, scale)
-    return Turn(made.radius, made.speed, made.rise_time, wanted.side)
+    curve = CURVES.get(request.kind, _arc)
+    made = feasible_turn(request.kind, curve, (request.radius, request.speed), rise_time, hull, scale)
+    return Turn(made.radius, made.speed, made.rise_time, request.side)
 
 
 def _arc(radius: float) -> Curve:

@@ -8,7 +8,7 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import interpreted_option, output_option, parse_changes, set_option
-from vessel_hsmc_ros.manoeuvres.plan import PLANS
+from vessel_hsmc_ros.manoeuvres.run import PLANS
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.vessels import vessel_names
 

@@ -76,11 +76,9 @@ def tune(
     --trials.
     """
     # Imported here: Optuna takes half a second, which the other verbs need not spend.
-    from vessel_hsmc_ros.tuning.cases import held_out_cases, law_of, load_cases
-    from vessel_hsmc_ros.tuning.cost import chosen_objective
     from vessel_hsmc_ros.tuning.files import write
     from vessel_hsmc_ros.tuning.gains import parse_gains
-    from vessel_hsmc_ros.tuning.plan import Tuning
+    from vessel_hsmc_ros.tuning.plan import Tuning, chosen_objective, held_out_cases, law_of, load_cases
     from vessel_hsmc_ros.tuning.result import tune as run_tuning
 
     given = parse_changes(changes)

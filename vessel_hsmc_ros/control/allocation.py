@@ -66,11 +66,11 @@ def steer(elapsed: float, u: float, c: Allocator, s: Array) -> None:
             continue
         p, q, change = s[i, P], s[i, Q], change_within(c.rows[i, ANGLE_RATE], elapsed)
         angle = s[i, TURN]
-        wanted = rudder_angle(i, p, q, u, c, angle) if c.rows[i, KIND] == RUDDER else azimuth_angle(i, p, q, c, angle)
-        turn = wanted - angle
+        demanded = rudder_angle(i, p, q, u, c, angle) if c.rows[i, KIND] == RUDDER else azimuth_angle(i, p, q, c, angle)
+        turn = demanded - angle
         if c.rows[i, ANGLE_LIMIT] >= ALL_ROUND:
             turn = wrap(turn)
-        angle = wanted if abs(turn) <= change else angle + clip(turn, change)
+        angle = demanded if abs(turn) <= change else angle + clip(turn, change)
         s[i, TURN] = wrap(angle) if c.rows[i, ANGLE_LIMIT] >= ALL_ROUND else clip(angle, c.rows[i, ANGLE_LIMIT])
         thrust = p if c.rows[i, KIND] == RUDDER else p * math.cos(angle) + q * math.sin(angle)
         s[i, THRUST] = between(thrust, s[i, LOW], s[i, HIGH])
@@ -99,10 +99,10 @@ def rudder_angle(i: int, p: float, q: float, u: float, c: Allocator, angle: floa
     if flow == 0.0:
         return angle
     l1, l2, limit = c.rows[i, LIFT], c.rows[i, LIFT_QUADRATIC], c.rows[i, ANGLE_LIMIT]
-    wanted = clip(q / flow, (l1 - l2 * limit) * limit)
-    root = l1 * l1 - 4.0 * l2 * abs(wanted)
+    demanded = clip(q / flow, (l1 - l2 * limit) * limit)
+    root = l1 * l1 - 4.0 * l2 * abs(demanded)
     # The smaller root, in the form without cancellation.
-    return clip(2.0 * wanted / (l1 + (math.sqrt(root) if root > 0.0 else 0.0)), limit)
+    return clip(2.0 * demanded / (l1 + (math.sqrt(root) if root > 0.0 else 0.0)), limit)
 
 
 @kernel
@@ -164,7 +164,7 @@ class Allocation:
         """Note that the thrusts have been set to zero, while angles hold."""
         self.state[:, THRUST] = 0.0
 
-    def answer(self, stamp: int, command: tuple[float, float], surge_speed: float) -> Allocated:
+    def step_at(self, stamp: int, command: tuple[float, float], surge_speed: float) -> Allocated:
         """Allocate a command of a stamp, whose limits of rates depend on the stamp before; the first has no time to change.
 
         Args:

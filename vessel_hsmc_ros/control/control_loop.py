@@ -76,7 +76,7 @@ Inputs = tuple[Motion, Motion, Acceleration, float]
 
 
 class Fallback:
-    """Steps a second law while its wrench is wanted, each time from its initial state.
+    """Steps a second law while its wrench is used, each time from its initial state.
 
     Args:
         law: The law.
@@ -86,15 +86,15 @@ class Fallback:
         self._law = law
         self._in_use = False
 
-    def step(self, inputs: Inputs | None, wanted: bool) -> tuple[float, float] | None:
-        """The wrench of the fallback law; None where it is not wanted or has none.
+    def step(self, inputs: Inputs | None, needed: bool) -> tuple[float, float] | None:
+        """The wrench of the fallback law; None where it is not needed or has none.
 
         Args:
             inputs: Ship, reference, acceleration of the reference and age, as `guarded_step` takes them; None where they are
                 missing.
-            wanted: Whether the wrench is used.
+            needed: Whether the wrench is used.
         """
-        if not wanted or inputs is None:
+        if not needed or inputs is None:
             self._in_use = False
             return None
         try:
@@ -276,14 +276,14 @@ class ControlLoop:
         if self.watch:
             reason = reason or self.watch.step(self.wrench, measured, self.observer, self.grid.period, as_measured)
         try:
-            wanted, terms = guarded_step(self.law, *inputs)
+            demand, terms = guarded_step(self.law, *inputs)
         except LawError:
             raise
         except ControlError:
             self._command(None, Reason.LAW_UNDEFINED, measured, inputs)
             raise
         self.delta = at.delta
-        self._command(wanted, reason, measured, inputs)
+        self._command(demand, reason, measured, inputs)
         if not self.enabled:
             with guarded(self.law):
                 self.law.reset()
@@ -303,7 +303,7 @@ class ControlLoop:
 
     def _command(
         self,
-        wanted: tuple[float, float] | None,
+        demand: tuple[float, float] | None,
         reason: Reason,
         motion: Motion | None = None,
         inputs: tuple[Motion, Motion, Acceleration, float] | None = None,
@@ -311,10 +311,10 @@ class ControlLoop:
         """Command the law's wrench or what takes its place, and keep it."""
         fallback = self.fallback.step(inputs, self.supervision.wants_fallback) if self.fallback else None
         surge_and_yaw = None if motion is None else (motion.u, motion.r)
-        self.supervision.step(wanted, reason, self.grid.period, surge_and_yaw, fallback)
+        self.supervision.step(demand, reason, self.grid.period, surge_and_yaw, fallback)
         if self.observer:
             put(self.commands, self.wrench)
-        if wanted is None:
+        if demand is None:
             self._lyapunov = None  # its rate over the gap would belong to no single control period
 
     def _elapsed_periods(self, stamp: int) -> int:

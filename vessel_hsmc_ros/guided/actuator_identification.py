@@ -298,10 +298,10 @@ def _decide(m: BankState, c: Bank) -> None:
     excitation = present[5] * c.unit * c.unit * c.unit * c.unit
     if n[INTERVALS] * c.h < FIRST * c.unit or excitation < QUIET * QUIET:
         return
-    left = unexplained(present, m.measured[2], c.unit)
-    if left < c.wrong * yy:
+    residual = unexplained(present, m.measured[2], c.unit)
+    if residual < c.wrong * yy:
         return
-    least, best = min(c.better * left, c.right * yy), c.used
+    least, best = min(c.better * residual, c.right * yy), c.used
     for i in range(len(m.models)):
         J = unexplained(m.models[i], m.measured[2], c.unit)
         if least > J:

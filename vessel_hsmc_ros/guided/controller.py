@@ -34,8 +34,8 @@ from vessel_hsmc_ros.guided.actuator_identification import (
     with_model,
 )
 from vessel_hsmc_ros.guided.current_estimate import (
-    LASTING,
-    PASSED,
+    MEAN_SHARE,
+    MODEL_MEAN_SHARE,
     Current,
     at_rest,
     credible_part,
@@ -59,17 +59,17 @@ from vessel_hsmc_ros.guided.guidance import (
     velocity_command,
 )
 from vessel_hsmc_ros.guided.parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.guided.predictor import ahead, correct, delays, predict
+from vessel_hsmc_ros.guided.predictor import correct, delays, predict, predict_arrival
 from vessel_hsmc_ros.guided.state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.guided.station_keeping import (
-    calmness,
     count_turns,
-    despinning,
     keeps_station,
     lever_arm,
     patient,
     pivot_ahead,
     pivoting_rate,
+    spin_damping,
+    undisturbed_share,
 )
 from vessel_hsmc_ros.guided.sway_model import learn_sway, turn_slope
 from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead, slewed
@@ -169,10 +169,10 @@ def estimate_current(
     current, mean_current, mean_magnitude = m.filter.current, m.filter.mean_current, m.filter.mean_magnitude
     if g.sway.a < 0.0:
         current = learn_current(current, motion, v, sway, turned, g)
-        east, north, share = current.east, current.north, LASTING * turned
+        east, north, share = current.east, current.north, MEAN_SHARE * turned
     else:
         learn_sway(m.sway, motion, v, sway - motion.r * c_h, turned, g.sway)
-        east, north, share = float(m.sway[0, 0]), float(m.sway[0, 1]), PASSED * turned
+        east, north, share = float(m.sway[0, 0]), float(m.sway[0, 1]), MODEL_MEAN_SHARE * turned
     mean_current = mean(mean_current, east, north, share)
     mean_magnitude += share * (magnitude(east, north) - mean_magnitude)
     if g.sway.a >= 0.0:
@@ -240,8 +240,8 @@ def command(
         turning, largest = pivoting_rate(w.w_n, v, x, lever, g), g.dr_rest
     spin = count_turns(spin, distance, motion.r, at_rest(velocity.reference_squared, g) > 0.0, g)
     turning = patient(turning, spin, g)
-    calm = calmness(square, motion.v, f.fu, f.fv, g)
-    alignment = clip(g.k_h * calm * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
+    undisturbed = undisturbed_share(square, motion.v, f.fu, f.fv, g)
+    alignment = clip(g.k_h * undisturbed * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
     error = clip(turning + alignment - r_d, 2.0 * g.r_max) - rate
     demand = integral + g.step_c * error
     # Conditional integration: zeta advances only while the yaw acceleration is not limited.
@@ -249,7 +249,7 @@ def command(
     if drate == demand:
         integral += g.kappa * g.lambda_c * g.step_c * g.T * error
     xi = integrate_error(xi, motion, desired, travel, g)
-    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (despinning(v, motion.r, g) if keeping else 0.0)
+    psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (spin_damping(v, motion.r, g) if keeping else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + c_n))
     return command, Filter(
         rate + g.T * drate, integral, s, xi, slow_sway, keeping, current, mean_current, mean_magnitude, slow_epsilon, spin
@@ -281,7 +281,7 @@ def step(
     activate(motion.u, motion.v, motion.r, neurons, m.H)
     HH = output(m.H, m.H, m.scratch)
     f = learn(measured, expected, HH, m, g)
-    coming = forecast(f, m, g)
+    at_arrival = forecast(f, m, g)
     # The networks learn what the turn of the hull in a current does not explain.
     guiding = guiding_current(
         credible_part(m.filter.current, g), m.filter.mean_current, m.filter.mean_magnitude, motion, desired, g
@@ -291,14 +291,14 @@ def step(
     f_ground = Estimates(f.fu + by_turn, f.fv - motion.r * c_h, f.fr)
     n_1, n_2 = delays(age, m, g)
     x = pivot_ahead(speed_squared(guiding, desired.u * desired.u + desired.v * desired.v, g), g)
-    later, tau_1, tau_2 = ahead(motion, f_ground, n_1, n_2, x, m, g)
+    later, tau_1, tau_2 = predict_arrival(motion, f_ground, n_1, n_2, x, m, g)
     goal = desired
     if max(n_1, n_2) > 0:
         goal = predict(desired, acceleration.du, acceleration.dv, acceleration.dr, g.T * max(n_1, n_2))
     c, filtered = command(later, goal, acceleration, f, guiding, x, m, g)
 
     S1, S2 = later.r - c.r_c, later.u - c.u_c
-    demand_1, demand_2 = g.m11 * (c.du_c - coming.fu - by_turn - g.k2 * S2), g.m33 * (c.dr_c - coming.fr - g.k1 * S1)
+    demand_1, demand_2 = g.m11 * (c.du_c - at_arrival.fu - by_turn - g.k2 * S2), g.m33 * (c.dr_c - at_arrival.fr - g.k1 * S1)
     # Only the limit of the magnitude counts as saturation, which suspends the adaptation; the slew limit is transient.
     saturated_1, saturated_2 = abs(demand_1) > g.surge.limit, abs(demand_2) > g.yaw.limit
     last_1, last_2 = arriving(m.queue, 0, m.head, 1), arriving(m.queue, 1, m.head, 1)

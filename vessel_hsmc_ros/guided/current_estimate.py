@@ -30,30 +30,30 @@ MU, MU_T = 1.54, 0.19
 """Gains of the adaptation: they place three poles at 1/sqrt(3) per radian in a steady turn, so that an error decays within a
 turn."""
 
-ADDED = 1.4
+SWAY_MASS_RATIO = 1.4
 """m22/m11 of a ship; the sway follows u·r with the lag that it implies."""
 
-SLOWEST = 0.025
+MIN_YAW_RATE = 0.025
 """Yaw rate below which theta adapts less, in terms of the largest innovation in yaw."""
 
-SHARE = 0.7
+MAX_CURRENT = 0.7
 """Largest c that is used in terms of the speed of the reference, which therefore travels ahead through the water."""
 
-STEADY = 0.4
-"""The same for a hull whose own drift decays slowly: a faster turn through the water takes it to a larger drift angle."""
+MAX_CURRENT_LOW_DAMPING = 0.4
+"""The same for a hull with low sway damping: a faster turn through the water takes it to a larger drift angle."""
 
-STEEPEST = 0.4
-"""Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less than STEADY."""
+SURPLUS = 0.4
+"""Surplus of surge over sway velocity, in terms of its speed, below which a reference allows less of the current."""
 
-TURNS_WITH_SHIP, LASTS = 0.5, 0.8
+TURNS_WITH_SHIP, LASTING = 0.5, 0.8
 """Mean of the current in terms of the mean of its magnitude, below which none is used at rest, and above which all is."""
 
-FAR = 4.0
+MAX_DISTANCE = 4.0
 """Distance from a reference at rest beyond which no current is used, in terms of that where the feedback saturates."""
 
-LASTING, PASSED = 0.05, 0.4
-"""Share of c by which its mean follows it in a radian; PASSED where `sway_damping_rate` is declared. A c that turns with the ship
-is no current."""
+MEAN_SHARE, MODEL_MEAN_SHARE = 0.05, 0.4
+"""Share of c by which its mean follows it in a radian; MODEL_MEAN_SHARE where `sway_damping_rate` is declared. A c that
+turns with the ship is no current."""
 
 
 class Current(NamedTuple):
@@ -135,14 +135,14 @@ def guiding_current(
         g: Gains.
     """
     U = magnitude(desired.u, desired.v)
-    most = SHARE * U
+    most = MAX_CURRENT * U
     if g.sway.a >= 0.0:
-        # Where the reference drifts nearly as fast sideways as ahead, no heading gives a much faster turn through the water.
-        most = STEADY * min(U, max(0.0, abs(desired.u) - abs(desired.v)) / STEEPEST)
+        # Where the reference moves nearly as fast sideways as ahead, no heading gives a much faster turn through the water.
+        most = MAX_CURRENT_LOW_DAMPING * min(U, max(0.0, abs(desired.u) - abs(desired.v)) / SURPLUS)
     shrink = min(1.0, most / max(magnitude(current.east, current.north), 1e-9))
     # In units of the distance where the feedback saturates, beyond which nothing is learned either.
     distance = g.k_p / g.v_max * magnitude(motion.x - desired.x, motion.y - desired.y)
-    near = max(0.0, 1.0 - distance * distance / (FAR * FAR))
+    near = max(0.0, 1.0 - distance * distance / (MAX_DISTANCE * MAX_DISTANCE))
     share = at_rest(U * U, g) * near * current_at_rest(mean_current, mean_magnitude, g)
     return Current(
         shrink * current.east + share * mean_current[0], shrink * current.north + share * mean_current[1], current.theta
@@ -161,7 +161,7 @@ def current_at_rest(mean_current: tuple[float, float], mean_magnitude: float, g:
         g: Gains.
     """
     square, doubt = mean_current[0] * mean_current[0] + mean_current[1] * mean_current[1], g.c_rest * g.c_rest
-    lasting = (math.sqrt(square) / max(mean_magnitude, 1e-9) - TURNS_WITH_SHIP) / (LASTS - TURNS_WITH_SHIP)
+    lasting = (math.sqrt(square) / max(mean_magnitude, 1e-9) - TURNS_WITH_SHIP) / (LASTING - TURNS_WITH_SHIP)
     return min(1.0, max(0.0, lasting)) * square * square / (square * square + doubt * doubt)
 
 
@@ -197,14 +197,14 @@ def learn_current(current: Current, motion: Motion, v: float, f_v: float, turned
     """
     c_h, c_n = in_body(current, motion.psi)
     u, r = motion.u - c_h, clip(motion.r, g.e_r_max)
-    phi = u * r + ADDED * clip(f_v, g.e_max)
+    phi = u * r + SWAY_MASS_RATIO * clip(f_v, g.e_max)
     # An outlier must not dominate.
     e = clip(v - c_n - current.theta * phi, g.e_max)
     k = MU * turned * e
     east, north = current.east - k * math.sin(motion.psi), current.north + k * math.cos(motion.psi)
     most = g.c_max
     shrink = min(1.0, most / max(magnitude(east, north), 1e-9))
-    slowest = u * SLOWEST * g.e_r_max
+    slowest = u * MIN_YAW_RATE * g.e_r_max
     theta = current.theta + MU_T * turned * e * phi / (phi * phi + slowest * slowest + 1e-9)
     return Current(shrink * east, shrink * north, clip(theta, g.theta_max))
 

@@ -104,7 +104,7 @@ def velocity_command(motion: Motion, desired: Motion, acceleration: Acceleration
 
 @kernel
 def resolve(command: VelocityCommand, current: Current, psi: float) -> BodyCommand:
-    """The velocity command relative to water that drifts, and its derivative, along and across a hull of heading psi."""
+    """The velocity command relative to the current, and its derivative, along and across a hull of heading psi."""
     c, s = math.cos(psi), math.sin(psi)
     wx, wy, dwx, dwy, _, _ = command
     wx, wy = wx - current.east, wy - current.north
@@ -205,7 +205,7 @@ def course_damping(epsilon: float, slow: float, reference_squared: float, g: Gai
     """A yaw rate against the rate by which the course comes to lag, b·w_b·(epsilon - epsilon_s)·U²/(U² + U_xi²).
 
     depsilon_s = w_b·(epsilon - epsilon_s), so that this is b·depsilon/dt up to the bandwidth w_b. It acts like 1 + b times the
-    decay of the drift.
+    sway damping rate.
 
     Args:
         epsilon: Heading error.

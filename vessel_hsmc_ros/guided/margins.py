@@ -105,9 +105,9 @@ def wrench_ahead(forms: Forms, c: Channel, n: int) -> list[Form]:
     return a
 
 
-def command_of(forms: Forms, wanted: Form, acting: Form, c: Channel) -> Form:
+def command_of(forms: Forms, demand: Form, acting: Form, c: Channel) -> Form:
     """The command by the lead, and the model's next input; as `applied_wrench`."""
-    command = acting + c.boost * (wanted - acting)
+    command = acting + c.boost * (demand - acting)
     arriving = forms.queue("command", command)[c.delay]
     forms.next["model"] = forms.now["model"] + c.share * (arriving - forms.now["model"])
     return command
@@ -144,7 +144,7 @@ def surge_loop(g: Gains, hull: Hull, actuator: Actuator) -> System:
         "pu": u + T * acting,
         "fu": fu,
         "su": _slow_part(s["su"], fu, g.step_fu),
-        "xi": s["xi"] + _drift(g, hull) * later_x,
+        "xi": s["xi"] + _integral_step(g, hull) * later_x,
     }
     motion = np.array([[0.0, 1.0], [0.0, hull.surge]]), np.array([0.0, hull.surge_gain])
     add_plant(forms, ["x", "u"], motion, actuator, forms.free, T)
@@ -156,7 +156,7 @@ def _slow_part(slow: Form, of: Form, step: float) -> Form:
     return slow + step * (of - slow) if step > 0.0 else 0.0 * of
 
 
-def _drift(g: Gains, hull: Hull) -> float:
+def _integral_step(g: Gains, hull: Hull) -> float:
     """The change of the integral in a period per metre of error."""
     return g.T * g.k_i * hull.speed**2 / (hull.speed**2 + g.U_xi**2)
 
@@ -195,7 +195,7 @@ def yaw_loop(g: Gains, hull: Hull, actuator: Actuator, *, at_guidance: bool = Fa
     forms.next |= dict(zip(("py", "ppsi", "pv", "pr"), model, strict=True)) | {
         "fv": fv, "slow": _slow_part(s["slow"], beyond, g.step_s), "fr": fr, "sr": _slow_part(s["sr"], fr, g.step_f),
         "behind": _slow_part(s["behind"], epsilon, g.step_b if g.b > 0.0 else 0.0),
-        "xi": s["xi"] + _drift(g, hull) * (later[0] - goal[0]), "rate": s["rate"] + T * drate,
+        "xi": s["xi"] + _integral_step(g, hull) * (later[0] - goal[0]), "rate": s["rate"] + T * drate,
         "integral": s["integral"] + g.kappa * g.lambda_c * g.step_c * T * error,
     }  # fmt: skip
     A = np.zeros((4, 4))

@@ -54,7 +54,7 @@ def station_keeping(vessel: KnownVessel, given: dict[str, float], a_max: float) 
 def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
     """Thresholds, the leakage of the weights, and what a declared `sway_damping_rate` adds."""
     T = unit_time(vessel)
-    speed, slow_drift = vessel.length / T, vessel.sway_damping_rate >= 0.0
+    speed, low_sway_damping = vessel.length / T, vessel.sway_damping_rate >= 0.0
     prior = sway_prior(vessel)
     # Where nothing is declared, coupled inertia looks like a current until the ship has turned a few times.
     doubt = (0.023 if dynamics(vessel).declared else 0.05) * speed
@@ -65,14 +65,14 @@ def thresholds(vessel: KnownVessel) -> dict[str, float | SwayPrior]:
         "U_s": 0.029 * speed,
         "U_xi": 0.0144 * speed,
         "c_max": 0.3 * speed,
-        "c_doubt": DOUBT * math.sqrt(GRAVITY * vessel.length) if slow_drift else doubt,
+        "c_doubt": DOUBT * math.sqrt(GRAVITY * vessel.length) if low_sway_damping else doubt,
         "theta_max": T,
         "leak": 0.046 / T,
         "W_0": 0.12 * speed,
         "rho_l": LONG_LEVER * vessel.length,
         "c_rest": REST_DOUBT * math.sqrt(GRAVITY * vessel.length),
         "e_spin": SPIN_ERROR * vessel.length,
-        "b": min(COURSE_DAMPING, TURNED / max(prior.kappa - 1.0, 1e-9)) if slow_drift else 0.0,
+        "b": min(COURSE_DAMPING, TURNED / max(prior.kappa - 1.0, 1e-9)) if low_sway_damping else 0.0,
         "w_b": COURSE_BANDWIDTH / T,
         "sway": prior,
     }

@@ -98,7 +98,9 @@ def delays(age: float, m: Memory, g: Gains) -> tuple[int, int]:
 
 
 @kernel
-def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, x: float, m: Memory, g: Gains) -> tuple[Motion, float, float]:
+def predict_arrival(
+    motion: Motion, f: Estimates, n_1: int, n_2: int, x: float, m: Memory, g: Gains
+) -> tuple[Motion, float, float]:
     """The motion at which the present command arrives at the hull, and the wrench that acts just before.
 
     All commands that arrive until then are known, and the networks' outputs are held: the motion is predicted through the delay

@@ -86,7 +86,7 @@ RULES = {
 POSITION_BOUND, SURFACE_BOUND = 0.5, 2.0
 """Largest position gain and slope of the heading surface in terms of a."""
 
-DRIFT_SHARE = 0.25
+INTEGRAL_SHARE = 0.25
 """Integral gain on the position error in terms of the position gain squared, where a bounds it."""
 
 
@@ -193,7 +193,7 @@ def derived(name: str, vessel: KnownVessel, d: Dynamics) -> float:
 def bound(name: str, vessel: KnownVessel) -> float:
     """The largest value of a gain for the declared sway damping rate: the law has to wait until the course has followed."""
     k_p, c = POSITION_BOUND * vessel.sway_damping_rate, SURFACE_BOUND * vessel.sway_damping_rate
-    bounds = {"position_gain": k_p, "heading_surface_slope": c, "integral_gain": DRIFT_SHARE * k_p**2}
+    bounds = {"position_gain": k_p, "heading_surface_slope": c, "integral_gain": INTEGRAL_SHARE * k_p**2}
     # Fed forward, the sway would come back about once as large, faster than it decays; a forecast makes slow hulls turn in wind.
     bounds |= {"sway_share": 0.0, "sway_bandwidth": 0.0, "forecast_bandwidth": 0.0}
     return bounds.get(name, math.inf)

@@ -13,7 +13,7 @@
 | U_d | speed of the reference | m/s |
 
 A moment that turns the ship to port moves the origin to starboard, x_p times as fast: the origin is held by turning to the side
-to which the ship drifts. A hull-fixed sway force F_v is then balanced by the damping of the turn, at r = F_v/(d_yr + d_v·rho),
+to which the ship moves. A hull-fixed sway force F_v is then balanced by the damping of the turn, at r = F_v/(d_yr + d_v·rho),
 and an earth-fixed force turns the stern to it. docs/guided.md derives both.
 """
 
@@ -84,22 +84,22 @@ def pivoting_rate(w_n: float, v_p: float, x: float, lever: float, g: Gains) -> f
 
 
 @kernel
-def keeps_station(near: bool, square: float, reference_squared: float, g: Gains) -> bool:
+def keeps_station(keeping: bool, square: float, reference_squared: float, g: Gains) -> bool:
     """Whether the ship keeps station: W²/W_0² + U_d²/U_s² below 1/2, or below 2 if it did so in the last period.
 
     Approach and station keeping turn the ship to opposite sides, bow and stern first: a mixture would leave it on the beam.
 
     Args:
-        near: Whether it did.
+        keeping: Whether it did.
         square: W², m²/s².
         reference_squared: U_d², m²/s².
         g: Gains.
     """
-    return square / (g.W_0 * g.W_0) + reference_squared / (g.U_s * g.U_s) < (2.0 if near else 0.5)
+    return square / (g.W_0 * g.W_0) + reference_squared / (g.U_s * g.U_s) < (2.0 if keeping else 0.5)
 
 
 @kernel
-def despinning(v_p: float, r: float, g: Gains) -> float:
+def spin_damping(v_p: float, r: float, g: Gains) -> float:
     """Surge speed k_s·v_p·r/(r² + (k_p/4)²) that takes energy out of a spin.
 
     A hull that spins with the sway velocity v circles at the radius v/r, and the surge speed k_p·v/r that would pull it in feeds
@@ -145,10 +145,10 @@ def patient(rate: float, spin: Spin, g: Gains) -> float:
 
 
 @kernel
-def calmness(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
+def undisturbed_share(square: float, v: float, f_u: float, f_v: float, g: Gains) -> float:
     """Weight, from 0 to 1, of the reference's heading: 1 for an undisturbed ship at rest.
 
-    calmness = 1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²). Only then may the reference's heading be taken: under a disturbance an
+    It is 1/(1 + (W² + v²)/v_0² + (f_u² + f_v²)/a_0²). Only then may the reference's heading be taken: under a disturbance an
     underactuated ship must point against it to keep its position.
 
     Args:

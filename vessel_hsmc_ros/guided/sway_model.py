@@ -35,7 +35,7 @@ from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.guided.rule import unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
-DRIFT, LINEAR, QUADRATIC, TURNING = 0.03, 2.0, 2.0, 0.5
+CURRENT, LINEAR, QUADRATIC, TURNING = 0.03, 2.0, 2.0, 0.5
 """Initial deviations of c in sqrt(g·L), of a1 in a, of a2 in 1/L and of a3."""
 
 FORGOTTEN_C, FORGOTTEN_A = 0.05, 0.01
@@ -49,7 +49,7 @@ would follow every error of the model round the circle."""
 OUTLIER = 3.0
 """Largest residual in terms of its deviation."""
 
-SLOWEST = 0.2
+MIN_DECAY = 0.2
 """Smallest a1 in terms of a."""
 
 
@@ -71,7 +71,7 @@ def sway_prior(vessel: KnownVessel) -> SwayPrior:
     """The prior of a declared vessel."""
     a, wave, T = vessel.sway_damping_rate, math.sqrt(GRAVITY * vessel.length), unit_time(vessel)
     kappa = vessel.coriolis_ratio if vessel.coriolis_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.0)
-    c, a1, a2, a3 = DRIFT * wave, LINEAR * a, QUADRATIC / vessel.length, TURNING
+    c, a1, a2, a3 = CURRENT * wave, LINEAR * a, QUADRATIC / vessel.length, TURNING
     return SwayPrior(a, kappa, (c * c, c * c, a1 * a1, a2 * a2, a3 * a3), LEAST * a * wave, 1.4 * vessel.length / T, 0.92 / T)
 
 
@@ -141,7 +141,7 @@ def learn_sway(sway: Array, motion: Motion, v: float, dv: float, turned: float, 
             sway[1 + i, j] = kept[i] * kept[j] * (P[i][j] - k[i] * k[j] / variance)
         sway[1 + i, i] += (1.0 - kept[i] * kept[i]) * prior.spread[i]
     # Damping that feeds the sway, or hardly any, has no steady turn.
-    sway[0, 2] = max(sway[0, 2], SLOWEST * prior.a)
+    sway[0, 2] = max(sway[0, 2], MIN_DECAY * prior.a)
     sway[0, 3], sway[0, 4] = max(sway[0, 3], 0.0), max(sway[0, 4], 0.0)
 
 

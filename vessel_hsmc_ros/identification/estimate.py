@@ -10,11 +10,22 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.identification import regression
 from vessel_hsmc_ros.identification.measurements import checked, few_reversals
-from vessel_hsmc_ros.identification.parameter_vector import HULL, POSITIVE, Unknowns, unknowns
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.identification.regression import natural_scale, regress, unexcited
 from vessel_hsmc_ros.identification.smoothing import Smoothed, smooth
-from vessel_hsmc_ros.identification.types import DELAY, GAINS, OFFSETS, PAPER, Identified, Measurements, Model
+from vessel_hsmc_ros.identification.types import (
+    DELAY,
+    GAINS,
+    HULL,
+    OFFSETS,
+    PAPER,
+    POSITIVE,
+    Identified,
+    Measurements,
+    Model,
+    Unknowns,
+    unknowns,
+)
 from vessel_hsmc_ros.identification.windows import WINDOW, predict, unrolled, windows
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 

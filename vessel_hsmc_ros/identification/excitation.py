@@ -5,12 +5,12 @@ Each parameter needs motion in which its term of the model is large, and differe
 | manoeuvre | what it excites |
 |---|---|
 | speed steps, coasting, astern | surge inertia and damping: several steady speeds separate the linear, quadratic and cubic term |
-| zig-zags at two speeds | yaw inertia, and with the drift the sway inertia, sway damping and the coupling of sway and yaw |
+| zig-zags at two speeds | yaw inertia, and with the drift angle the sway inertia, sway damping and the coupling of sway and yaw |
 | spiral | yaw and sway damping at steady yaw rates, with their quadratic and cross terms |
 | turns on the spot | yaw damping and coupling without surge speed, so without the Munk moment |
 
 The units of the durations: tau_u = m11·U/F, in which the full surge force reaches the top speed, and tau_r, the longer one of T
-and the time in which the ship travels two lengths at top speed, in which drift and yaw rate become steady.
+and the time in which the ship travels two lengths at top speed, in which drift angle and yaw rate become steady.
 """
 
 import json

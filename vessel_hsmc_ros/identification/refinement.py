@@ -14,8 +14,7 @@ from scipy.optimize import least_squares
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
-from vessel_hsmc_ros.identification.parameter_vector import NOT_NEGATIVE, POSITIVE, Unknowns, inputs, vessel
-from vessel_hsmc_ros.identification.types import GAINS
+from vessel_hsmc_ros.identification.types import GAINS, NOT_NEGATIVE, POSITIVE, Unknowns, inputs, vessel
 from vessel_hsmc_ros.identification.windows import Windows, simulated
 
 DIFFERENCE = 1e-5

@@ -18,9 +18,8 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import lsq_linear
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.parameter_vector import HULL, POSITIVE, Unknowns, vessel
 from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
-from vessel_hsmc_ros.identification.types import DELAY, GAINS, OFFSETS, Measurements
+from vessel_hsmc_ros.identification.types import DELAY, GAINS, HULL, OFFSETS, POSITIVE, Measurements, Unknowns, vessel
 from vessel_hsmc_ros.identification.windows import Windows
 from vessel_hsmc_ros.plant.dynamics import damping_force
 
@@ -216,10 +215,10 @@ def indistinguishable(names: Sequence[str], jacobian: Array, scale: Array) -> di
     # From the strongest effect to the weakest: of several alike, the strongest is kept.
     for index in np.argsort(-norms, kind="stable"):
         basis = np.linalg.qr(rows[:, kept])[0] if kept else np.zeros((len(rows), 0))
-        left = rows[:, index] - basis @ (basis.T @ rows[:, index])
+        residual = rows[:, index] - basis @ (basis.T @ rows[:, index])
         if norms[index] < INDISTINGUISHABLE * largest:
             found[names[index]] = "nothing in the runs depends on it"
-        elif np.linalg.norm(left) < INDISTINGUISHABLE * norms[index]:
+        elif np.linalg.norm(residual) < INDISTINGUISHABLE * norms[index]:
             found[names[index]] = "its effect is the same as that of other parameters"
         else:
             kept.append(int(index))

@@ -76,9 +76,9 @@ def steady_force(values: Mapping[str, float], run: Measurements, window: float, 
     plain = predicted(0.0, 0.0)
     base = _positions(plain)
     slopes = np.column_stack([(_positions(predicted(*probe)) - base) / size for probe in ((size, 0.0), (0.0, size))])
-    wanted = plain.measured[:, :2].ravel() - base
-    there = np.isfinite(wanted)
-    east, north = np.linalg.lstsq(slopes[there], wanted[there], rcond=None)[0]
+    residual = plain.measured[:, :2].ravel() - base
+    there = np.isfinite(residual)
+    east, north = np.linalg.lstsq(slopes[there], residual[there], rcond=None)[0]
     return SteadyForce(float(east), float(north), plain.rms()["position"], predicted(east, north).rms()["position"])
 
 

@@ -11,10 +11,9 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.identification.parameter_vector import inputs as inputs_of
-from vessel_hsmc_ros.identification.parameter_vector import vessel
 from vessel_hsmc_ros.identification.smoothing import smooth
-from vessel_hsmc_ros.identification.types import Measurements, Prediction
+from vessel_hsmc_ros.identification.types import Measurements, Prediction, vessel
+from vessel_hsmc_ros.identification.types import inputs as inputs_of
 from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
 from vessel_hsmc_ros.simulation import compilation
 

@@ -58,11 +58,11 @@ def channel(limit: float, lag: float, remaining: float, rate: float, dead_time: 
 
 
 @kernel
-def lead(tau: float, wanted: float, c: Channel) -> float:
-    """The command that drives the input from tau towards a wanted value faster than its lag."""
+def lead(tau: float, demand: float, c: Channel) -> float:
+    """The command that drives the input from tau towards a demand faster than its lag."""
     if c.share == 1.0:
-        return clip(wanted, c.limit)
-    return clip(tau + c.boost * (wanted - tau), c.limit)
+        return clip(demand, c.limit)
+    return clip(tau + c.boost * (demand - tau), c.limit)
 
 
 @kernel

@@ -101,9 +101,9 @@ def step(
     e_x, e_y = h.position.x - h_d.position.x, h.position.y - h_d.position.y
     distance = magnitude(e_x, e_y)
     share = g.e_max / distance if distance > g.e_max else 1.0
-    wanted_x = h_d.acceleration.x - g.k_v * (h.velocity.x - h_d.velocity.x) - g.k_p * share * e_x - g.k_i * m.integral.x
-    wanted_y = h_d.acceleration.y - g.k_v * (h.velocity.y - h_d.velocity.y) - g.k_p * share * e_y - g.k_i * m.integral.y
-    lacking = rotated(wanted_x - h.acceleration.x, wanted_y - h.acceleration.y, -motion.psi)
+    demand_x = h_d.acceleration.x - g.k_v * (h.velocity.x - h_d.velocity.x) - g.k_p * share * e_x - g.k_i * m.integral.x
+    demand_y = h_d.acceleration.y - g.k_v * (h.velocity.y - h_d.velocity.y) - g.k_p * share * e_y - g.k_i * m.integral.y
+    lacking = rotated(demand_x - h.acceleration.x, demand_y - h.acceleration.y, -motion.psi)
     demand_1, demand_2 = s.m11 * lacking.x, s.m33 * lacking.y / g.l_h
     tau_1, tau_2 = clip(demand_1, s.tau_1max), clip(demand_2, s.tau_2max)
     saturated_1, saturated_2 = tau_1 != demand_1, tau_2 != demand_2

@@ -3,7 +3,7 @@
 | symbol | meaning | unit |
 |---|---|---|
 | x_e, y_e | along-track and cross-track error | m, m |
-| s | integral state of the guidance, which compensates a steady drift | m; adaptive: rad |
+| s | integral state of the guidance, which compensates a steady drift angle | m; adaptive: rad |
 | D | lookahead distance: T_D times the reference's speed, at least D_min | m |
 | psi_c, r_c | commanded heading and its rate, filtered | rad, rad/s |
 | u_c | commanded surge velocity | m/s |

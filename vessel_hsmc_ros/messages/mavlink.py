@@ -76,10 +76,11 @@ class BootClock:
     """Gives messages that are stamped since boot a time of this computer: that of the least delay so far.
 
     The estimate of the time of boot is the least difference of receipt and stamp, so that the delays of single messages do not
-    count. It may rise by DRIFT, the most by which two clocks diverge. A stamp that goes back by more than a second is a reboot.
+    count. It may rise by CLOCK_DRIFT, the most by which two clocks diverge. A stamp that goes back by more than a second is a
+    reboot.
     """
 
-    DRIFT = 2e-4
+    CLOCK_DRIFT = 2e-4
 
     def __init__(self) -> None:
         self._boot, self._stamp, self.reboots = math.inf, 0.0, 0
@@ -95,7 +96,7 @@ class BootClock:
             self.reboots += 1
             self._boot = math.inf
         elif stamp > self._stamp:
-            self._boot += self.DRIFT * (stamp - self._stamp)
+            self._boot += self.CLOCK_DRIFT * (stamp - self._stamp)
         self._stamp = max(stamp, self._stamp) if self._boot < math.inf else stamp
         self._boot = min(self._boot, received - stamp)
         return self._boot + stamp

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.control_loop import ControlLoop
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.law.terms import Terms
-from vessel_hsmc_ros.nodes.diagnostic_tasks import MINUTE, Recent, bounded, counted, saturation
-from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask
+from vessel_hsmc_ros.nodes.reporting import ERROR, MINUTE, OK, WARN, DiagnosticTask, Recent, bounded, counted, saturation
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.supervision import Supervision

@@ -17,8 +17,8 @@ from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.state_columns import POSITION_VARIANCES
 from vessel_hsmc_ros.nodes.base import DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.diagnostic_tasks import ages
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
+from vessel_hsmc_ros.nodes.reporting import ages
 from vessel_hsmc_ros.safety.freshness import Sample
 from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
 from vessel_hsmc_ros.safety.reasons import Reason

@@ -17,9 +17,9 @@ from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE, definition
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.diagnostic_tasks import recording
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 from vessel_hsmc_ros.nodes.process import run_in_batches, run_node
+from vessel_hsmc_ros.nodes.reporting import recording
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
 

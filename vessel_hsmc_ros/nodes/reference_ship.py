@@ -21,9 +21,9 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.diagnostic_tasks import motion
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.reporting import motion
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.reference.path_parameters import Point
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters

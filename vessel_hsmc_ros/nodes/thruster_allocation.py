@@ -140,7 +140,7 @@ class ThrusterAllocationNode(VesselNode):
         if command is None:
             self._publish_nothing(stamp)
             return
-        given = self._allocation.answer(stamp, command, self._speed)
+        given = self._allocation.step_at(stamp, command, self._speed)
         self._commands += 1
         self._saturated += given.saturated
         self._is_saturated = given.saturated

@@ -107,7 +107,7 @@ def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple
     # Damping opposes the velocity: |u|u and u³ are odd functions, so that the sign of the velocity is kept.
     f_u = (s.m22 * v * r - s.d_u * u - s.d_u2 * abs(u) * u - s.d_u3 * u * u * u) / s.m11
     f_v = (-s.m11 * u * r - s.d_v * v - s.d_v2 * abs(v) * v - s.d_v3 * v * v * v) / s.m22
-    # (m11 - m22)·u·v is the Munk moment, which turns a drifting hull broadside to the flow.
+    # (m11 - m22)·u·v is the Munk moment, which turns a hull at a drift angle broadside to the flow.
     f_r = ((s.m11 - s.m22) * u * v - s.d_r * r - s.d_r2 * abs(r) * r - s.d_r3 * r * r * r) / s.m33
     return f_u, f_v, f_r
 

@@ -1,5 +1,7 @@
-"""The figures of a report as PNG or SVG files."""
+"""The figures of a report as PNG or SVG files, and its histograms of the intervals between control steps."""
 
+import base64
+import io
 import re
 import textwrap
 from collections.abc import Sequence
@@ -14,12 +16,10 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.report.jitter import histogram
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, overlays, plans, tracks
-from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Line
-from vessel_hsmc_ros.report.record import Limit, Mark, Record
+from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Line, buckets, thin, thin_time
+from vessel_hsmc_ros.report.record import Limit, Mark, Record, control_intervals
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, ROLE_COLOURS, SHIP, series_colour
-from vessel_hsmc_ros.report.thinning import buckets, thin, thin_time
 
 mpl.use("Agg")  # files only: no display is needed
 
@@ -55,7 +55,7 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
         alone = len(records) == 1
         marks = records[0].marks if alone else ()
         pictures |= {_file_name(name): group(name, found, alone, marks) for name, found in groups.items()}
-        if (jitter := histogram(records)) is not None:
+        if (jitter := jitter_histogram(records)) is not None:
             pictures["jitter"] = jitter
         try:
             directory.mkdir(parents=True, exist_ok=True)
@@ -183,3 +183,45 @@ def _range(values: Array) -> tuple[float, float, float | None]:
     if margin and not low - 4.0 * margin <= peak <= high + 4.0 * margin:
         return low - 0.5 * margin, high + 0.5 * margin, peak
     return float(values.min()), float(values.max()), None
+
+
+CONSTANT = 1e-6
+"""Intervals whose spread is below this are constant, as in lockstep, s."""
+
+
+def jitter_intervals(record: Record) -> Array | None:
+    """Intervals between control steps, (n,) s; None where they are constant or the law's terms were not recorded."""
+    _, found = control_intervals(record)
+    return found if len(found) > 1 and np.ptp(found) > CONSTANT else None
+
+
+def jitter_histogram(records: Sequence[Record]) -> Any:
+    """Draw the intervals between control steps of all runs whose intervals vary, as a matplotlib Figure; None without any."""
+    from matplotlib.figure import Figure  # loading it takes longer than writing the rest of the page
+
+    uneven = [(record.name, found) for record in records if (found := jitter_intervals(record)) is not None]
+    if not uneven:
+        return None
+    figure = Figure(figsize=(8.0, 2.6 * len(uneven)), layout="constrained")
+    for i, (name, found) in enumerate(uneven):
+        axis = figure.add_subplot(len(uneven), 1, i + 1)
+        period = round(float(np.median(found)), 4)  # the median: late steps do not shift it
+        deviation = found - period
+        # Outliers are counted in the outermost bins; the title shows their values.
+        low, high = np.percentile(deviation, [0.1, 99.9])
+        factor, unit = scaled(max(-low, high), "s")
+        pad = 0.1 * (high - low) or 1e-3
+        axis.hist(factor * np.clip(deviation, low - pad, high + pad), bins=60, color=SHIP)
+        smallest, largest = quantity(deviation.min(), "s", sign=True), quantity(deviation.max(), "s", sign=True)
+        axis.set_title(f"{name}: smallest {smallest}, largest {largest}", fontsize=9)
+        axis.set(xlabel=f"control interval minus {quantity(period, 's')} [{unit}]", ylabel="count", yscale="log")
+    return figure
+
+
+def jitter_picture(records: Sequence[Record]) -> str:
+    """The histograms as the data URI of an image; empty without any."""
+    if all(jitter_intervals(record) is None for record in records):
+        return ""
+    stream = io.BytesIO()
+    jitter_histogram(records).savefig(stream, format="png", dpi=110)
+    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()

@@ -9,7 +9,8 @@ import numpy as np
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, described
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.report import jitter, page_kit
+from vessel_hsmc_ros.report import page_kit
+from vessel_hsmc_ros.report.figures import jitter_picture
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Track, overlays, plans, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.payload import Payload
@@ -86,7 +87,7 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         groups=_groups(overlaid),
         verdicts=_verdicts(records),
         marks=content["marks"],
-        jitter=jitter.picture(records),
+        jitter=jitter_picture(records),
         metrics=metrics_table(records),
         parameters=parameter_tables(records),
         provenance=provenance_table(records),

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.panels import Line
-from vessel_hsmc_ros.report.thinning import Buckets, buckets, thin, thin_time
+from vessel_hsmc_ros.report.panels import Buckets, Line, buckets, thin, thin_time
 
 Array = NDArray[np.float64]
 

@@ -173,7 +173,7 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     elif found.wrong and not (connection.uses_observer and not samples.motions[:, 3:].any()):
         yield Finding(WRONG, "velocities", named(samples, moved, found.about) or explained(found))
     else:
-        yield from judge_drift(samples, moved, measured, slow)
+        yield from judge_drift_angle(samples, moved, measured, slow)
 
 
 def judge_repetition(samples: Samples, still: float) -> Finding:
@@ -210,7 +210,7 @@ def rms(vectors: Array) -> float:
     return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
-def judge_drift(samples: Samples, moved: Array, measured: Array, slow: float) -> Iterator[Finding]:
+def judge_drift_angle(samples: Samples, moved: Array, measured: Array, slow: float) -> Iterator[Finding]:
     """That a boat moves roughly where it heads, and by the velocities where it does by the positions."""
     fast = np.linalg.norm(moved[:, :2], axis=1) > 2.0 * slow
     if fast.sum() < LEAST_BLOCKS // 2:

@@ -15,17 +15,17 @@ BRAKING_TIME = 5.0
 """Time constant of the brake, s; longer where a control period is longer."""
 
 
-def towards(previous: Pair, wanted: Pair, rates: Pair, period: float) -> Pair:
-    """The command on the way from the previous to the wanted one: |command - previous| <= rate·period in each component, exactly.
+def towards(previous: Pair, demand: Pair, rates: Pair, period: float) -> Pair:
+    """The command on the way from the previous to the demanded one: |command - previous| <= rate·period in each component.
 
     Args:
-        previous, wanted: Finite commands, N and N·m.
+        previous, demand: Finite commands, N and N·m.
         rates: Largest changes per second.
         period: Time since the previous command, s.
     """
     return (
-        _moved(previous[0], wanted[0], rates[0] * period),
-        _moved(previous[1], wanted[1], rates[1] * period),
+        _moved(previous[0], demand[0], rates[0] * period),
+        _moved(previous[1], demand[1], rates[1] * period),
     )
 
 

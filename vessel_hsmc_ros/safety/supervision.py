@@ -138,7 +138,7 @@ class Supervision:
 
     def step(
         self,
-        wanted: Pair | None,
+        demand: Pair | None,
         reason: Reason,
         period: float,
         motion: Pair | None = None,
@@ -147,7 +147,7 @@ class Supervision:
         """The command of a control period.
 
         Args:
-            wanted: The law's wrench, N and N·m; None where it has none.
+            demand: The law's wrench, N and N·m; None where it has none.
             reason: NONE, or why the wrench must not be used or is missing.
             period: Time since the last command, s.
             motion: Measured surge speed and yaw rate, for the brake; None where they are not known.
@@ -156,26 +156,26 @@ class Supervision:
         if self.operation in (Operation.STANDBY, Operation.STOPPED):
             self.command = NO_WRENCH
             return self.command
-        fault = self._fault(wanted, reason, period)
+        fault = self._fault(demand, reason, period)
         if fault and self.operation is Operation.ACTIVE:
             self._enter(Operation.SAFE, fault)
         if self.operation is Operation.SAFE:
             self._recover(fault)
-        if wanted is not None and self.operation is Operation.ACTIVE:
-            self.command = self._towards_law(self.authority.within(wanted) if self.authority.clips else wanted, period)
+        if demand is not None and self.operation is Operation.ACTIVE:
+            self.command = self._towards_law(self.authority.within(demand) if self.authority.clips else demand, period)
         else:
             self.command = self._safe(period, motion, fallback)
         return self.command
 
-    def _fault(self, wanted: Pair | None, reason: Reason, period: float) -> Reason:
+    def _fault(self, demand: Pair | None, reason: Reason, period: float) -> Reason:
         """What forbids the law's wrench; a violation of the guard is counted."""
-        if wanted is None:
+        if demand is None:
             return reason or Reason.LAW_UNDEFINED
         if reason:
             return reason
         p = self.parameters
         rates = (p.surge_force_rate, p.yaw_moment_rate) if self._follows_own else UNBOUNDED
-        found = violation(wanted, self.command, (self._limits[0], self._limits[1]), rates, period)
+        found = violation(demand, self.command, (self._limits[0], self._limits[1]), rates, period)
         if found:
             self.violations[found] += 1
         return found
@@ -187,16 +187,16 @@ class Supervision:
             self._enter(Operation.ACTIVE, Reason.NONE)
             self.handover()
 
-    def _towards_law(self, wanted: Pair, period: float) -> Pair:
+    def _towards_law(self, demand: Pair, period: float) -> Pair:
         if self._handing_over is not None:
             self._handing_over += period
-            previous, target = self.authority.within(self.command), self.authority.within(wanted)
+            previous, target = self.authority.within(self.command), self.authority.within(demand)
             command = towards(previous, target, self.authority.rates(self.parameters.ramp_time), period)
             if command != target and self._handing_over <= 2.0 * self.parameters.ramp_time:
                 self.reason = Reason.HANDOVER
                 return command
         self._handing_over, self._follows_own, self.reason = None, True, Reason.NONE
-        return wanted
+        return demand
 
     def _safe(self, period: float, motion: Pair | None, fallback: Pair | None) -> Pair:
         previous, elapsed = self.authority.within(self.command), self._elapsed

@@ -26,8 +26,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop, all_terms, is_compilable
-from vessel_hsmc_ros.simulation.loop_state import Constants, Inputs, Kept, State, drive_by_thrusters
-from vessel_hsmc_ros.simulation.preparation import prepare
+from vessel_hsmc_ros.simulation.preparation import Constants, Inputs, Kept, State, drive_by_thrusters, prepare
 
 DONE, UNDEFINED, DIVERGED, OUTDATED = 0, 1, 2, 3
 """Why the loop has stopped: at the requested step, before a step at which the law has no finite wrench, after a step that ended

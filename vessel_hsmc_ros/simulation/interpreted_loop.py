@@ -109,7 +109,7 @@ class InterpretedLoop(Loop):
         if self._allocation is None:
             wrench: Wrench = self._plant.applied(self._loop.wrench)
         else:
-            given = self._allocation.answer(stamp, self._loop.wrench, surge_speed)
+            given = self._allocation.step_at(stamp, self._loop.wrench, surge_speed)
             wrench = self._plant.applied_thrusts(given.thrust, given.angle)
         return wrench
 

@@ -17,10 +17,8 @@ from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import METRICS, label, text
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.run_folder import provenance
-from vessel_hsmc_ros.tuning.cases import LAW, Case
-from vessel_hsmc_ros.tuning.cost import PENALTY, Cost
 from vessel_hsmc_ros.tuning.gains import NODE, Gain
-from vessel_hsmc_ros.tuning.plan import Evaluation
+from vessel_hsmc_ros.tuning.plan import LAW, PENALTY, Case, Cost, Evaluation
 from vessel_hsmc_ros.tuning.result import Result, verdict
 
 if TYPE_CHECKING:

@@ -1,20 +1,250 @@
-"""What a tuning consists of: cases, gains and objective; and the evaluation of one set of gains."""
+"""What a tuning consists of: cases, gains and objective; and the evaluation of one set of gains.
+
+The cases are the runs on which every set of gains is evaluated: a scenario, the rows of a suite, or the draws of a campaign.
+Their seeds are those of the files, so all sets of gains meet the same noise: common random numbers. Held-out runs have other
+seeds, or are other cases.
+
+The objective is a metric over the same runs for every set, each relative to a scale of its own. For run i the ratio is
+q_i = |m_i| / s_i, with the metric m_i and its scale s_i: the limit of the case where it has one for this metric, else the value
+with the present gains. Ratios are clipped to [0.01, Q] with Q = 1000, and a run that fails or has no value counts as Q: precision
+that is not needed does not outweigh the other runs, and a failure is never better than a poor run. With the share f of runs that
+fail, the cost is
+
+    J = (1 + Q·f)·exp(mean(log q_i))
+
+or with the worst ratio, max(q_i), in the place of the geometric mean.
+"""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+import yaml
+
+from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.campaign.plan_file import campaign_names
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.control import values_in_use
-from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
-from vessel_hsmc_ros.tuning.cases import Case
-from vessel_hsmc_ros.tuning.cost import Cost, Objective
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, scenario_names
+from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 from vessel_hsmc_ros.tuning.gains import NODE, Gain, with_gains
+
+LAW = "controller.law"
+
+SEED_STEP, SEEDS = 1_000_003, 2**31
+"""Held-out runs have the seed of their case plus this step, modulo the number of seeds."""
+
+LIMITED = {"at_most": "position_error_rms_last_quarter", "largest": "position_error_peak_last_quarter"}
+"""The metric that a limit of a suite bounds."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of a tuning.
+
+    Attributes:
+        name: Its name in tables.
+        scenario: The scenario, with the present gains.
+        limits: Limits by metric; they are the scales of the cost.
+    """
+
+    name: str
+    scenario: Scenario
+    limits: Mapping[str, float] = field(default_factory=dict)
+
+
+def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
+    """The runs of a scenario, a suite or a campaign.
+
+    Args:
+        source: The name of a scenario or of a suite, or the path of a scenario, suite or campaign file.
+        changes: Further changes by `node.parameter`.
+        law: The law; empty for that of the file.
+
+    Raises:
+        ScenarioError: there is no such scenario, suite or campaign, or it cannot be read.
+        ParameterError: a parameter is unknown or out of range.
+    """
+    changes = {**changes, **({LAW: law} if law else {})}
+    kind = _kind(source)
+    if kind == "campaign":
+        return _of_campaign(Campaign.load(source), changes)
+    if kind == "suite":
+        return [_of_row(row, changes) for row in load_suite(source)]
+    return [Case(Path(source).stem, load_scenario(source, changes))]
+
+
+def _of_campaign(campaign: Campaign, changes: Mapping[str, object]) -> list[Case]:
+    """The draws of a campaign, each with one law: that of the changes, else the first of the campaign."""
+    runs = range(0, campaign.runs, len(campaign.variants))
+    scenarios = [campaign.scenario(run, changes) for run in runs]
+    return [Case(f"draw {draw}", each, campaign.limits_of(each)) for draw, each in enumerate(scenarios)]
+
+
+def _of_row(row: Row, changes: Mapping[str, object]) -> Case:
+    limits = {metric: getattr(row, key) for key, metric in LIMITED.items() if getattr(row, key) is not None}
+    return Case(row.name, load_scenario(row.scenario, {**row.changes, **changes}), limits)
+
+
+def _kind(source: str) -> str:
+    """Whether a source is a scenario, a suite or a campaign; an unknown name is left to the loader of scenarios."""
+    if Path(source).suffix not in (".yaml", ".yml"):
+        kinds = {"scenario": scenario_names(), "suite": suite_names(), "campaign": campaign_names()}
+        return next((kind for kind, names in kinds.items() if source in names), "scenario")
+    try:
+        document = read_yaml(read_text(Path(source)))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        return "scenario"
+    keys = set(document) if isinstance(document, dict) else set()
+    return "suite" if "rows" in keys else "campaign" if "draw" in keys else "scenario"
+
+
+def held_out_cases(source: str, changes: Mapping[str, object], law: str, others: bool) -> list[Case]:
+    """Runs to evaluate a tuning on, which its search has not seen.
+
+    Args:
+        source: A scenario, a suite or a campaign.
+        changes: Further changes by `node.parameter`.
+        law: The law.
+        others: Whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
+    """
+    if not others and _kind(source) == "campaign":
+        campaign = Campaign.load(source)
+        return _of_campaign(replace(campaign, seed=campaign.seed + SEED_STEP), {**changes, LAW: law})
+    cases = load_cases(source, changes, law)
+    return cases if others else [replace(case, scenario=_reseeded(case.scenario)) for case in cases]
+
+
+def _reseeded(scenario: Scenario) -> Scenario:
+    seed = (scenario.vessel_sim.seed + SEED_STEP) % SEEDS
+    return replace(scenario, vessel_sim=replace(scenario.vessel_sim, seed=seed))
+
+
+def law_of(cases: Sequence[Case]) -> str:
+    """The law of all cases.
+
+    Raises:
+        ScenarioError: there is no case, or the cases have several laws.
+    """
+    laws = sorted({case.scenario.controller.law for case in cases})
+    if not laws:
+        raise ScenarioError("a tuning without runs is not allowed: the suite has no rows")
+    if len(laws) > 1:
+        raise ScenarioError(f"the runs have the laws {', '.join(laws)}: choose one by --law")
+    for case in cases:
+        if case.scenario.vessel_sim.duration <= 0.0:
+            raise ParameterError("vessel_sim.duration = 0 s goes on for ever: for tuning it must be above 0 s")
+    return laws[0]
+
+
+FLOOR, PENALTY = 0.01, 1000.0
+"""The smallest ratio, and the largest, which a run that fails has."""
+
+AGGREGATES = ("geometric_mean", "worst")
+
+SETTLING = "settling_time"
+"""The metric that a run has no value of if it has not settled, which counts like a failure."""
+
+ERROR, EFFORTS = "position_error_rms_last_quarter", ("yaw_moment_rms", "surge_force_rms")
+"""The metric of the cost by default, and the metrics of the effort, the first of which is drawn beside another cost."""
+
+
+class Cost(NamedTuple):
+    """Cost and effort of a set of gains, dimensionless, and the number of runs that failed."""
+
+    cost: float
+    effort: float
+    failed: int
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is minimised.
+
+    Attributes:
+        metric: The metric of the cost, a name of core.metrics.Metrics.
+        second: The metric of the effort.
+        two: Whether the effort is minimised too; else it is only evaluated.
+        aggregate: One of AGGREGATES.
+    """
+
+    metric: str = ERROR
+    second: str = EFFORTS[0]
+    two: bool = False
+    aggregate: str = AGGREGATES[0]
+
+    def __post_init__(self) -> None:
+        for option, name in (("--metric", self.metric), ("--second-metric", self.second)):
+            if name not in Metrics._fields:
+                raise ParameterError(f"{option} {name} is not allowed: it takes one of {', '.join(Metrics._fields)}")
+        if self.two and self.metric == self.second:
+            raise ParameterError(f"--second-metric {self.second} is not allowed: it is the metric of the cost")
+
+    def values(self, outcomes: Sequence[Outcome]) -> Array:
+        """The two metrics of all runs, (n, 2); NaN for a run that failed or has no value."""
+        return np.array([[_value(outcome, name) for name in (self.metric, self.second)] for outcome in outcomes], np.float64)
+
+    def check(self, values: Array, failures: Sequence[str]) -> None:
+        """Check that there is something to minimise.
+
+        Args:
+            values: The metrics of all runs, (n, 2).
+            failures: Why a run failed; empty for one that did not.
+
+        Raises:
+            ParameterError: no run has a value of a metric, although none failed: a limit that it refers to is not set.
+        """
+        for name, column in zip((self.metric, self.second), values.T, strict=True):
+            if name != SETTLING and np.isnan(column).all() and not any(failures):
+                raise ParameterError(f"metric {name} has no value in any run: the scenario sets no limit that it refers to")
+
+    def scales(self, cases: Sequence[Case], present: Array) -> Array:
+        """The scales of all runs, (n, 2).
+
+        Args:
+            cases: The runs.
+            present: The two metrics with the present gains, (n, 2), NaN where they have none.
+
+        Returns:
+            The limits of the cases, else the present values, else 1.
+        """
+        limits = [[case.limits.get(name, np.nan) for name in (self.metric, self.second)] for case in cases]
+        scales = np.where(np.isnan(limits), present, np.array(limits))
+        return np.where(np.isfinite(scales) & (scales > 0.0), scales, 1.0)
+
+    def cost(self, values: Array, scales: Array) -> Cost:
+        """The cost of a set of gains from its metrics and their scales, both (n, 2)."""
+        failed = ~np.isfinite(values)
+        ratios = np.clip(np.where(failed, PENALTY, values / scales), FLOOR, PENALTY)
+        each = np.exp(np.log(ratios).mean(axis=0)) if self.aggregate == AGGREGATES[0] else ratios.max(axis=0)
+        cost, effort = (1.0 + PENALTY * failed.mean(axis=0)) * each
+        return Cost(float(cost), float(effort), int(np.count_nonzero(failed[:, 0])))
+
+
+def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:
+    """The objective by the names of the command line; without a second metric the effort is only evaluated.
+
+    Raises:
+        ParameterError: there is no metric of that name, or both are the same.
+    """
+    second = second_metric or next(name for name in EFFORTS if name != metric)
+    return Objective(metric, second, second_metric is not None, aggregate)
+
+
+def _value(outcome: Outcome, metric: str) -> float:
+    """The magnitude of a metric of a run; NaN where it has none."""
+    value = getattr(outcome.metrics, metric) if outcome.metrics is not None and not outcome.failure else None
+    return float("nan") if value is None else abs(value)
+
 
 MANY = 100
 """From this number of runs on, parallel processes save more time than their start takes."""

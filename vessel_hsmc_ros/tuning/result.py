@@ -16,10 +16,8 @@ from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
-from vessel_hsmc_ros.tuning.cases import Case
-from vessel_hsmc_ros.tuning.cost import Cost
 from vessel_hsmc_ros.tuning.gains import Gain
-from vessel_hsmc_ros.tuning.plan import Evaluation, Tuning
+from vessel_hsmc_ros.tuning.plan import Case, Cost, Evaluation, Tuning
 from vessel_hsmc_ros.tuning.search import Search, Trial
 
 NAME = "tuning"

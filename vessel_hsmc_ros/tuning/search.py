@@ -21,9 +21,8 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.tuning.cost import Cost
 from vessel_hsmc_ros.tuning.gains import Gain
-from vessel_hsmc_ros.tuning.plan import Tuning
+from vessel_hsmc_ros.tuning.plan import Cost, Tuning
 
 RUNS_OF_A_BATCH = 4
 """As many trials are proposed together as have at least this number of runs, which keeps several cores busy."""
