@@ -12,9 +12,10 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guided.actuator_identification import bank, first_state
-from vessel_hsmc_ros.guided.controller import GuidedController, command, learn
+from vessel_hsmc_ros.guided.controller import GuidedController, command
 from vessel_hsmc_ros.guided.current_estimate import STILL_WATER
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
+from vessel_hsmc_ros.guided.predictor import learn
 from vessel_hsmc_ros.guided.state import Filter, initial
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.law.network import Estimates

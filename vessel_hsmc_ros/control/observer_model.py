@@ -103,7 +103,7 @@ class ObserverParameters:
     yaw_rate_walk: float = walk("the yaw rate", "rad/s")
     force_walk: float = walk("the body-fixed disturbance", "m/s²")
     moment_walk: float = walk("the yaw disturbance", "rad/s²")
-    current_walk: float = walk("the current, which stands for wind and wave drift too", "m/s", "weather_walk")
+    current_walk: float = walk("the current, which stands for wind and wave drift too", "m/s", former="weather_walk")
     wave_period: float = parameter(
         0.0, "Peak period of the waves to filter out; 0 for no wave filter.", unit="s", low=0.0, high=60.0
     )

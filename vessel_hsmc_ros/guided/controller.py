@@ -21,7 +21,6 @@ actuator is saturated. The law knows m11, m33 and the limits. docs/guided.md der
 
 import math
 
-from vessel_hsmc_ros.core.arrays import multiply
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
@@ -53,13 +52,14 @@ from vessel_hsmc_ros.guided.guidance import (
     course_damping,
     course_rate,
     direction_of_travel,
+    filtered_rate,
     heading_error,
     integrate_error,
     resolve,
     velocity_command,
 )
 from vessel_hsmc_ros.guided.parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.guided.predictor import correct, delays, predict, predict_arrival
+from vessel_hsmc_ros.guided.predictor import correct, delays, forecast, learn, predict, predict_arrival
 from vessel_hsmc_ros.guided.state import Command, Constants, Filter, Memory, StepTerms, initial
 from vessel_hsmc_ros.guided.station_keeping import (
     count_turns,
@@ -75,63 +75,7 @@ from vessel_hsmc_ros.guided.sway_model import learn_sway, turn_slope
 from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead, slewed
 from vessel_hsmc_ros.law.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.law.network import Estimates, activate, adapt, output, outputs
-
-
-@kernel
-def learn(measured: Motion, predicted: Motion, HH: float, m: Memory, g: Gains) -> Estimates:
-    """Adapt the weights in place to the innovation e, W += (1 - z)²/T·e·H/(HᵀH), and let those across H decay.
-
-    The innovation has no information on the weights across H, but noise drives them: without the decay W -= leak·T·(W -
-    (WᵀH)·H/(HᵀH)), which leaves the outputs as they are, they would grow for ever. A saturated actuator may not deliver what the
-    prediction assumes, so its network is not adapted.
-
-    Args:
-        measured: Measured state of the ship.
-        predicted: What was predicted for this step.
-        HH: HᵀH.
-        m: Internal state with the activations at this step.
-        g: Gains.
-
-    Returns:
-        The outputs WᵀH after the adaptation.
-    """
-    # Normalised least mean squares: HᵀH in the denominator makes the learning rate independent of the number of neurons. The
-    # small constant prevents a division by zero far from all centres, where H vanishes.
-    per_square, share = 1.0 / (HH + 1e-6), g.leak * g.T
-    scale = per_square / g.T
-    # Innovations are saturated before the networks adapt to them: an outlier must not dominate.
-    e_u = 0.0 if m.saturated_1 else (1.0 - g.z_u) * (1.0 - g.z_u) * scale * clip(measured.u - predicted.u, g.e_max)
-    e_v = (1.0 - g.z_v) * (1.0 - g.z_v) * scale * clip(measured.v - predicted.v, g.e_max)
-    e_r = 0.0 if m.saturated_2 else (1.0 - g.z_r) * (1.0 - g.z_r) * scale * clip(measured.r - predicted.r, g.e_r_max)
-    fu, fv, fr = outputs(m.W, m.H, m.scratch)
-    fu, fv, fr = fu + e_u * HH, fv + e_v * HH, fr + e_r * HH
-    # Both changes in one step, of which the second acts on the weights after the first.
-    kept, back = 1.0 - share, share * per_square
-    multiply(m.W, kept, m.W)
-    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = kept * e_u + back * fu, kept * e_v + back * fv, kept * e_r + back * fr
-    adapt(m.W, m.growth, m.H, m.scratch)
-    return Estimates(fu, fv, fr)
-
-
-@kernel
-def forecast(f: Estimates, m: Memory, g: Gains) -> Estimates:
-    """The outputs of the networks for surge and yaw as they will be when the wrench of this step acts.
-
-    An output follows a ramp with the lag 2/w, and the wrench acts after dead time and lag: as far as the output changes slowly,
-    its rate w_f·(f - f_s) with df_s = w_f·(f - f_s) makes up for both.
-
-    Args:
-        f: Outputs of the networks.
-        m: Internal state with the slow parts f_s, which move on by a period.
-        g: Gains.
-    """
-    beyond_u, beyond_r = f.fu - float(m.slow[0]), f.fr - float(m.slow[1])
-    # Where the adaptation is suspended, so is the rate of its output.
-    m.slow[0] += 0.0 if m.saturated_1 else g.step_fu * beyond_u
-    m.slow[1] += 0.0 if m.saturated_2 else g.step_f * beyond_r
-    return Estimates(f.fu + g.lead_u * beyond_u, f.fv, f.fr + g.lead_r * beyond_r)
-
+from vessel_hsmc_ros.law.network import Estimates, activate, output
 
 MAX_INPUT = 1e12
 """Inputs are saturated at this magnitude, so that their powers stay finite."""
@@ -184,11 +128,10 @@ def estimate_current(
 def command(
     motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, guiding: Current, x: float, m: Memory, g: Gains
 ) -> tuple[Command, Filter]:
-    """Guidance and command filter.
+    """Guidance and command filter, see `filtered_rate`, with r_goal = c(epsilon) + r_w - r_d.
 
-    drho_c = zeta + lambda_c·(r_goal - rho_c), dzeta = kappa·lambda_c²·(r_goal - rho_c), with r_goal = c(epsilon) + r_w - r_d. The
-    yaw acceleration drho_c is limited to 2·a, and the integral is held constant meanwhile. Anti-windup: rho_c is limited to the
-    range where |S1| <= S1_max, because a larger S1 would need more than the available moment.
+    Anti-windup: rho_c is limited to the range where |S1| <= S1_max, because a larger S1 would need more than the available
+    moment.
 
     Args:
         motion: State of the ship.
@@ -242,18 +185,32 @@ def command(
     turning = patient(turning, spin, g)
     undisturbed = undisturbed_share(square, motion.v, f.fu, f.fv, g)
     alignment = clip(g.k_h * undisturbed * math.remainder(desired.psi - motion.psi, TURN), g.r_h)
-    error = clip(turning + alignment - r_d, 2.0 * g.r_max) - rate
-    demand = integral + g.step_c * error
-    # Conditional integration: zeta advances only while the yaw acceleration is not limited.
-    drate = clip(demand, largest)
-    if drate == demand:
-        integral += g.kappa * g.lambda_c * g.step_c * g.T * error
+    drate, integral = filtered_rate(rate, integral, turning + alignment - r_d, largest, g)
     xi = integrate_error(xi, motion, desired, travel, g)
     psi_c, r_c, u_c = motion.psi + epsilon, r_d + rate, w.w_t + c_h + (spin_damping(v, motion.r, g) if keeping else 0.0)
     command = Command(psi_c, motion.r - turning, r_c, dr_d + drate, u_c, w.dw_t + motion.r * (w.w_n + c_n))
     return command, Filter(
         rate + g.T * drate, integral, s, xi, slow_sway, keeping, current, mean_current, mean_magnitude, slow_epsilon, spin
     )
+
+
+@kernel
+def within_limits(demand_1: float, demand_2: float, tau_1: float, tau_2: float, m: Memory, g: Gains) -> tuple[float, float]:
+    """The command by the lead, within the limits of magnitude and slew rate, which becomes the latest of the queue.
+
+    Args:
+        demand_1, demand_2: The demanded surge force and yaw moment.
+        tau_1, tau_2: What acts on the hull just before the command arrives.
+        m: Internal state with the queue.
+        g: Gains.
+    """
+    last_1, last_2 = arriving(m.queue, 0, m.head, 1), arriving(m.queue, 1, m.head, 1)
+    wrench = (
+        slewed(lead(tau_1, clip(demand_1, g.surge.limit), g.surge), last_1, g.slew_1),
+        slewed(lead(tau_2, clip(demand_2, g.yaw.limit), g.yaw), last_2, g.slew_2),
+    )
+    m.queue[0, m.head], m.queue[1, m.head] = wrench
+    return wrench
 
 
 @kernel
@@ -301,12 +258,7 @@ def step(
     demand_1, demand_2 = g.m11 * (c.du_c - at_arrival.fu - by_turn - g.k2 * S2), g.m33 * (c.dr_c - at_arrival.fr - g.k1 * S1)
     # Only the limit of the magnitude counts as saturation, which suspends the adaptation; the slew limit is transient.
     saturated_1, saturated_2 = abs(demand_1) > g.surge.limit, abs(demand_2) > g.yaw.limit
-    last_1, last_2 = arriving(m.queue, 0, m.head, 1), arriving(m.queue, 1, m.head, 1)
-    wrench = (
-        slewed(lead(tau_1, clip(demand_1, g.surge.limit), g.surge), last_1, g.slew_1),
-        slewed(lead(tau_2, clip(demand_2, g.yaw.limit), g.yaw), last_2, g.slew_2),
-    )
-    m.queue[0, m.head], m.queue[1, m.head] = wrench
+    wrench = within_limits(demand_1, demand_2, tau_1, tau_2, m, g)
     if models.every > 0:
         identify(m.bank, models, measured.psi, age, wrench[1])
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)

@@ -257,3 +257,27 @@ def integrate_error(xi: Vector, motion: Motion, desired: Motion, reference_squar
     x, y = xi[0] + step * ex, xi[1] + step * ey
     shrink = min(1.0, g.xi_max / max(magnitude(x, y), 1e-9))
     return shrink * x, shrink * y
+
+
+@kernel
+def filtered_rate(rate: float, integral: float, goal: float, largest: float, g: Gains) -> tuple[float, float]:
+    """The command filter of the yaw rate.
+
+    drho_c = zeta + lambda_c·(r_goal - rho_c), dzeta = kappa·lambda_c²·(r_goal - rho_c). The yaw acceleration drho_c is limited,
+    and the integral is held constant meanwhile (conditional integration).
+
+    Args:
+        rate, integral: rho_c and zeta.
+        goal: r_goal.
+        largest: Limit of the yaw acceleration.
+        g: Gains.
+
+    Returns:
+        drho_c, and zeta one period later.
+    """
+    error = clip(goal, 2.0 * g.r_max) - rate
+    demand = integral + g.step_c * error
+    drate = clip(demand, largest)
+    if drate == demand:
+        integral += g.kappa * g.lambda_c * g.step_c * g.T * error
+    return drate, integral

@@ -8,10 +8,18 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
+from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.terms import Terms
 
 Parameters = TypeVar("Parameters")
+
+
+def gain(
+    default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3, former: str = ""
+) -> float:
+    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
+    return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True, former=former)
 
 
 class Law(ABC, Generic[Parameters]):

@@ -46,11 +46,7 @@ from vessel_hsmc_ros.law.known_damping import (
     point_ahead,
     rotated,
 )
-
-
-def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0) -> float:
-    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=low, high=1e3, symbol=symbol, tunable=True)
+from vessel_hsmc_ros.law.law import gain
 
 
 @dataclass(frozen=True)

@@ -29,14 +29,10 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.schema import group
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_damping import KnownDamping, Ship, Vector, free_acceleration, known_ship, point_ahead, rotated
-
-
-def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0) -> float:
-    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=low, high=1e3, symbol=symbol, tunable=True)
+from vessel_hsmc_ros.law.law import gain
 
 
 @dataclass(frozen=True)

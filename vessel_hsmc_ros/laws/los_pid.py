@@ -36,14 +36,10 @@ from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.guided.rule import unit_time
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.law import gain
 
 PAPER = KnownVessel()
 """The ship for which the gains were found."""
-
-
-def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, former: str = "") -> float:
-    """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=low, high=1e3, symbol=symbol, tunable=True, former=former)
 
 
 @dataclass(frozen=True)
