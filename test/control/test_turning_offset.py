@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.controlled_point import MAX_COEFFICIENT, NEAR, NOISE, Turning, turning_offset
+from vessel_hsmc_ros.control.controlled_point import MAX_COEFFICIENT, MAX_LEARNING_ERROR, NOISE, Turning, turning_offset
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def test_nothing_is_learned_in_a_steady_turn() -> None:
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_far_from_the_reference_nothing_is_learned(side: float) -> None:
     turning = Turning(0.05, 0.02, 0.01, 0.3, -0.2)
-    for e, learns in ((NEAR, False), (1e3, False), (0.99 * NEAR, True)):
+    for e, learns in ((MAX_LEARNING_ERROR, False), (1e3, False), (0.99 * MAX_LEARNING_ERROR, True)):
         after = turning_offset(turning, side * e, 0.1, 0.01, RATE, T).turning
         assert ((after.theta1, after.theta2) != (0.3, -0.2)) is learns
 

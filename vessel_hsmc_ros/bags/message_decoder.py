@@ -133,7 +133,7 @@ class _Walk:
 
 Array = NDArray[Any]
 
-WIDE = 8
+MAX_NARROW_ARRAY = 8
 """Largest number of elements of an array that counts as narrow."""
 
 
@@ -158,8 +158,8 @@ class MessageDecoder:
 
     @cached_property
     def wide(self) -> set[str]:
-        """Arrays of more than WIDE elements, and sequences, whose lengths differ from message to message."""
-        return self._type.lists(WIDE)
+        """Arrays of more than MAX_NARROW_ARRAY elements, and sequences, whose lengths differ from message to message."""
+        return self._type.lists(MAX_NARROW_ARRAY)
 
     def deserialize(self, data: bytes) -> Any:
         """One message as an object with its fields as attributes.

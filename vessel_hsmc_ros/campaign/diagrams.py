@@ -14,7 +14,7 @@ from vessel_hsmc_ros.campaign.statistics import exceedance
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report.tables import METRICS, label
-from vessel_hsmc_ros.runs.sweep_page import WIDE
+from vessel_hsmc_ros.runs.sweep_page import LOGARITHMIC_RATIO
 
 POINTS = 3000
 """Largest number of runs of a law in a scatter diagram."""
@@ -113,7 +113,7 @@ def _metric(runs: Results, metric: str, every: Results) -> tuple[Axis, Array]:
     factor, unit = _unit(metric, every)
     values = np.append(every.cost(metric), every.campaign.limits.get(metric, 0.0))
     positive = values[np.isfinite(values) & (values > 0.0)]
-    wide = bool(len(positive)) and bool(positive.max() / positive.min() > WIDE)
+    wide = bool(len(positive)) and bool(positive.max() / positive.min() > LOGARITHMIC_RATIO)
     return Axis(f"{label(metric)} [{unit}]" if unit else label(metric), wide), factor * runs.cost(metric)
 
 

@@ -19,7 +19,8 @@ The heading is an internal motion: for m11 < m22 it is stable forwards in time a
 backwards, and a law that knows the future of the reference can take it; near m11 = m22 the equation is algebraic. The implicit
 Euler method in the stable direction solves all three. r' is that of the last iterate, as m23 is small. The equations of surge
 and yaw then give X and N. The motion is feasible if |X| and |N|, their rates, and what has to be commanded through a lag are
-within SHARE of the limits for MIN_FEASIBLE_SHARE of the last half of the run. Gusts, noise and dead times are not considered.
+within MAX_LIMIT_SHARE of the limits for MIN_FEASIBLE_SHARE of the last half of the run. Gusts, noise and dead times are not
+considered.
 """
 
 import math
@@ -35,7 +36,7 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 
-SHARE = 0.9
+MAX_LIMIT_SHARE = 0.9
 """Largest share of the limits that a feasible motion takes."""
 
 REST_SHARE = 0.8
@@ -53,7 +54,7 @@ BEYOND = 10.0
 ITERATES = 3
 """Number of solutions of the sway equation, each with the yaw acceleration of the last one."""
 
-SLOW = 0.01
+MIN_WAY = 0.01
 """Surge speed through the water below which a heading has no way, relative to the speed of the reference."""
 
 
@@ -85,7 +86,7 @@ def infeasible(scenario: Scenario) -> str:
     # From the second quarter on: at the start from rest the heading is not determined.
     needed = demand(rows[samples // 4 :], current, wind, vessel, h)
     half = slice(samples // 2 - samples // 4, samples - samples // 4)
-    if np.mean(needed.u[half] > SLOW * np.max(rows[:, 3])) < MIN_FEASIBLE_SHARE:
+    if np.mean(needed.u[half] > MIN_WAY * np.max(rows[:, 3])) < MIN_FEASIBLE_SHARE:
         return "the ship has no way through the water"
     return _exceeded(Demand(*(column[half] for column in needed)), a, h)
 
@@ -102,7 +103,7 @@ def _exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
             (f"rate of the {name}", np.abs(change) / rate),
             (f"command of the {name}", np.abs(load + lag * change) / limit),
         ):
-            if not np.mean(share <= SHARE) >= MIN_FEASIBLE_SHARE:
+            if not np.mean(share <= MAX_LIMIT_SHARE) >= MIN_FEASIBLE_SHARE:
                 return f"the {what} takes {np.quantile(share, MIN_FEASIBLE_SHARE):.3g} of its limit"
     return ""
 
@@ -215,7 +216,7 @@ def _infeasible_rest(current: Array, wind: Array, a: ActuatorParameters, vessel:
     N = (vessel.m22 - vessel.m11) * v * u + lost_N
     balanced = np.flatnonzero(across[:-1] * across[1:] <= 0.0)
     share = np.maximum(
-        np.where(X >= 0.0, X, math.inf) / (REST_SHARE * a.surge_force_limit), np.abs(N) / (SHARE * a.yaw_moment_limit)
+        np.where(X >= 0.0, X, math.inf) / (REST_SHARE * a.surge_force_limit), np.abs(N) / (MAX_LIMIT_SHARE * a.yaw_moment_limit)
     )
     smallest = float(np.min(share[balanced], initial=math.inf)) if len(balanced) else math.inf
     return "" if smallest <= 1.0 or not (np.any(current) or np.any(wind)) else "the loads at rest take too much force"

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.scenario.ship_rules import ADJUSTMENTS, Scale, feasible_tur
 Changes = dict[str, Any]
 
 
-WIDE = 4.0
+WIDE_RADIUS_RATIO = 4.0
 """Radius of an arc relative to that of the other turns."""
 
 HEADING_AMPLITUDE = 0.9
@@ -135,7 +135,7 @@ def _make_circle(turn: Turn, _: ShipParameters, __: Scale) -> Made:
 
 
 def _make_wide_arc(turn: Turn, hull: ShipParameters, scale: Scale) -> Made:
-    mode, changes, _ = _make_circle(turn._replace(radius=WIDE * turn.radius), hull, scale)
+    mode, changes, _ = _make_circle(turn._replace(radius=WIDE_RADIUS_RATIO * turn.radius), hull, scale)
     return mode, changes, 0.0
 
 

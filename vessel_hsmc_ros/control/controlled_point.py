@@ -48,7 +48,7 @@ from vessel_hsmc_ros.law.terms import Terms
 SPEED, NOISE, MAX_COEFFICIENT = 0.5, 0.1, 0.25
 """Rate of learning in terms of lambda; p0 in terms of lambda; |theta| at most this divided by p0."""
 
-NEAR = 0.25
+MAX_LEARNING_ERROR = 0.25
 """Error, in terms of x, beyond which nothing is learned: the ship is then on its way to the reference."""
 
 
@@ -92,7 +92,7 @@ def turning_offset(turning: Turning, e: float, r_d: float, dr_d: float, rate: fl
     do = theta1 * (da - db) + theta2 * (da - 3.0 * db + 2.0 * dc)
     ddo = theta1 * (dda - ddb) + theta2 * (dda - 3.0 * ddb + 2.0 * ddc)
     p0 = NOISE * rate
-    step = SPEED * rate * T * e / (phi1 * phi1 + phi2 * phi2 + p0 * p0) if -NEAR < e < NEAR else 0.0
+    step = SPEED * rate * T * e / (phi1 * phi1 + phi2 * phi2 + p0 * p0) if -MAX_LEARNING_ERROR < e < MAX_LEARNING_ERROR else 0.0
     largest = MAX_COEFFICIENT / p0
     theta1, theta2 = clip(theta1 - step * phi1, largest), clip(theta2 - step * phi2, largest)
     return Offset(o, do, ddo, Turning(a + T * da, b + T * db, c + T * dc, theta1, theta2))

@@ -25,7 +25,7 @@ from vessel_hsmc_ros.plant.dynamics import damping_force
 
 AVERAGED = 4.0
 """Length over which both sides are averaged, in bandwidths of the smoother."""
-SMALL = 1e-3
+MIN_FORCE_SHARE = 1e-3
 """Share of the larger force below which an equation has no input."""
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
 
@@ -109,7 +109,9 @@ def input_size(runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
     surge, sway, yaw = np.sqrt(np.mean(np.square(np.concatenate([run.wrench for run, _ in runs])), axis=0)).tolist()
     # Without any force, or without a moment, as by a lever of 1 m.
     force = max(surge, sway) or yaw
-    return np.array([surge if surge > SMALL * force else force, sway if sway > SMALL * force else force, yaw or force])
+    return np.array(
+        [surge if surge > MIN_FORCE_SHARE * force else force, sway if sway > MIN_FORCE_SHARE * force else force, yaw or force]
+    )
 
 
 def natural_scale(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:

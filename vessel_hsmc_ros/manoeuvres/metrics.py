@@ -92,7 +92,7 @@ def crossing(values: Array, level: float) -> float:
 
 Metrics = dict[str, float]
 
-STEADY = 0.01
+STEADY_CHANGE = 0.01
 """A turn or a step is steady if the yaw rate or speed changes by less than this share of the largest one over its last fifth."""
 
 RISEN = 0.95
@@ -235,4 +235,4 @@ def step_ends(track: Track, hold: float, count: int) -> list[int]:
 
 def _is_steady(values: Array, largest: float) -> bool:
     last = values[-max(len(values) // 5, 2) :]
-    return bool(np.ptp(last) <= STEADY * abs(largest))
+    return bool(np.ptp(last) <= STEADY_CHANGE * abs(largest))

@@ -33,7 +33,7 @@ from vessel_hsmc_ros.scenario.vessels import vessel_names
 OUTPUT = 0.85
 """Share of the largest output at which the manoeuvres begin."""
 
-FASTEST = 1e3
+MAX_STEADY_SPEED = 1e3
 """A ship has no steady speed below this: its hull data contain no damping, m/s or rad/s."""
 
 SUFFIXES = (".yaml", ".yml")
@@ -158,7 +158,7 @@ def _root(surplus: Callable[[float], float], direction: str) -> float:
     high = 1e-3
     while surplus(high) > 0.0:
         high *= 1.2
-        if high > FASTEST:
+        if high > MAX_STEADY_SPEED:
             raise ParameterError(
                 f"the ship has no steady speed in {direction} under its limit: the damping is too small or the limit too large"
             )

@@ -19,7 +19,7 @@ CHECK_PERIOD = 0.1
 CLOCK_STEP = NANOSECONDS // 2
 """Difference between the progress of the node's clock and that of the steady clock that is a step of the former, ns."""
 
-FASTEST = 20
+MAX_CLOCK_SPEED = 20
 """Highest speed of a simulated clock, as a multiple of the steady clock's: a node that could not run for a while sees no step."""
 
 
@@ -158,7 +158,7 @@ class RealTime(Timing):
         if progress < 0 or (step < -CLOCK_STEP and not self._simulated):
             self._stepped(now, Reason.CLOCK_BACKWARD, progress)
             self._node.loop.forget()
-        elif step > CLOCK_STEP and not (self._simulated and progress < FASTEST * steady):
+        elif step > CLOCK_STEP and not (self._simulated and progress < MAX_CLOCK_SPEED * steady):
             self._stepped(now, Reason.CLOCK_AHEAD, step)
 
     def _stepped(self, now: int, reason: Reason, step: int) -> None:

@@ -45,7 +45,7 @@ REPEAT = 2.0
 
 STREAMS = ("ATTITUDE", "LOCAL_POSITION_NED", "EKF_STATUS_REPORT", "SERVO_OUTPUT_RAW", "RC_CHANNELS")
 NEEDED = ("HEARTBEAT", "LOCAL_POSITION_NED", "ATTITUDE")
-SLOW = 5.0
+SLOW_STREAM_RATE = 5.0
 """Rate at which the messages are requested that are no part of the motion, Hz."""
 
 
@@ -87,7 +87,7 @@ class MavlinkNode(VesselNode):
     def _create_topics(self) -> None:
         p = self.parameters
         self._odometry = self.framed(conversions.new_odometry())
-        self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, p.stream_rate or SLOW))
+        self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, p.stream_rate or SLOW_STREAM_RATE))
         self.connections.allow_one_publisher("odom")
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
@@ -212,7 +212,7 @@ class MavlinkNode(VesselNode):
         self._requested = now
         for name in STREAMS:
             if now - self._last.get(name, -math.inf) > REPEAT:
-                self._link.request(name, rate if name in NEEDED or name == "SERVO_OUTPUT_RAW" else SLOW)
+                self._link.request(name, rate if name in NEEDED or name == "SERVO_OUTPUT_RAW" else SLOW_STREAM_RATE)
         if self._origin is None:
             self._link.request("GPS_GLOBAL_ORIGIN", 0.0)
 

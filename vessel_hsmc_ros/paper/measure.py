@@ -12,8 +12,8 @@ u = u_d - r_d·z2e and, to first order in z2e and with r = r_d,
 
     ddz2e + (d_v/m22)·dz2e - (m11/m22)·r²·z2e = tau_vw
 
-which is marginally stable on a straight line and unstable in every turn, and in which a constant disturbance causes a drift
-without bound.
+which is marginally stable on a straight line and unstable in every turn, and in which a constant disturbance lets
+the error grow without bound.
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 HEADING_LAWS = ("course", "pd")
 """Laws that control the heading only; their position error is no measure of them."""
 
-SHORT = 10.0
+MIN_DURATION = 10.0
 """A shorter run is too short for a verdict, in units of sqrt(length/g), the time scale of a hull."""
 
 GRAVITY = 9.81
@@ -68,7 +68,7 @@ def _tracking(record: Record, metrics: Metrics) -> str:
         return _survey(record, metrics)
     distance = position_error(run.state, run.reference)
     length = hull_length(record.scenario)
-    if record.duration < SHORT * np.sqrt(length / GRAVITY) or len(run.time) < SHORT:
+    if record.duration < MIN_DURATION * np.sqrt(length / GRAVITY) or len(run.time) < MIN_DURATION:
         ends = f"from {quantity(float(distance[0]), 'm')} to {quantity(metrics.position_error_final, 'm')}"
         return f"The run of {quantity(record.duration, 's')} is too short to judge convergence: the position error goes {ends}."
     error = (

@@ -111,7 +111,7 @@ def _page(picture: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metr
 
 Array = NDArray[Any]
 
-WIDE = 30.0
+LOGARITHMIC_RATIO = 30.0
 """Ratio of the largest to the smallest value from which on a scale is logarithmic."""
 
 MAX_TICKS = 8
@@ -222,4 +222,4 @@ def _label_axis(scale: Any, set_scale: Any, axis: Axis) -> None:
 def _spans(values: Array) -> bool:
     """Whether positive values span so much that a linear scale would hide the small ones."""
     finite = values[np.isfinite(values)]
-    return bool(len(finite)) and bool(finite.min() > 0.0) and bool(finite.max() / finite.min() > WIDE)
+    return bool(len(finite)) and bool(finite.min() > 0.0) and bool(finite.max() / finite.min() > LOGARITHMIC_RATIO)

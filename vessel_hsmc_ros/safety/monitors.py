@@ -144,7 +144,7 @@ BLOCK, BLOCKS, LEAST = NANOSECONDS, 8, 5
 GAP = NANOSECONDS
 """Longest time between two samples over which velocities are integrated, ns."""
 
-SHARE, DEVIATIONS, SLOW = 0.4, 4.0, 0.02
+ERROR_SHARE, NOISE_DEVIATIONS, SLOW_SPEED = 0.4, 4.0, 0.02
 """An error counts above this share of the velocity, with so many deviations of noise, and the share of sqrt(g·L) that is slow."""
 
 
@@ -192,7 +192,7 @@ class Velocities(Monitor):
     _found: Compared | None
 
     def __init__(self, parameters: MonitorParameters, length: float) -> None:
-        speed = SLOW * math.sqrt(GRAVITY * length)
+        speed = SLOW_SPEED * math.sqrt(GRAVITY * length)
         self._slow = speed, speed / length
         super().__init__(Reason.VELOCITY, parameters.velocity_warning, parameters.velocity_safe)
 
@@ -267,13 +267,13 @@ def compared(rates: Array, slow: tuple[float, float]) -> Compared:
     # Noise n of the means gives errors n[i+1] - n[i], whose changes have 6 times its variance; an error that turns with the ship
     # changes little from block to block, and is not noise.
     noise = 1.4826 * np.median(np.abs(np.diff(errors, axis=0)), axis=0) / math.sqrt(6.0)
-    noise *= DEVIATIONS * 1.25 * math.sqrt(2.0 / len(errors))
+    noise *= NOISE_DEVIATIONS * 1.25 * math.sqrt(2.0 / len(errors))
     verdicts, fits = [], True
     for part, least in zip((slice(0, 2), slice(2, 3)), slow, strict=True):
         fastest = max(np.linalg.norm(moved[part]), np.linalg.norm(measured[part]))
-        allowed = SHARE * fastest + np.linalg.norm(noise[part]) + least
+        allowed = ERROR_SHARE * fastest + np.linalg.norm(noise[part]) + least
         verdicts.append((fastest > 2.0 * least, bool(np.linalg.norm(error[part]) > allowed)))
-        fits = fits and bool(fastest <= 2.0 * least or np.linalg.norm(error[part]) <= SHARE * fastest)
+        fits = fits and bool(fastest <= 2.0 * least or np.linalg.norm(error[part]) <= ERROR_SHARE * fastest)
     wrong = [known and bad for known, bad in verdicts]
     known = any(each for each, _ in verdicts)
     return Compared(moved, measured, any(wrong), known, wrong.index(True) if any(wrong) else 0, fits)

@@ -13,7 +13,7 @@ import numpy as np
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Finding, Topic
-from vessel_hsmc_ros.safety.monitors import SLOW, Compared, explained
+from vessel_hsmc_ros.safety.monitors import SLOW_SPEED, Compared, explained
 from vessel_hsmc_ros.safety.stamp_rules import times_of
 
 BLOCK = 1.0
@@ -123,7 +123,7 @@ def without_jumps(samples: Samples, least: float, jitter: float) -> tuple[Sample
 
 LEAST_BLOCKS = 6
 
-SHARE = 0.3
+ERROR_SHARE = 0.3
 """Share of the velocity above which an error counts; knots are twice m/s."""
 
 LEAST_SPREAD = 0.005
@@ -155,7 +155,7 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     if len(jumps):
         text = f"they jump, {len(jumps)} times, by {jumps.max():.3g} m at most, as those that are corrected now and then"
         yield Finding(WRONG, "positions", f"{text}: take the continuous odometry of the filter, in odom, not in map")
-    slow = SLOW * math.sqrt(GRAVITY * connection.length)
+    slow = SLOW_SPEED * math.sqrt(GRAVITY * connection.length)
     moved, measured = rates(samples)
     if len(moved) < LEAST_BLOCKS - 1:
         yield Finding(TODO, "velocities", f"too few samples: it takes {LEAST_BLOCKS * BLOCK:g} s of state")
@@ -198,7 +198,7 @@ def contradiction(moved: Array, measured: Array, slow: tuple[float, float]) -> C
     verdicts = []
     for part, least in zip((slice(0, 2), slice(2, 3)), slow, strict=True):
         fastest = max(rms(each[:, part]) for each in smooth)
-        verdicts.append((fastest > 2.0 * least, rms(errors[:, part]) > SHARE * fastest + least))
+        verdicts.append((fastest > 2.0 * least, rms(errors[:, part]) > ERROR_SHARE * fastest + least))
     wrong = [known and bad for known, bad in verdicts]
     about = wrong.index(True) if any(wrong) else 0
     worst = int(np.argmax(np.linalg.norm(errors[:, 2:] if about else errors[:, :2], axis=1)))
@@ -326,6 +326,6 @@ def named(samples: Samples, moved: Array, about: int) -> str:
     )
     errors = {text: misfit(each) for text, each in tried.items()}
     best = min(errors, key=lambda text: errors[text])
-    if errors[best] > SHARE * rms(moved[:, part]) or errors[best] > 0.5 * misfit(motions):
+    if errors[best] > ERROR_SHARE * rms(moved[:, part]) or errors[best] > 0.5 * misfit(motions):
         return ""
     return f"the measured {'yaw rate' if about else 'velocities'} and the positions differ: {best}"

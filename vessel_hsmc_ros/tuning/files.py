@@ -228,7 +228,7 @@ PRESENT, TUNED, FRONT = SERIES[1], SERIES[2], SERIES[0]
 COLUMNS = 4
 """Largest number of panels in a row of the gains."""
 
-WIDE = 10.0
+LOGARITHMIC_RATIO = 10.0
 """Ratio of the largest to the smallest value from which on an axis is logarithmic."""
 
 MAX_SHOWN_RATIO = 30.0
@@ -290,7 +290,7 @@ def _course(panel: "Axes", result: Result) -> None:
     panel.axhline(min(result.present.cost.cost, end), color=PRESENT, lw=1.0, ls="--", label="present gains")
     if len(pruned := numbers[np.isnan(costs)]):
         panel.plot(pruned, [0.97] * len(pruned), "x", color=LIMIT, ms=5, transform=panel.get_xaxis_transform(), label="pruned")
-    if end > WIDE * np.nanmin(costs):
+    if end > LOGARITHMIC_RATIO * np.nanmin(costs):
         panel.set_yscale("log")
     panel.set(xlabel="trial", ylabel="cost")
     panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
@@ -310,7 +310,7 @@ def _over_gain(panel: "Axes", gain: Gain, result: Result) -> None:
         panel.set_xscale("log")
     panel.set_xticks([], minor=True)
     panel.set_xticks([gain.low, middle, gain.high], [f"{tick:.2g}" for tick in (gain.low, middle, gain.high)])
-    if end > WIDE * costs.min():
+    if end > LOGARITHMIC_RATIO * costs.min():
         panel.set_yscale("log")
     panel.set(xlabel=f"{gain.name} [{gain.unit}]" if gain.unit else gain.name, ylabel="cost")
 
@@ -328,5 +328,5 @@ def _end(values: Sequence[float]) -> float:
 def _scale(panel: "Axes", points: NDArray[np.float64]) -> None:
     """Choose logarithmic scales for widely spaced values."""
     for set_scale, values in ((panel.set_xscale, points[0]), (panel.set_yscale, points[1])):
-        if values.max() > WIDE * values.min():
+        if values.max() > LOGARITHMIC_RATIO * values.min():
             set_scale("log")

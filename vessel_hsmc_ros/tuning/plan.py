@@ -246,7 +246,7 @@ def _value(outcome: Outcome, metric: str) -> float:
     return float("nan") if value is None else abs(value)
 
 
-MANY = 100
+MIN_PARALLEL_RUNS = 100
 """From this number of runs on, parallel processes save more time than their start takes."""
 
 
@@ -275,8 +275,8 @@ class Tuning:
         gains: The gains and their ranges.
         objective: The cost.
         seed: Seed of the search; the noise of the runs has its own.
-        workers: Number of processes for the runs, which the results do not depend on; None for one per core if a trial has MANY
-            runs, else one.
+        workers: Number of processes for the runs, which the results do not depend on; None for one per core if a trial has
+            MIN_PARALLEL_RUNS runs, else one.
     """
 
     cases: Sequence[Case]
@@ -291,7 +291,7 @@ class Tuning:
 
     def simulate(self, scenarios: Sequence[Scenario], on_run: Callable[[Outcome], None] | None = None) -> list[Outcome]:
         """Simulate scenarios; `on_run` is called with each outcome as soon as it is known."""
-        workers = self.workers or (None if len(self.cases) >= MANY else 1)
+        workers = self.workers or (None if len(self.cases) >= MIN_PARALLEL_RUNS else 1)
         return simulate_many(scenarios, workers=workers, on_result=on_run)
 
     @property
