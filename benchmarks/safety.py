@@ -20,11 +20,10 @@ from rich.console import Console
 from rich.table import Table
 
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.safety.freshness import Freshness, Sample
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters
-from vessel_hsmc_ros.safety.plausibility import Jumps
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.safety.safe_action import Authority
+from vessel_hsmc_ros.safety.samples import Freshness, Jumps, Sample
 from vessel_hsmc_ros.safety.supervision import Supervision, violation
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))

@@ -13,8 +13,8 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist
 from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING
-from vessel_hsmc_ros.safety.freshness import Sample
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.samples import Sample
 
 START, PERIOD = 1_000_000_000_000, 10_000_000
 AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -16,8 +16,8 @@ from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
-from vessel_hsmc_ros.safety.freshness import Freshness
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.samples import Freshness
 from vessel_hsmc_ros.safety.supervision import Supervision
 
 

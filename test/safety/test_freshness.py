@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.safety.freshness import Freshness, Sample
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.samples import Freshness, Sample
 
 MS = 1_000_000
 NOW = 100_000 * MS

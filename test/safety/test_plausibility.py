@@ -7,7 +7,7 @@ import pytest
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.safety.monitors import Alarm, Innovation, NotMoving, Saturation
 from vessel_hsmc_ros.safety.parameters import MonitorParameters, SafetyParameters
-from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
+from vessel_hsmc_ros.safety.samples import Jumps, Verdict
 
 SECOND = 1_000_000_000
 LIMITS = (100.0, 40.0)

@@ -16,9 +16,9 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guided.parameters import GuidedParameters
 from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured
-from vessel_hsmc_ros.safety.freshness import Sample
 from vessel_hsmc_ros.safety.parameters import ACTIONS
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.safety.samples import Sample
 
 PERIOD = 100_000_000
 """Control period, ns."""

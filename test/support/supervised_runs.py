@@ -20,10 +20,9 @@ from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.control_diagnostics import CONDITION_LIMIT, correlation_condition
 from vessel_hsmc_ros.runs.offline import ClosedLoop
-from vessel_hsmc_ros.safety.freshness import Freshness, Sample
 from vessel_hsmc_ros.safety.monitors import Alarm
-from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.safety.samples import Freshness, Jumps, Sample, Verdict
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law

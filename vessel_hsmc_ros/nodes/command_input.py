@@ -13,8 +13,8 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
-from vessel_hsmc_ros.safety.freshness import Freshness, Sample
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.samples import Freshness, Sample
 
 Command = tuple[float, float]
 

@@ -19,9 +19,8 @@ from vessel_hsmc_ros.messages.state_columns import POSITION_VARIANCES
 from vessel_hsmc_ros.nodes.base import DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
 from vessel_hsmc_ros.nodes.reporting import ages
-from vessel_hsmc_ros.safety.freshness import Sample
-from vessel_hsmc_ros.safety.plausibility import Jumps, Verdict
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.samples import Jumps, Sample, Verdict
 
 
 class Measured(NamedTuple):

@@ -8,9 +8,9 @@ from rclpy.node import Node
 
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.nodes.reporting import DiagnosticTask, RecentProblem
-from vessel_hsmc_ros.safety.freshness import REPEATED, Freshness, Sample
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.samples import REPEATED, Freshness, Sample
 
 WARNING_PERIOD = 5.0
 """Least time between two warnings of an input that was never received, s."""
