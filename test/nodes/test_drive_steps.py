@@ -168,6 +168,26 @@ def test_at_its_end_it_leaves_zero_whether_it_commands_or_ramps(make: Any, form:
     assert made.pairs(count) == [ZERO[form]] * LAST_COMMANDS
 
 
+@pytest.mark.parametrize("form", FULL)
+@pytest.mark.parametrize("ended_by", ["stop", "silence"])
+def test_at_its_end_right_after_a_stop_or_the_first_zeros_it_leaves_all_of_them(make: Any, form: str, ended_by: str) -> None:
+    made = make(form)
+    made.step(12)
+    if ended_by == "stop":
+        made.call(made.node._latch._stop)
+    else:
+        made.silent = "all"
+        while made.step()[-1:] != [ZERO[form]]:
+            pass
+    count = len(made.sent)
+    made.node.close()
+    assert made.pairs(count) == [ZERO[form]] * LAST_COMMANDS
+
+
+def test_a_reversed_thruster_takes_the_mirrored_pulse_of_its_thrust_not_that_of_the_other_direction(make: Any) -> None:
+    assert make("pwm", pwm__reversed=[1.0, -1.0]).step()[-1] == (1700, 1700)
+
+
 def test_at_its_end_without_commands_nothing_is_sent(make: Any) -> None:
     made = make("helm")
     made.silent = "all"

@@ -310,6 +310,22 @@ def test_only_the_autopilot_that_was_heard_first_is_heard() -> None:
             each.close()
 
 
+def test_each_move_of_the_origin_ends_the_commands_and_its_repetition_does_not(boat: Any) -> None:
+    made = boat().driven()
+
+    def origin(degrees: float) -> tuple[Any, ...]:
+        made.receive("GPS_GLOBAL_ORIGIN", latitude=round(degrees * 1e7), longitude=0)
+        made.step()
+        return made.step()[-1]
+
+    assert origin(60.0) == FULL["manual"], "the first one"
+    for number, degrees in enumerate((61.0, 60.0, 61.0), 1):
+        assert origin(degrees) != FULL["manual"]
+        assert len(made.events) == number
+        made.driven()
+        assert origin(degrees) == FULL["manual"]
+
+
 def test_two_restarts_end_the_commands_each_time(boat: Any) -> None:
     made = boat().driven()
     for boots in (1, 2):

@@ -158,6 +158,29 @@ def test_a_velocity_counts_for_the_time_out_and_again_when_it_returns(receiver: 
         assert speeds[5:] == [(0.0, 0.0)] * 3
 
 
+def test_while_no_velocity_is_measured_none_is_made_of_the_turn_of_the_antenna(receiver: Any) -> None:
+    made = receiver(velocity="twist", antenna=[2.0, 1.0])
+    for _ in range(2):
+        message = made.stamped(TwistStamped())
+        message.twist.linear.x, message.twist.linear.y = 0.8, 0.6
+        made.node._on_velocity(message)
+        made.imu(0.0, r=0.25)
+        assert made.answer(made.fix())[3:5] == pytest.approx((0.8 + 0.25 * 1.0, 0.6 - 0.25 * 2.0), abs=1e-6)
+        made.wait(1.0)
+        for _ in range(2):
+            made.imu(0.0, r=0.25)
+            assert made.answer(made.fix())[3:5] == (0.0, 0.0)
+
+
+def test_a_negative_speed_over_a_course_is_opposite_to_it(receiver: Any) -> None:
+    made = receiver(velocity="course")
+    made.node._on_course(Float64(data=0.5 * math.pi))
+    for speed in (1.5, -1.5):
+        made.node._on_speed(Float64(data=speed))
+        made.imu(0.0)
+        assert made.answer(made.fix())[3:5] == pytest.approx((speed, 0.0), abs=1e-6)
+
+
 def test_without_a_datum_the_first_fix_is_the_origin_for_good(receiver: Any) -> None:
     made = receiver(datum=[])
     places = []

@@ -84,7 +84,9 @@ def test_each_restart_and_each_other_mode_ends_the_commands_until_the_controller
     boat.driven()
     for began in (300.0, 100.0):
         boat.estimate(began, began)
+        count = len(boat.sent)
         boat.estimate(5.0, 5.0)
+        assert [m.throttle_body_x for _, m in boat.sent[count:] if hasattr(m, "throttle_body_x")][:1] == [0.0], "at once"
         assert set(boat.step(ACTIVE, 20)) == {(0.0, 0.0)}
         boat.driven()
         boat.status["nav_state"] = MANUAL

@@ -54,6 +54,19 @@ def test_each_gap_counts_until_another_publisher_takes_over(
     node.close()
 
 
+def test_the_longest_wait_is_that_since_the_last_diagnostics(bench: Any, tmp_path: Path) -> None:
+    node, receive = recorder_of(bench, tmp_path, True)
+    waits = []
+    for received in (True, False, True):
+        if received:
+            receive(1)
+        queue = next(task for task in node.diagnostic_tasks() if task.name == "queue")
+        waits.append(queue.values["longest_wait"])
+    assert min(waits[0], waits[2]) > 1e6, "its messages were received in 1970"
+    assert waits[1] == 0.0
+    node.close()
+
+
 def test_of_several_publishers_no_gap_counts(bench: Any, tmp_path: Path) -> None:
     node, receive = recorder_of(bench, tmp_path, True, alone=False)
     receive(1, 5, 2, 9)

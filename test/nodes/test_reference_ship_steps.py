@@ -87,6 +87,15 @@ def test_a_goal_that_is_repeated_is_one_event_and_one_that_returns_is_another(re
     assert [text for kind, text in made.events if kind == "goal"] == [f"x = {x}, y = 0, heading = 0" for x in (5, 9, 5)]
 
 
+def test_a_stream_of_goals_is_one_event(reference: Any) -> None:
+    made = reference()
+    for begin in (0.0, 100.0):
+        for k in range(10):
+            made.goal(begin + 0.1 * k)
+            made.run(PERIOD)
+    assert [text.partition(",")[0] for _, text in made.events] == ["x = 0", "x = 100"]
+
+
 def test_a_refused_goal_changes_neither_target_nor_frame_nor_order(reference: Any) -> None:
     made = reference()
     made.goal(20.0, 10.0)

@@ -173,6 +173,15 @@ def test_without_a_command_for_the_time_out_the_thrust_is_zero(bench: Any) -> No
     )
 
 
+def test_each_time_that_commands_cease_the_thrust_becomes_zero(bench: Any) -> None:
+    allocator = Allocator(bench, command_timeout=0.2)
+    for number in (1, 2, 3):
+        allocator.stamp = allocator.node.now() - 10**8
+        allocator.command(50.0)
+        bench.until(lambda number=number: len(allocator.thrust) == 2 * number)
+    assert [message.data for message in allocator.thrust] == [pytest.approx(25.0), 0.0] * 3
+
+
 def test_a_command_that_is_not_finite_is_ignored_and_counted(bench: Any) -> None:
     allocator = Allocator(bench)
     allocator.command(math.nan)
@@ -254,10 +263,11 @@ class Clocked(Allocator):
 
     def answer(self, force: float) -> float:
         """The thrust of one of two propellers for a force that is commanded now."""
-        self.stamp, count = self.time.now - 10**8, len(self.thrust)
+        self.stamp = self.time.now - 10**8
         self.command(force)
-        self.bench.until(lambda: len(self.thrust) > count, deadline=10.0)
-        return float(self.thrust[-1].data)
+        # By the stamp: a time-out that the timer finds meanwhile publishes a thrust of zero, too.
+        self.bench.until(lambda: self.wrench and conv.nanoseconds(self.wrench[-1].header.stamp) == self.stamp, deadline=10.0)
+        return 0.5 * float(self.wrench[-1].wrench.force.x)
 
 
 def test_after_a_time_out_the_rate_limit_counts_from_no_thrust(bench: Any, simulated_time: Any) -> None:

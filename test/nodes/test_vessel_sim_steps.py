@@ -1,5 +1,6 @@
 """The plant's node step by step: demands of thrusters of two publishers or that fall silent, and pauses, again and again."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -91,6 +92,19 @@ def test_each_pause_lets_no_time_pass_and_what_is_old_after_it_does_not_hold(ben
         assert made.run(3) == [0.0] * 3
         steps += 3
     assert made.node.status()[2]["moves"] == 0
+
+
+def test_each_change_of_a_frequency_leaves_the_disturbance_where_it_is(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Plant(bench, monkeypatch, by_thrusters=False, disturbance__periodic__frequency=0.5)
+    for frequency in (0.0, 0.3, 0.0):
+        made.run(40)
+        p = made.node.parameters
+        periodic = replace(p.disturbance.periodic, frequency=frequency)
+        made.node.retune(replace(p, disturbance=replace(p.disturbance, periodic=periodic)))
+        monkeypatch.setattr(made.node, "parameters", replace(p, disturbance=replace(p.disturbance, periodic=periodic)))
+        made.run(2)
+        forces = [conv.read_wrench(message)[0] for topic, message in made.sent if topic == "disturbance"]
+        assert abs(forces[-1] - forces[-3]) < 0.05 * max(forces)
 
 
 def test_in_lockstep_the_time_out_of_a_command_begins_anew_after_each_pause(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
