@@ -31,14 +31,16 @@ def test_every_gain_is_listed_with_its_origin_reason_and_number() -> None:
 
 def test_margins_of_three_loops_are_printed_and_small_ones_warned_of() -> None:
     calm = gains("controller.law=guided")
-    for name in ("surge force", "yaw moment", "guidance"):
+    for name in ("surge force", "yaw moment", "position across"):
         assert any(line.strip().startswith(name) and "°" in line for line in calm.output.splitlines())
     hasty = gains("controller.law=guided", "controller.guided.position_gain=3.0")
     assert "warning: the loop of the" in hasty.output
 
 
-def test_another_law_is_named_with_how_to_use_these_gains() -> None:
-    assert "controller.law is hierarchical: --set controller.law=guided" in gains().output
+def test_the_numbers_and_margins_of_another_law_are_printed() -> None:
+    shown = gains("controller.law=lqg", "controller.lqg.cross_track=0.2").output
+    assert line_of(shown, "cross_track").split()[-1] == "0.2"
+    assert "position across" in shown
 
 
 POWERS = {"": 1, "²": 2, "⁻¹": -1, "⁻²": -2}

@@ -30,7 +30,7 @@ GROUPS = {
         "sweep": "Simulate a scenario for each value of a parameter.",
         "campaign": "Simulate thousands of runs with drawn parameters.",
         "tune": "Search the gains of a law.",
-        "gains": "Print the gains of the guided law, and its margins.",
+        "gains": "Print the gains of a law, and its margins.",
         "reproduce": "Repeat every case and figure of the paper.",
     },
     "Running vessels": {

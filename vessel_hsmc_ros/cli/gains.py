@@ -1,12 +1,13 @@
-"""`vessel-hsmc gains`: the gains of the guided law for a ship, where they come from, and the margins that they leave."""
+"""`vessel-hsmc gains`: the gains of the law of a scenario, where those of `guided` come from, and the margins that they leave."""
 
 import math
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, print_warning
+from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
 from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
@@ -51,33 +52,53 @@ REASONS = {
 @set_option
 @json_option
 def gains(scenario: str, changes: Sequence[str], as_json: bool) -> None:
-    """Print the gains of the guided law for the ship of SCENARIO, with the margins of its loops.
+    """Print the gains of the law of SCENARIO, with the margins of its loops on the ship.
 
-    A gain that is not set by hand is computed from the ship's length L and from T = sqrt(yaw_inertia/yaw_moment_limit): the
-    table names the factor and the powers of L and T. The margins are those of the linearised loops about a straight path at the
-    speed of the reference. A warning names each loop with a gain margin below 6 dB or a phase margin below 40°, and a reference
-    that demands more than the ship can do.
+    A gain of the guided law that is not set by hand is computed from the ship's length L and from
+    T = sqrt(yaw_inertia/yaw_moment_limit): the table names the factor and the powers of L and T. The margins are those of the
+    law linearised about a straight path at the speed of the reference. A warning names each loop with a gain margin below 6 dB
+    or a phase margin below 40°, and a reference that demands more than the ship can do.
     """
     loaded = load_checked(scenario, parse_changes(changes))
-    found = study(loaded)
+    found, of_guided = study(loaded), loaded.controller.law == "guided"
     if as_json:
         print_json(_content(loaded, found))
         return
-    print_table(["gain", "origin", "unit", "reason", "value", "number"], _gains(loaded), title="gains", text_columns=4)
-    print_line(_units(loaded))
+    if of_guided:
+        print_table(["gain", "origin", "unit", "reason", "value", "number"], _gains(loaded), title="gains", text_columns=4)
+        print_line(_units(loaded))
+    else:
+        print_table(
+            ["gain", "unit", "meaning", "value"], _declared(loaded), title=f"gains of {loaded.controller.law}", text_columns=3
+        )
     print_table(["loop", "gain margin", "phase margin", "delay margin", "crossover"], _margins(found), title="margins")
     print_line(f"linearised about a straight path at {quantity(found.speed, 'm/s')}; limits of magnitude and rate are not linear")
-    if loaded.controller.law != "guided":
-        print_status(f"controller.law is {loaded.controller.law}: --set controller.law=guided uses these gains")
     for line in shortcomings(loaded, found):
         print_warning(line)
 
 
 def _content(scenario: Scenario, found: Study) -> dict[str, Any]:
-    """Gains by their names, margins by the loops, and the warnings, for programs; in SI units, dB and degrees."""
-    used = by_hand_or_derived(scenario.controller.guided, scenario.controller.vessel.as_controlled())
+    """Law, gains by their names, margins by the loops, and the warnings, for programs; in SI units, dB and degrees."""
+    c = scenario.controller
+    used = by_hand_or_derived(c.guided, c.vessel.as_controlled()) if c.law == "guided" else getattr(c, c.law)
     margins = {name: loop._asdict() for name, loop in found.loops.items()}
-    return {"gains": {name: getattr(used, name) for name in RULES}, "margins": margins, "warnings": shortcomings(scenario, found)}
+    values = {name: attrgetter(name)(used) for name in (RULES if c.law == "guided" else _numbers_of(used))}
+    return {"law": c.law, "gains": values, "margins": margins, "warnings": shortcomings(scenario, found)}
+
+
+def _numbers_of(parameters: Any) -> list[str]:
+    """The names of the numbers that a law declares and that may be changed while it runs."""
+    return [name for name, entry in entries(type(parameters)).items() if entry.tunable and entry.type is float]
+
+
+def _declared(scenario: Scenario) -> list[list[str]]:
+    """A row for each gain of a law without a rule."""
+    own = getattr(scenario.controller, scenario.controller.law)
+    declared = entries(type(own))
+    return [
+        [name, declared[name].unit, declared[name].description.rstrip("."), number(attrgetter(name)(own))]
+        for name in _numbers_of(own)
+    ]
 
 
 def _gains(scenario: Scenario) -> list[list[str]]:
@@ -116,6 +137,7 @@ def _margins(found: Study) -> list[list[str]]:
     rows = []
     for name, loop in found.loops.items():
         gain = "none" if math.isinf(loop.gain_db) else f"{loop.gain_db:.1f} dB"
-        cells = [gain, f"{loop.phase_deg:.0f}°", quantity(loop.delay, "s"), f"{loop.crossover:.2g} rad/s"]
+        phase = "none" if math.isinf(loop.phase_deg) else f"{loop.phase_deg:.0f}°"
+        cells = [gain, phase, quantity(loop.delay, "s"), f"{loop.crossover:.2g} rad/s"]
         rows.append([name, *(cells if loop.stable else ["unstable"] * 4)])
     return rows

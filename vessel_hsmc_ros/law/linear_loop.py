@@ -1,4 +1,4 @@
-"""A linear loop in discrete time, written down as linear forms, and its margins.
+"""A linear loop in discrete time, and its margins.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -6,8 +6,7 @@
 | L(z) | open loop: output divided by input, times -1, so that the closed loop is at its limit where L = -1 | - |
 | z | exp(j·omega·T) | - |
 
-Every quantity of a period is a linear form: a row of its coefficients on the state and on the input at which the loop is broken.
-The forms of the next state are the rows of A and B, that of the output those of C and D, and L(z) = -(C·(zI - A)⁻¹·B + D).
+    L(z) = -(C·(zI - A)⁻¹·B + D)
 """
 
 import math
@@ -18,10 +17,12 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
 
-Form = NDArray[np.float64]
-
 FREQUENCIES = 500
 """Number of frequencies, on a logarithmic grid up to half the control rate."""
+
+
+UNDRIVEN = 1e-7
+"""Rounding of the poles at 1 of states that nothing drives, such as the weights of neurons that are not activated."""
 
 
 class Margins(NamedTuple):
@@ -49,36 +50,6 @@ class System(NamedTuple):
     B: Array
     C: Array
     D: float
-
-
-class Forms:
-    """The linear forms of one period.
-
-    Args:
-        names: The states; those that end in a number are the places of a queue.
-    """
-
-    def __init__(self, names: list[str]) -> None:
-        rows = np.eye(len(names) + 1)
-        self.now: dict[str, Form] = dict(zip(names, rows, strict=False))
-        self.free: Form = rows[-1]
-        self.next: dict[str, Form] = {}
-
-    def queue(self, name: str, newest: Form) -> list[Form]:
-        """The queue with its newest element in front, which moves on by a place."""
-        held = [newest, *(form for key, form in self.now.items() if key.startswith(f"{name} "))]
-        self.next |= {f"{name} {k}": form for k, form in enumerate(held[:-1])}
-        return held
-
-    def system(self, output: Form) -> System:
-        """The matrices for an output."""
-        rows = np.array([self.next[name] for name in self.now])
-        return System(rows[:, :-1], rows[:, -1], output[:-1], float(output[-1]))
-
-
-def queue_names(name: str, length: int) -> list[str]:
-    """The names of the places of a queue."""
-    return [f"{name} {k}" for k in range(length)]
 
 
 def exact_step(A: Array, B: Array, T: float) -> tuple[Array, Array]:
@@ -110,8 +81,8 @@ def margins(system: System, T: float) -> Margins:
     """The margins of a loop with the control period T [s]."""
     omega = np.geomspace(1e-5 / T, math.pi / T, FREQUENCIES)
     L = open_loop(system, omega, T)
-    stable = bool(np.max(np.abs(closed_poles(system))) < 1.0)
-    logarithm, phase = np.log(np.abs(L)), np.unwrap(np.angle(L))
+    stable = bool(np.max(np.abs(closed_poles(system)), initial=0.0) < 1.0 + UNDRIVEN)
+    logarithm, phase = np.log(np.maximum(np.abs(L), 1e-300)), np.unwrap(np.angle(L))
     ones = _crossings(logarithm, logarithm, phase, np.log(omega))
     lag = np.array([_turned(angle) for _, angle, _ in ones])
     speed = np.exp([each for *_, each in ones])

@@ -1,32 +1,30 @@
-"""The guided law on the ship of a scenario: margins of its loops, the loops perturbed, and what the reference needs.
+"""The law of a scenario on its ship: margins of the loops, and what the reference needs.
 
 | symbol | meaning | unit |
 |---|---|---|
-| U | speed of the straight path: mean speed of the reference, or the law's approach_speed for one at rest | m/s |
-| x_p | distance of the controlled point ahead of the origin | m |
+| U | speed of the straight path: mean speed of the reference, at least U_0 of `control.controlled_point` | m/s |
 | tau_1, tau_2 | surge force and yaw moment that the reference needs in calm water | N, N·m |
 | omega | rms(dtau/dt)/rms(tau - mean), the mean frequency of what it needs | rad/s |
 """
 
-import math
-from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.controlled_point import INTEGRAL, controlled_point_of
+from vessel_hsmc_ros.control.controlled_point import controlled_point_of
+from vessel_hsmc_ros.control.linearised_law import LinearShip, loops
 from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.guided.margins import Actuator, Carriage, Hull, surge_loop, yaw_loop
-from vessel_hsmc_ros.guided.parameters import Gains, by_hand_or_derived, gains
-from vessel_hsmc_ros.guided.rule import RULES, dynamics
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.guided.rule import dynamics
+from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.law.linear_loop import Margins, margins
 from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
 from vessel_hsmc_ros.reference.trajectory import trajectory
-from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.scenario.parameters import ControllerParameters
+from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
 GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0
 """The margins below which a loop is reported."""
@@ -61,68 +59,51 @@ class Study(NamedTuple):
     yaw: Need
 
 
-def constants(scenario: Scenario) -> Gains:
-    """The constants of the guided law of a scenario."""
-    c = scenario.controller
-    return gains(c.guided, c.vessel.as_controlled(), RateGrid(c.rate_hz).period)
-
-
-def hull_about(scenario: Scenario, speed: float) -> Hull:
-    """The hull of a scenario linearised about a straight path, at the point that the law controls.
-
-    Args:
-        scenario: The scenario.
-        speed: U, m/s.
-    """
-    ship, declared = scenario.vessel_sim.vessel.coefficients(), scenario.controller.vessel
-    known = declared.as_controlled()
-    small = 1e-4 * max(speed, 1e-3), 1e-4 * max(speed, 1e-3), 1e-4 * max(speed, 1e-3) / known.length
+def ship_about(scenario: Scenario, speed: float) -> LinearShip:
+    """The ship of a scenario linearised about a straight path at a speed, m/s, with the lags and dead times of its actuators."""
+    c, ship = scenario.controller, scenario.vessel_sim.vessel.coefficients()
     slopes = np.empty((3, 3))
-    for column, step in enumerate(small):
+    for column, step in enumerate(1e-4 * speed * np.array([1.0, 1.0, 1.0 / c.vessel.length])):
         d = step * np.eye(3)[column]
         high, low = unforced_acceleration(speed + d[0], d[1], d[2], ship), unforced_acceleration(speed - d[0], -d[1], -d[2], ship)
         slopes[:, column] = (np.array(high) - np.array(low)) / (2.0 * step)
-    thrust = acceleration((1.0, 0.0, 0.0), ship)[0] * known.surge_inertia
-    turn = np.array(acceleration((0.0, declared.sway_force_per_yaw_moment, 1.0), ship)[1:]) * known.yaw_inertia
-    to_point = np.array([[1.0, known.ahead], [0.0, 1.0]])
-    lateral = to_point @ slopes[1:, 1:] @ np.linalg.inv(to_point)
-    return Hull(speed, float(slopes[0, 0]), thrust, lateral, to_point @ turn, _carriage(declared, speed))
+    gains = [acceleration((1.0, 0.0, 0.0), ship), acceleration((0.0, c.vessel.sway_force_per_yaw_moment, 1.0), ship)]
+    return LinearShip(speed, c.vessel.length, slopes, np.array(gains).T, *_actuators(scenario))
 
 
-def _carriage(declared: KnownVessel, speed: float) -> Carriage | None:
-    """How the reference is transformed to the controlled point of a vessel at a speed, m/s."""
-    point = controlled_point_of(declared, 1.0)
-    omega = max(speed, point.U_0) * point.per_distance
-    return Carriage(point.x_p, omega, INTEGRAL * omega**2) if point.x_p else None
-
-
-def true_actuators(scenario: Scenario) -> tuple[Actuator, Actuator]:
-    """Lag and dead time of surge force and yaw moment: those of the plant, or for thrusters what the law takes them for."""
+def _actuators(scenario: Scenario) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Lags and dead times of surge force and yaw moment: those of the plant, or for thrusters what the law takes them for."""
     if (a := scenario.vessel_sim.actuators).kind == "wrench":
-        return Actuator(a.surge_lag, a.surge_dead_time), Actuator(a.yaw_lag, a.yaw_dead_time)
+        return (a.surge_lag, a.yaw_lag), (a.surge_dead_time, a.yaw_dead_time)
     d = dynamics(scenario.controller.vessel.as_controlled())
-    return Actuator(d.surge.lag, d.surge.dead_time), Actuator(d.yaw.lag, d.yaw.dead_time)
+    return (d.surge.lag, d.yaw.lag), (d.surge.dead_time, d.yaw.dead_time)
 
 
 def study(scenario: Scenario) -> Study:
-    """Linearise the guided law on the ship of a scenario, and compute what the reference needs.
+    """Linearise the law of a scenario on its ship, and compute what the reference needs.
 
     Raises:
-        ParameterError: a gain or the reference is not allowed.
+        ParameterError: the law is not compiled, a gain or the reference is not allowed.
         SimulationError: the motion of the reference is no longer finite.
     """
     count = int(min(scenario.vessel_sim.duration or MAX_DURATION, MAX_DURATION) * RATE_HZ)
     motion = trajectory(scenario.reference_ship, RATE_HZ, max(count, 3))
     mean = float(np.mean(np.hypot(motion[:, 3], motion[:, 4])[len(motion) // 2 :]))
-    g = constants(scenario)
-    speed = mean if mean > g.U_s else g.v_max
-    hull, (surge, yaw) = hull_about(scenario, speed), true_actuators(scenario)
-    loops = {
-        "surge force": margins(surge_loop(g, hull, surge), g.T),
-        "yaw moment": margins(yaw_loop(g, hull, yaw), g.T),
-        "guidance": margins(yaw_loop(g, hull, yaw, at_guidance=True), g.T),
-    }
-    return Study(speed, loops, *_needs(scenario, motion))
+    c, period = scenario.controller, RateGrid(scenario.controller.rate_hz).period
+    law, point = make_law(_without_identification(c)), controlled_point_of(c.vessel, period)
+    if not isinstance(law, KernelLaw):
+        raise ParameterError(f"controller.law = {c.law} is not allowed: margins are those of a law with a kernel, such as guided")
+    speed = max(mean, point.U_0)
+    found = {name: margins(loop, period) for name, loop in loops(law, point, ship_about(scenario, speed), period).items()}
+    return Study(speed, found, *_needs(scenario, motion))
+
+
+def _without_identification(c: ControllerParameters) -> ControllerParameters:
+    """The parameters of a controller whose law keeps its model of the actuators."""
+    own = getattr(c, c.law)
+    if not hasattr(own, "actuator_identification"):
+        return c
+    return replace(c, **{c.law: replace(own, actuator_identification=False)})
 
 
 def _needs(scenario: Scenario, motion: Array) -> tuple[Need, Need]:
@@ -186,31 +167,3 @@ def _too_slow(name: str, unit: str, need: Need, limit: float, rate: float, loop:
             f" {loop.crossover:.2g} rad/s"
         )
     return [f"the ship is too slow for the reference: it needs {line}" for line in lines]
-
-
-def perturbed(scenario: Scenario, gain: float = 1.0, phase: float = 0.0) -> Scenario:
-    """The scenario with its loops perturbed: the law as it is, on a ship with another gain and more dead time of the inputs.
-
-    The law takes the ship for `gain` times as heavy as it is, with its gains held: it commands `gain` times the wrench, as if the
-    actuators were that much stronger.
-
-    Args:
-        scenario: The scenario, with the guided law.
-        gain: Factor on both inputs.
-        phase: Phase lag of both inputs at the crossover of their loops, rad, as dead time.
-    """
-    loops, c, actuators = study(scenario).loops if phase else {}, scenario.controller, scenario.vessel_sim.actuators
-    held = asdict(by_hand_or_derived(c.guided, c.vessel.as_controlled()))
-    changes: dict[str, object] = {f"controller.guided.{name}": held[name] for name in RULES}
-    changes["controller.guided.actuator_identification"] = False  # it would find the dead time
-    for name, loop in (("surge", "surge force"), ("yaw", "yaw moment")):
-        changes[f"controller.vessel.{name}_inertia"] = gain * getattr(c.vessel, f"{name}_inertia")
-        more = phase / loops[loop].crossover if phase else 0.0
-        changes[f"vessel_sim.actuators.{name}_dead_time"] = getattr(actuators, f"{name}_dead_time") + more
-    return scenario.changed(changes)
-
-
-def perturbations() -> Mapping[str, tuple[float, float]]:
-    """The perturbations that every loop should tolerate, as gain and phase, by name."""
-    twice, phase = 10.0 ** (GAIN_MARGIN_DB / 20.0), math.radians(PHASE_MARGIN_DEG)
-    return {f"+{GAIN_MARGIN_DB:g} dB": (twice, 0.0), f"-{GAIN_MARGIN_DB:g} dB": (1.0 / twice, 0.0), "delay": (1.0, phase)}
