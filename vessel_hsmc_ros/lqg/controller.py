@@ -10,7 +10,7 @@
 | w_t | commanded surge velocity over ground | L/T |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m |
 
-    r_c = r_s + braked(psi_s - theta_c - psi) - s·K_v/K_r·(v_r - v_s),   theta_c = K_e/K_psi·e_c, limited
+    r_c = r_s + braked(psi_s - theta_c - psi - s·K_v/K_psi·(v_r - v_s)),   theta_c = K_e/K_psi·e_c, limited
     tau_2 = m33·(dr_s + K_r·(r_c - r) - f_r)
     tau_1 = m11·(dw_t + k_u·(w_t - u) - f_u - m·v_r·r - r·c_n)
 
@@ -205,8 +205,8 @@ def turn(t: Track, psi: float, v_r: float, r: float, m: Memory, g: Gains) -> Tur
     of = K.tolist()
     K_e, K_psi, K_v, K_r = of[0] / (q * q), of[1] / (q * q), of[2] / q, of[3] / q
     psi_c = t.chi + (0.0 if t.way > 0.0 else math.pi) - beta - clip(K_e / K_psi * t.e_c, g.theta)
-    toward = braked(math.remainder(psi_c - psi, TURN), K_psi / K_r, g.a_max, g.r_max)
-    r_c = turning + toward - t.way * K_v / K_r * clip(v_r - v_s, 0.5 * t.W)
+    slip = t.way * K_v / K_psi * clip(v_r - v_s, 0.5 * t.W)
+    r_c = turning + braked(math.remainder(psi_c - psi, TURN) - slip, K_psi / K_r, g.a_max, g.r_max)
     return Turn(psi_c, r_c, dr_s + K_r * (r_c - r), beta, r_s, dr_s)
 
 
@@ -236,7 +236,7 @@ def step(
     ship, tau_1, tau_2 = ahead(now, lever, n_1, n_2, m, g)
     goal = moved(d, dd.du, dd.dv, dd.dr, g.h * max(n_1, n_2)) if max(n_1, n_2) > 0 else d
 
-    t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, g)
+    t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, float(m.K[0]), g)
     v_p = ship.v + lever * ship.r
     c_n = to_body(float(x[CE]), float(x[CN]), ship.psi)[1]
     c = turn(t, ship.psi, v_p - c_n, ship.r, m, g)

@@ -42,7 +42,7 @@ GATE = 4.0
 FOLLOWING, NOISIEST = 2.0, 1e4
 """Time in T in which the variances of the measurements follow the innovations, and their largest multiple of the least."""
 
-LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-1.0, 2.8), (0.4, 1.2), (0.0, 2.0)
+LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-3.5, 2.8), (0.4, 1.6), (0.0, 2.0)
 """Ranges of ln a, kappa and b."""
 
 

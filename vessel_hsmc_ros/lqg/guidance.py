@@ -22,7 +22,7 @@ import math
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, to_body
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, to_body
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.lqg.parameters import Gains
 
@@ -37,6 +37,9 @@ ASTERN = 0.004
 
 SLOWEST = 0.02
 """Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps her heading."""
+
+TURNING = 0.05
+"""Yaw rate of a reference at rest, 1/T, at which half of the way to its heading is followed."""
 
 LARGEST_TURN = 2.0
 """Largest turn that is fed forward, 1/T."""
@@ -93,7 +96,7 @@ def braked(epsilon: float, c: float, a: float, largest: float) -> float:
 
 @kernel
 def track(
-    ship: Motion, goal: Motion, acceleration: Acceleration, c_E: float, c_N: float, xi: tuple[float, float], g: Gains
+    ship: Motion, goal: Motion, acceleration: Acceleration, c_E: float, c_N: float, xi: tuple[float, float], K_e: float, g: Gains
 ) -> Track:
     """The track of a ship.
 
@@ -102,6 +105,7 @@ def track(
         goal, acceleration: The reference, and the derivatives of its body velocities.
         c_E, c_N: Current.
         xi: Integral of the error.
+        K_e: Gain of the regulator on the distance from the track, 1/(L·T²) in its own unit of time.
         g: Constants.
     """
     e_x, e_y = ship.x - goal.x, ship.y - goal.y
@@ -117,7 +121,9 @@ def track(
     along = Wx * math.cos(goal.psi) + Wy * math.sin(goal.psi)
     way = -1.0 if max(goal.u, along) < -ASTERN and far < 0.5 else 1.0
     missing = way * max(0.0, SLOWEST - magnitude(Bx, By))
-    Bx, By = Bx + missing * math.cos(ship.psi), By + missing * math.sin(ship.psi)
+    # She follows the reference as it turns on the spot, and else keeps the heading at which she rests.
+    heading = ship.psi + goal.r * goal.r / (goal.r * goal.r + TURNING * TURNING) * math.remainder(goal.psi - ship.psi, TURN)
+    Bx, By = Bx + missing * math.cos(heading), By + missing * math.sin(heading)
     W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
     dchi = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ay - Wy * ax) / max(square, 1e-4), LARGEST_TURN)
     growth = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
@@ -128,7 +134,8 @@ def track(
     dw_t = to_body(ax - k * (ux - vx), ay - k * (uy - vy), ship.psi)[0] + ship.r * w_n
     if distance < INTEGRAL[1]:
         e_1, e_2 = to_body(e_x, e_y, goal.psi)
-        step = g.h * moving * g.k_i
+        share = K_e * g.e_0  # A regulator that is slow across the track needs a slow integral.
+        step = g.h * moving * g.k_i * share * share
         xi = (clip(xi[0] + step * e_1, INTEGRAL[0]), clip(xi[1] + step * e_2, INTEGRAL[0]))
     return Track(W, chi, growth, dchi, way, e_c, w_t, dw_t, xi)
 

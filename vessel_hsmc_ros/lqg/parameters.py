@@ -129,6 +129,7 @@ class Gains(NamedTuple):
     a_max: float
     r_max: float
     q: float
+    e_0: float
     m: float
     R_u: float
     R_r: float
@@ -163,7 +164,7 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
         L=L, T=T, force=units[0], moment=units[1], h=h,
         x_p=(vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0) / L, U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
         k_p=p.position_gain / q, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
-        k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
+        k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q, e_0=p.cross_track,
         a_max=p.turn_share * early, r_max=(0.4 + early) / q,
         R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
         z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-8.0 * h / q),

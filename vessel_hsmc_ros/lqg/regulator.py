@@ -6,7 +6,7 @@
 | psi, v, r | heading, sway velocity and yaw rate beyond those of the track | rad, L/T, 1/T |
 | W | speed through the water | L/T |
 | a, kappa | decay rate of the sway, and its growth per surge velocity and yaw rate | 1/T, - |
-| e_0, r_0 | what is worth the full yaw moment | L, 1/T |
+| e_0, r_0 | what is worth the full yaw moment; e_0 at least | L, 1/T |
 
     de = W·psi + v,   dpsi = r,   dv = -a·v - kappa·W·r,   dr = alpha,   minimise the integral of (e/e_0)² + (r/r_0)² + alpha²
 
@@ -26,8 +26,11 @@ from vessel_hsmc_ros.core.limits import between
 
 SPEEDS = 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.9, 1.35, 2.0
 DECAYS = 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8
-RATIOS = 0.3, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3
+RATIOS = 0.3, 0.5, 0.7, 0.85, 1.0, 1.1, 1.2, 1.35, 1.6
 """The grid of W, a and kappa."""
+
+LARGEST_HEADING_GAIN = 20.0
+"""Largest K_psi, 1/T²: a faster loop answers to the unmodelled more than to its errors."""
 
 
 def regulator(W: float, a: float, kappa: float, e_0: float, r_0: float) -> Array:
@@ -41,10 +44,22 @@ def regulator(W: float, a: float, kappa: float, e_0: float, r_0: float) -> Array
     return np.asarray(P[3])
 
 
+def bounded(W: float, a: float, kappa: float, e_0: float, r_0: float) -> Array:
+    """The gains K, shape (4,), of the least e_0, in steps of a quarter, at which K_psi is at most LARGEST_HEADING_GAIN.
+
+    At speed the track is worth less, because K_psi grows with it: K_e = 1/e_0 whatever W, a and kappa.
+    """
+    K = regulator(W, a, kappa, e_0, r_0)
+    while K[1] > LARGEST_HEADING_GAIN:
+        e_0 *= 1.25
+        K = regulator(W, a, kappa, e_0, r_0)
+    return K
+
+
 @cache
 def table(e_0: float, r_0: float) -> Array:
     """The gains on the grid, shape (9, 9, 9, 4); they are the same for every ship."""
-    rows = [regulator(W, a, kappa, e_0, r_0) for W, a, kappa in product(SPEEDS, DECAYS, RATIOS)]
+    rows = [bounded(W, a, kappa, e_0, r_0) for W, a, kappa in product(SPEEDS, DECAYS, RATIOS)]
     found = np.reshape(rows, (len(SPEEDS), len(DECAYS), len(RATIOS), 4))
     found.flags.writeable = False
     return found
