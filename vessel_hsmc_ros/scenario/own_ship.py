@@ -1,7 +1,8 @@
 """A scenario for any ship: one of which only the main data are known, the rest by rules of thumb, or one with known hull data.
 
 The scenario is the same for a ship whose hull data are known: references follow from these by `ship_rules`, and the gains by the
-rule of the law. The templates in `config/templates` state the rule beside each number.
+rule of the law: `lqg` where little is known of the ship, `guided` where her hull is. The templates in `config/templates` state
+the rule beside each number.
 """
 
 import json
@@ -117,7 +118,8 @@ def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = Non
         layout: Its thrusters, which then drive it; their forces are its limits where the data have none.
 
     Returns:
-        A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
+        A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the law for ships of which little
+        is known.
 
     Raises:
         ParameterError: the ship is too extreme for the ranges of hull data.
@@ -136,7 +138,8 @@ def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = Non
     values = {f"vessel.{key}": float(written[key]) for key in HULL_NAMES}
     about = f"a ship of {given['length']} m and {given['mass']} kg"
     section = _template("hull").substitute(written).rstrip() + _declared(d.lag) + (_thrusters(layout, d.lag) if layout else "")
-    return _filled(name, about, _template("data").substitute(given), section, values | _lags(d.lag), d, layout is not None)
+    data_lines = _template("data").substitute(given)
+    return _filled(name, about, data_lines, section, values | _lags(d.lag), d, "lqg", layout is not None)
 
 
 def scenario_for(
@@ -168,7 +171,7 @@ def scenario_for(
     changed = "".join(f", {key}: {_number(value)}" for key, value in changes.items())
     section = f"    vessel: {{name: {json.dumps(vessel)}{changed}}}" if changes else f"    vessel: {json.dumps(vessel)}"
     own = {f"{VESSEL}{key}": value for key, value in changes.items()}
-    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, around, thrusters)
+    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, around, "guided", thrusters)
 
 
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
@@ -188,7 +191,14 @@ def ship_of(values: Mapping[str, object]) -> ShipParameters:
 
 
 def _filled(
-    name: str, about: str, data: str, vessel: str, values: Mapping[str, object], around: MainData, thrusters: bool = False
+    name: str,
+    about: str,
+    data: str,
+    vessel: str,
+    values: Mapping[str, object],
+    around: MainData,
+    law: str,
+    thrusters: bool = False,
 ) -> str:
     """The scenario from its template, with references scaled to a ship.
 
@@ -198,19 +208,21 @@ def _filled(
         vessel: The section `vessel`.
         values: Hull data by their dotted names.
         around: Its wind, current, lag and noise of positions count.
+        law: The law.
         thrusters: Whether thrusters drive the ship.
     """
     ship = ship_of(values)
     scale = scale_of(ship)
     circle = circle_for(ship, scale)
     decay = _rounded(sway_damping_rate(ship, scale, circle))
-    law = derived_gains(known_vessel(values, ship, decay).as_controlled())
-    estimates = {**loads(scale.L, around.wind), **references(circle, scale, law["position_gain"]), "turn_rate": scale.r_max}
+    gains = derived_gains(known_vessel(values, ship, decay).as_controlled())
+    estimates = {**loads(scale.L, around.wind), **references(circle, scale, gains["position_gain"]), "turn_rate": scale.r_max}
     numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
     radius, speed = f"{_rounded(circle.radius / scale.L):g} lengths", f"{_rounded(circle.speed / scale.U):g} of the top speed"
     text = _template("ship").substitute(
         numbers,
         name=name,
+        law=law,
         about=about,
         data=data.rstrip(),
         vessel=vessel.rstrip(),

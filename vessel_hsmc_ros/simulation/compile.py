@@ -37,7 +37,10 @@ class Program(NamedTuple):
         return f"law {self.law}{' with thrusters' * self.by_thrusters}{' with the observer' * self.observed}"
 
 
-OFTEN = (Program("guided", observed=True), *(Program(law, by_thrusters=True) for law in ("guided", "open_loop")))
+OFTEN = (
+    *(Program(law, observed=True) for law in ("guided", "lqg")),
+    *(Program(law, by_thrusters=True) for law in ("guided", "lqg", "open_loop")),
+)
 """Programs that are often used, besides each law alone; `init --thrusters` takes the last one."""
 
 MODES = ("course", "goal", "path", "circle")
