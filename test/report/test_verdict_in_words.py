@@ -42,6 +42,11 @@ def test_a_run_that_converges_tracks_the_reference_from_its_settling_time_on() -
     )
 
 
+def test_an_error_below_a_micrometre_is_not_given_as_a_number() -> None:
+    text = judged(lambda t: np.maximum(10.0 * np.exp(-t / 2.0), 5e-9))
+    assert "the position error is less than 1 µm rms in the last quarter, at most less than 1 µm, and below" in text
+
+
 def test_a_run_that_drifts_away_does_not_track_and_its_error_grows() -> None:
     assert judged(lambda t: 0.1 * t) == (
         "The ship does not track the reference: the position error is 17.6 m rms in the last quarter, at most 20 m,"

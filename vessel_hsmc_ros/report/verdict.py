@@ -34,6 +34,9 @@ TURNED_DEG = 20.0
 NOTABLE = 0.01
 """Share of the time, or of the control periods, from which on saturation and missed periods are mentioned."""
 
+MIN_DISTANCE, NOTABLE_LENGTHS = 1e-6, 1e-3
+"""Distances, m and in lengths of the hull, below which no number is given: rounding of the computation, of no use on a ship."""
+
 CHATTER_PER_SECOND, CHATTER_SHARE = 2.0, 0.05
 """A force chatters if it reverses more often than this and if it changes by this share of its range between two reversals."""
 
@@ -72,8 +75,8 @@ def _tracking(record: Record, metrics: Metrics) -> str:
         ends = f"from {quantity(float(distance[0]), 'm')} to {quantity(metrics.position_error_final, 'm')}"
         return f"The run of {quantity(record.duration, 's')} is too short to judge convergence: the position error goes {ends}."
     error = (
-        f"the position error is {quantity(metrics.position_error_rms_last_quarter, 'm')} rms in the last quarter,"
-        f" at most {quantity(metrics.position_error_peak_last_quarter, 'm')}"
+        f"the position error is {_distance(metrics.position_error_rms_last_quarter)} rms in the last quarter,"
+        f" at most {_distance(metrics.position_error_peak_last_quarter)}"
     )
     bound = settling_bound(float(distance[0]), length)
     keeps = "keeps station" if _resting(run) else "tracks the reference"
@@ -89,16 +92,22 @@ def _survey(record: Record, metrics: Metrics) -> str:
     errors = record.track_errors
     rows = [] if errors is None else [*per_leg(errors)]
     worst = max(rows, key=lambda row: row.cross_peak, default=None)
-    at_most = f", at most {quantity(metrics.leg_cross_track_peak or 0.0, 'm')}"
+    at_most = f", at most {_distance(metrics.leg_cross_track_peak or 0.0)}"
     where = f" on leg {worst.leg + 1}" if worst and len(rows) > 1 else ""
     length = hull_length(record.scenario)
-    relative = f" ({number((metrics.leg_cross_track_rms or 0.0) / length)} lengths)" if length else ""
+    lengths = (metrics.leg_cross_track_rms or 0.0) / length if length else 0.0
+    relative = f" ({number(lengths)} lengths)" if lengths >= NOTABLE_LENGTHS else ""
     turns = metrics.turn_cross_track_rms
-    turned = f"; {quantity(turns, 'm')} rms in its turns" if turns is not None else ""
+    turned = f"; {_distance(turns)} rms in its turns" if turns is not None else ""
     total = 0 if record.track is None else leg_count(record.track)
     legs = f"{len(rows)} of its {total} legs" if len(rows) < total else f"its {total} legs" if total > 1 else "its leg"
-    off = f"{quantity(metrics.leg_cross_track_rms or 0.0, 'm')} rms{relative} off the line"
+    off = f"{_distance(metrics.leg_cross_track_rms or 0.0)} rms{relative} off the line"
     return f"On {legs} the ship is {off}{at_most}{where}{turned}."
+
+
+def _distance(value: float) -> str:
+    """A distance; below a micrometre it is rounding of the computation, so no number is given."""
+    return quantity(value, "m") if value >= MIN_DISTANCE else "less than 1 µm"
 
 
 def _heading(metrics: Metrics) -> str:
