@@ -163,6 +163,21 @@ def test_each_file_of_a_split_bag_has_all_topics_and_the_latest_attachments(tmp_
         assert alone.attachments["scenario.yaml"] == b"new: 2"
 
 
+def test_a_recorder_that_was_killed_leaves_the_files_and_attachments_so_far(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1.0))
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    for name, stamp in (("a.yaml", 0), ("b.yaml", 2_000_000_000)):
+        writer.write(ticks, clock(stamp), stamp, stamp)
+        writer.attach(name, "given: 1")
+    information = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert information["relative_file_paths"] == ["bag_0.mcap", "bag_1.mcap"]
+    with (tmp_path / "bag" / "bag_1.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert [each.name for each in summary.attachment_indexes] == ["a.yaml", "b.yaml"]
+
+
 def test_wherever_a_record_ends_before_a_page_the_index_leads_to_all_that_follows(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag", "none")
     ticks = topic("/clock", CLOCK)

@@ -89,6 +89,11 @@ def test_a_reordered_message_comes_after_the_next() -> None:
     assert steps[9:13] == [[9], [], [11, 10], [12]]
 
 
+def test_a_message_that_waits_for_one_that_is_lost_comes_once() -> None:
+    found = contents(deliveries(fault("reorder", at=0.5, duration=0.1), fault("drop", at=0.6, duration=0.1), count=10))
+    assert found == [[0], [1], [2], [3], [4], [], [5], [7], [8], [9]]
+
+
 def test_a_frozen_topic_repeats_its_last_content_with_fresh_stamps() -> None:
     frozen = [step[0] for step in deliveries(fault("freeze"))[10:20]]
     assert {d.message for d in frozen} == {9}

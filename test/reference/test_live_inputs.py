@@ -37,6 +37,25 @@ def test_a_changed_frequency_leaves_the_sine_continuous() -> None:
     assert ship.acceleration()[2] == pytest.approx(same.acceleration()[2], abs=0.06 * 1e6 / 1e6)
 
 
+def test_each_change_of_both_frequencies_leaves_both_sines_continuous() -> None:
+    ship = sail(VirtualShipParameters(surge_force=0.0, yaw_moment=0.0), 0)
+    for surge, yaw in ((0.7, 0.3), (0.0, 0.9), (1.1, 0.2), (0.4, 0.0)):
+        before = ship.memory.tau
+        ship.retune(
+            VirtualShipParameters(
+                surge_force=0.0,
+                yaw_moment=0.0,
+                surge_force_sine=SineParameters(1e5, surge),
+                yaw_moment_sine=SineParameters(1e6, yaw),
+            )
+        )
+        ship.advance()
+        if any(before):
+            assert ship.memory.tau == pytest.approx(before, abs=0.0, rel=0.2)
+        for _ in range(130):
+            ship.advance()
+
+
 def test_an_inconsistent_input_is_rejected_and_the_old_one_stays() -> None:
     ship = sail(SINE, 10)
     with pytest.raises(ParameterError, match=r"yaw_moment_steps\.times"):

@@ -140,8 +140,9 @@ def test_a_new_path_at_any_time_continues_position_velocity_and_acceleration(cha
     assert np.abs(np.diff(accelerations, axis=0)).max() < 0.1
 
 
-def test_a_ship_that_is_under_way_without_a_path_comes_to_rest() -> None:
-    p = replace(AT_ORIGIN, initial_velocity=(1.0, 0.2, 0.05))
+@pytest.mark.parametrize("velocity", [(1.0, 0.2, 0.05), (-1.0, 0.1, 0.0)])
+def test_a_ship_that_is_under_way_without_a_path_comes_to_rest(velocity: tuple[float, ...]) -> None:
+    p = replace(AT_ORIGIN, initial_velocity=velocity)
     states, accelerations = motion_of(make_reference(p, PERIOD), 60.0)
     assert_feasible(states[1:], accelerations[1:])
     np.testing.assert_allclose(states[-1, 3:], 0.0, atol=1e-9)
@@ -154,6 +155,17 @@ def test_a_new_path_on_the_way_changes_the_motion_continuously() -> None:
     after, second = motion_of(reference, 200.0)
     assert_feasible(np.vstack((before, after)), np.vstack((first, second)))
     assert math.dist(after[-1, :2], (0.0, -40.0)) < 0.01
+
+
+def test_a_reset_returns_to_the_planned_path_and_its_legs() -> None:
+    reference = reference_of(LOOP)
+    planned = reference.track
+    for _ in range(2):
+        motion_of(reference, 20.0)
+        reference.set_path([(0.0, 0.0), (0.0, -40.0)])
+        assert reference.track.waypoints != planned.waypoints
+        reference.reset()
+        assert reference.track is planned
 
 
 def test_waypoints_astern_short_legs_and_repeated_waypoints_are_passed() -> None:
