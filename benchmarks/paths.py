@@ -244,13 +244,14 @@ def draw(b: Boat, folder: Path) -> None:
             row[0].plot(WAYPOINTS[::2], WAYPOINTS[1::2], "k+", markersize=9, label="waypoints")
         error = np.hypot(*(run.state[:, :2] - run.reference[:, :2]).T) / b.scale.L
         row[0].set(title=f"{b.name}, {mode}: error at most {error.max():.2g} L", xlabel="x/L", ylabel="y/L", aspect="equal")
-        row[0].legend()
         row[1].plot(way[moving], (rate / np.maximum(speed, 1e-9))[moving] * b.scale.L)
         row[1].set(xlabel="way/L", ylabel="curvature · L")
         row[2].plot(times, speed / b.scale.U, label="speed/U")
         row[2].plot(times, np.abs(r) / scenario.reference_ship.motion.yaw_rate, label="yaw rate/limit", linewidth=0.8)
         row[2].set(xlabel="time, s")
-        row[2].legend()
+    # Below the diagrams, where they cover no line; those of the path have all lines of the survey.
+    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3, frameon=False)
+    figure.legend(*axes[1, 2].get_legend_handles_labels(), loc="outside lower right", ncols=3, frameon=False)
     figure.savefig(folder / f"{b.name.replace(' ', '_')}.png", dpi=90)
     plt.close(figure)
 
