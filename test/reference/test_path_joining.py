@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
@@ -66,6 +66,7 @@ def assert_within_limits(reference: Any, length: float, end: tuple[float, float]
     elapsed=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
     points=st.lists(st.tuples(st.floats(-15.0, 15.0), st.floats(-15.0, 15.0)), min_size=2, max_size=2),
 )
+@example(length=0.5, kind="halt", elapsed=(0.0, 0.0), points=[(0.0, 0.0), (0.0, 0.0)])
 def test_a_new_path_at_any_time_of_any_motion_continues_it_within_the_limits(length, kind, elapsed, points) -> None:
     reference = earlier_motion(kind, length)
     begin = 0.0
@@ -83,3 +84,17 @@ def test_a_new_path_at_any_time_of_a_turn_on_the_spot_ends_it_within_the_limits(
         reference, limits = earlier_motion("stops", length), boat(length).motion
         set_at(reference, elapsed * limits.yaw_rate / limits.yaw_acceleration, [(0.0, -10.0 * length)])
         assert_within_limits(reference, length, (0.0, -10.0 * length))
+
+
+@pytest.mark.parametrize("kind", ["path", "halt"])
+def test_a_waypoint_where_the_ship_is_is_passed_and_returned_to_if_it_is_the_only_one(kind: str) -> None:
+    reference = earlier_motion(kind, 4.0)
+    begin = 0.0 if kind == "halt" else 0.4 * reference.constants.table.times[-1]
+    reference.memory = TimetableMemory(round(begin / reference.constants.period))
+    here, ahead = (float(reference.state[0]), float(reference.state[1])), (60.0, 80.0)
+    set_at(reference, begin, [ahead])
+    passed = reference.constants.table.times[-1]
+    set_at(reference, begin, [here, ahead])
+    assert reference.constants.table.times[-1] == pytest.approx(passed)
+    set_at(reference, begin, [here])
+    assert_within_limits(reference, 4.0, here)

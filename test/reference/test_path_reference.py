@@ -14,9 +14,12 @@ from reference_motion import PERIOD, assert_feasible, motion_of
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.schema import build
+from vessel_hsmc_ros.reference.curve_motion import Velocities
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference, travel_limits
+from vessel_hsmc_ros.reference.route_drift import DriftOverTime, Travel
+from vessel_hsmc_ros.reference.route_motion import RouteMotion
 from vessel_hsmc_ros.reference.timetable import motion_at
-from vessel_hsmc_ros.reference.turning import sustained
+from vessel_hsmc_ros.reference.turning import TravelLimits, excesses, sustained
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 
@@ -289,3 +292,20 @@ def test_after_a_short_last_leg_the_turning_ends_within_the_yaw_acceleration(len
     rates = np.array([motion_at(float(table.times[-1]) + k * step, table)[0].r for k in range(-1500, 100)])
     assert rates[-1] == 0.0
     assert np.abs(np.diff(rates)).max() <= 1.01 * p.motion.yaw_acceleration * step
+
+
+def test_an_excess_of_yaw_acceleration_between_two_instants_of_a_motion_is_found() -> None:
+    times = np.array([0.25, 0.75, 1.25, 1.75, 2.25], np.float64) * math.pi
+    still, r, dr = np.zeros(5), np.sin(times), np.cos(times)  # up to 1, at the instants 0.71
+    motion = RouteMotion(
+        times,
+        Travel(times, still, still, still, still),
+        DriftOverTime(still, still, still),
+        Velocities(still, still, r, still, still, dr),
+        AT_ORIGIN.vessel.coefficients(),
+    )
+    unlimited = TravelLimits(math.inf, math.inf, math.inf, math.inf, math.inf, 0.0)
+    assert excesses(motion, unlimited._replace(yaw_acceleration=1.1)) == []
+    (found,) = excesses(motion, unlimited._replace(yaw_acceleration=0.9))
+    assert found.name == "yaw acceleration"
+    assert found.needed == pytest.approx(1.0, rel=0.02)

@@ -75,9 +75,11 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
         check_straight(f"{ship.owner}: speed", one, ship.vessel, ship.limits)
     fastest = max(speeds, default=speed)
     least = DISTINCT * math.sqrt(ship.vessel.m33 / ship.vessel.m22)
-    parts = _parts(_distinct(complex(motion.x, motion.y), waypoints, least))
+    slow, points = _resting(motion, AT_REST, fastest, ship.limits), _distinct(complex(motion.x, motion.y), waypoints, least)
+    # A ship under way returns to a path of no waypoint but where she is.
+    parts = _parts(points if points or slow else waypoints[-1:])
     pieces: list[PathPiece] = []
-    row, resting = world_row(motion, acceleration), _resting(motion, AT_REST if parts else 0.0, fastest, ship.limits)
+    row, resting = world_row(motion, acceleration), slow if parts else _resting(motion, 0.0, fastest, ship.limits)
     if not resting:
         pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
         motion = rest_of(pieces[-1].table)

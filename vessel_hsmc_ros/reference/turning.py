@@ -209,9 +209,12 @@ def excesses(motion: RouteMotion, limits: TravelLimits, share: float = 1.0) -> l
         share: Of surge force and yaw moment.
     """
     surge, yaw = motion.inputs(limits.current)
+    r, dr, s = motion.velocities.r, motion.velocities.dr, motion.travel.s
+    # In the middle between two instants, of the polynomial of the fifth degree that the timetable has there.
+    between = 1.5 * np.diff(r) / np.diff(motion.times) - 0.25 * (dr[1:] + dr[:-1])
     rows = (
-        ("yaw rate", "rad/s", motion.velocities.r, RESOLVED * limits.yaw_rate),
-        ("yaw acceleration", "rad/s²", motion.velocities.dr, RESOLVED * limits.yaw_acceleration),
+        ("yaw rate", "rad/s", r, RESOLVED * limits.yaw_rate),
+        ("yaw acceleration", "rad/s²", np.concatenate((dr, RESOLVED * between)), RESOLVED * limits.yaw_acceleration),
         ("surge force", "N", surge, share * limits.surge_force),
         ("yaw moment", "N·m", yaw, share * limits.yaw_moment),
     )
@@ -219,7 +222,7 @@ def excesses(motion: RouteMotion, limits: TravelLimits, share: float = 1.0) -> l
     for name, unit, needed, limit in rows:
         worst = int(np.argmax(np.abs(needed)))
         if abs(needed[worst]) > limit:
-            found.append(Excess(name, unit, float(abs(needed[worst])), limit, float(motion.travel.s[worst])))
+            found.append(Excess(name, unit, float(abs(needed[worst])), limit, float(s[worst % len(s)])))
     return found
 
 
