@@ -12,6 +12,7 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.tuning.result import advice
 
 GAINS = ("controller.los_pid.surge_gain", "controller.los_pid.yaw_damping")
 SUITE = """
@@ -74,6 +75,12 @@ def test_the_summary_compares_present_and_tuned_gains_on_seen_and_unseen_runs(fo
         assert [run["case"] for run in summary[part]["runs"]] == ["calm", "noise"]
         assert summary[part]["tuned"]["failed"] == 0
     assert summary["cases"]["runs"] != summary["held_out"]["runs"]
+
+
+def test_where_no_trial_is_better_the_present_gains_are_to_be_kept() -> None:
+    (line,) = advice(1.0, 2.4)
+    assert line.startswith("No trial is better: keep the present gains.")
+    assert advice(1.0, 1.01) == advice(1.0, 0.5) == []
 
 
 def test_the_page_contains_the_verdict_and_both_pictures(folder: Path) -> None:

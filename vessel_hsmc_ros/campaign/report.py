@@ -99,9 +99,7 @@ def _notes(results: Results) -> list[str]:
     found = []
     if not results.campaign.independent and not results.campaign.grids:
         name = results.campaign.sampling.replace("_", " ")
-        found.append(
-            f"No confidence intervals are stated: they are valid for independent draws only, and those of a {name} are not."
-        )
+        found.append(f"Draws by {name} are not independent, so no confidence intervals are stated.")
     if not (results.campaign.limits or results.campaign.limits_in_lengths):
         found.append("The campaign has no limits, so only runs that ended early are failures.")
     return found

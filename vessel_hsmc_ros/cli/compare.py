@@ -134,8 +134,8 @@ def print_outcomes(outcomes: Sequence["LawRun"]) -> None:
             head, lines = comparison_page.table(row, of_row)
             print_table(head, map(coloured, lines), title=row.name)
     else:
-        for title, head, lines in comparison_page.overviews(outcomes):
-            print_table(head, map(coloured, lines), title=title, text_columns=3)
+        for title, head, lines, texts in comparison_page.overviews(outcomes):
+            print_table(head, map(coloured, lines), title=title, text_columns=texts)
     for note in comparison_page.notes(outcomes):
         print_line(note)
 

@@ -116,11 +116,12 @@ def cells(outcome: LawRun, factors: Sequence[float]) -> list[str]:
 
 
 class Overview(NamedTuple):
-    """A table of all rows: title, header and lines."""
+    """A table of all rows: title, header, lines, and how many columns on the left are text."""
 
     title: str
     head: list[str]
     lines: list[list[str]]
+    texts: int
 
 
 def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
@@ -131,12 +132,18 @@ def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
     """
     laws = list(dict.fromkeys(outcome.law for outcome in outcomes))
     rows = [(row, {outcome.law: outcome for outcome in of_row}) for row, of_row in by_row(outcomes)]
-    names = [[row.name, row.over.replace("_", " "), limits(row)] for row, _ in rows]
+    # No column of limits where no row has any: narrow screens need the space.
+    limited = any(limits(row) for row, _ in rows)
+    names = [[row.name, row.over.replace("_", " "), *([limits(row)] if limited else [])] for row, _ in rows]
     cells = {title: [[cell(of[law]) if law in of else "" for law in laws] for _, of in rows] for title, cell in CELLS.items()}
-    head = ["case", "over", "limit"]
+    head = ["case", "over", *(["limit"] if limited else [])]
     if len(laws) == 1:
-        return [Overview(laws[0], [*head, *CELLS], [list(chain(*line)) for line in zip(names, *cells.values(), strict=True)])]
-    return [Overview(title, head + laws, [*map(list.__add__, names, lines)]) for title, lines in cells.items()]
+        return [
+            Overview(
+                laws[0], [*head, *CELLS], [list(chain(*line)) for line in zip(names, *cells.values(), strict=True)], len(head)
+            )
+        ]
+    return [Overview(title, head + laws, [*map(list.__add__, names, lines)], len(head)) for title, lines in cells.items()]
 
 
 def notes(outcomes: Sequence[LawRun]) -> list[str]:
@@ -172,7 +179,7 @@ def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
     sections = []
     if len(rows) > 1:
         sections = [
-            Section(f"{o.title[0].upper()}{o.title[1:]}", head=o.head, lines=o.lines, texts=3) for o in overviews(outcomes)
+            Section(f"{o.title[0].upper()}{o.title[1:]}", head=o.head, lines=o.lines, texts=o.texts) for o in overviews(outcomes)
         ]
     for row, of_row in rows:
         head, lines = table(row, of_row)
@@ -188,7 +195,7 @@ def _scope(row: Row) -> str:
 
 def _markdown(outcomes: Sequence[LawRun], names: dict[str, str]) -> str:
     parts = ["# Laws compared"]
-    for title, head, lines in overviews(outcomes):
+    for title, head, lines, _ in overviews(outcomes):
         parts += [f"\n{title[0].upper()}{title[1:]}\n", *_table(head, lines)]
     parts += ["", *(f"- {note}" for note in notes(outcomes))]
     for row, of_row in by_row(outcomes):

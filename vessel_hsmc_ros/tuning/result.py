@@ -208,6 +208,7 @@ def _cost(trial: Trial) -> Cost:
 def verdict(result: Result) -> list[str]:
     """The result in one to four sentences."""
     lines = [_comparison("runs of the tuning", result.present.cost.cost, result.tuned.cost.cost)]
+    lines += advice(result.present.cost.cost, result.tuned.cost.cost)
     before, after = result.held_out_present.cost.cost, result.held_out_tuned.cost.cost
     if not result.differs:
         lines.append("The held-out runs are the same: they contain no noise. Give --held-out other cases to see overfitting.")
@@ -225,6 +226,18 @@ def verdict(result: Result) -> list[str]:
     if edges := [gain.name for gain in result.tuning.gains if result.at_edge(gain)]:
         lines.append(f"At the edge of its range: {', '.join(edges)}. A wider range may give a smaller cost.")
     return lines
+
+
+def advice(present: float, tuned: float) -> list[str]:
+    """What to do where no trial is better than the present gains, whose costs are given; empty where one is.
+
+    The first trial sets the present gains by hand. Gains that are derived (-1) follow the identified actuators and may be better.
+    """
+    if tuned <= NOTABLE * present:
+        return []
+    return [
+        "No trial is better: keep the present gains. Derived gains follow the identified actuators; in a trial they are fixed."
+    ]
 
 
 def _comparison(runs: str, before: float, after: float) -> str:
