@@ -54,23 +54,24 @@ def test_lag_and_dead_time_of_the_ship_take_their_phase(lag: float, dead_time: f
     assert found.phase_deg == pytest.approx(90.0 - math.degrees(math.atan(w * lag) + w * (dead_time + 0.5 * PERIOD)), abs=0.5)
 
 
+def controller_of(law: str) -> Any:
+    made: Any = make_controller(law, PERIOD, **INSTANT, **RATES)
+    made.retune(type(made.parameters)(actuator_identification=False))
+    return made
+
+
 @pytest.mark.parametrize("law", ["guided", "lqg"])
 @pytest.mark.parametrize(("name", "channel"), [("surge force", 0), ("yaw moment", 1)])
 def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(law: str, name: str, channel: int) -> None:
     late = DAMPED._replace(dead_times=(0.3, 0.3))
 
-    def controller() -> Any:
-        made: Any = make_controller(law, PERIOD, **INSTANT, **RATES)
-        made.retune(type(made.parameters)(actuator_identification=False))
-        return made
-
-    tolerated = 10.0 ** (margins(loops(controller(), ORIGIN, late, PERIOD)[name], PERIOD).gain_db / 20.0)
+    tolerated = 10.0 ** (margins(loops(controller_of(law), ORIGIN, late, PERIOD)[name], PERIOD).gain_db / 20.0)
 
     def deviation(factor: float) -> float:
         gains = late.gains * np.where(np.arange(2) == channel, factor, 1.0)
-        advance = _loop(controller(), ORIGIN, late._replace(gains=gains), PERIOD)
+        advance = _loop(controller_of(law), ORIGIN, late._replace(gains=gains), PERIOD)
         at = LoopState(
-            np.array([0.01, 0.01, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0]), ((0.0,) * 6, (0.0,) * 6), START, controller().memory
+            np.array([0.01, 0.01, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0]), ((0.0,) * 6, (0.0,) * 6), START, controller_of(law).memory
         )
         sizes = []
         for k in range(1200):
@@ -83,7 +84,7 @@ def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(law: str, name: st
 
 
 def test_the_memory_of_the_law_is_left_as_it_is() -> None:
-    law: Any = make_controller("lqg", PERIOD, **INSTANT, **RATES)
+    law = controller_of("lqg")
     before = [np.copy(each) for each in law.memory if isinstance(each, np.ndarray)]
     loops(law, ORIGIN, DAMPED, PERIOD)
     for old, now in zip(before, (each for each in law.memory if isinstance(each, np.ndarray)), strict=True):
@@ -91,6 +92,6 @@ def test_the_memory_of_the_law_is_left_as_it_is() -> None:
 
 
 def test_a_loop_that_is_unstable_is_found_so() -> None:
-    late = DAMPED._replace(dead_times=(0.0, 6.0))
-    law: Any = make_controller("lqg", PERIOD, **INSTANT, **RATES)
+    late = DAMPED._replace(dead_times=(0.0, 3.0))
+    law = controller_of("lqg")
     assert not margins(loops(law, ORIGIN, late, PERIOD)["yaw moment"], PERIOD).stable

@@ -109,8 +109,6 @@ QUOTES = [
     ("and {:.2g} N·m. An actuator", ("circle", "yaw_moment_peak")),
     ("rms error is {:.0f}° over the last quarter", ("circle_limited", LATE)),
     ("{:.0f} m off the circle, with 1.5 times the damping {:.0f} m", ("circle_weak_hull", FINAL), ("circle_stiff_hull", FINAL)),
-    ("end of the circle, {:.4f}° here", ("circle", "heading_error_final_deg")),
-    ("oscillation whose rms is {:.3f}°", ("circle", LATE)),
 ]
 
 
