@@ -191,6 +191,29 @@ def test_a_command_that_is_not_finite_is_ignored_and_counted(bench: Any) -> None
     bench.until(lambda: allocator.value("ignored_commands") == "1")
 
 
+def test_a_speed_that_is_not_finite_leaves_the_rudder_with_the_last_one(bench: Any) -> None:
+    wrench = bench.collect(WrenchStamped, "allocated_wrench", qos.STREAM)
+    node = bench.start(ThrusterAllocationNode, lockstep=False, command_timeout=60.0, **STRONG_RUDDER)
+    commands = bench.publisher(WrenchStamped, "cmd_wrench", lockstep=False)
+    odom = bench.publisher(Odometry, "odom", lockstep=False)
+    bench.until(lambda: commands.get_subscription_count() and odom.get_subscription_count() and node.connected)
+    stamp = node.now() - 30 * 10**9
+
+    def send(speed: float, force: float) -> None:
+        nonlocal stamp
+        stamp += 10**8
+        measured, command, count = Odometry(), conv.new_wrench(), len(wrench)
+        measured.twist.twist.linear.x = speed
+        odom.publish(measured)
+        conv.write_wrench(command, conv.time_message(stamp), (force, 2e4))
+        commands.publish(command)
+        bench.until(lambda: len(wrench) > count)
+
+    for speed in (2.0, math.nan, math.nan, math.inf, math.nan):
+        send(speed, 5e4)
+    assert all(math.isfinite(each.wrench.torque.z) for each in wrench)
+
+
 def test_commands_of_two_publishers_are_not_mixed_and_the_thrust_is_zero(bench: Any) -> None:
     allocator = Allocator(bench)
     allocator.command(50.0)
