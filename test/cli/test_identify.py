@@ -18,6 +18,8 @@ def test_wrong_use_is_one_line_that_names_it(tmp_path: Path) -> None:
         call(data)
     with pytest.raises(ParameterError, match="--column Fx is not allowed: it takes NAME=COLUMN"):
         call(data, "--column", "Fx")
+    with pytest.raises(ParameterError, match=r"--held-out .*run\.csv is not allowed: it is a run of the estimation"):
+        call(data, "--held-out", tmp_path / "." / "run.csv")
     with pytest.raises(ParameterError, match="cubical is not a model"):
         call(data, "--model", "cubical")
     with pytest.raises(ParameterError, match="nowhere"):

@@ -70,6 +70,8 @@ def identify(
     chosen = model(names if names in MODELS or "_" not in names else tuple(part.strip() for part in names.split(",")))
     start = read_vessel(vessel) if vessel else None
     named, output = _columns(columns), options["output"]
+    if again := {path.resolve() for path in data} & {path.resolve() for path in held_out}:
+        raise ParameterError(f"--held-out {min(again)} is not allowed: it is a run of the estimation, which judges nothing")
     runs = [_measurements(path, named, options["namespace"]) for path in data]
     unused = [_measurements(path, named, options["namespace"]) for path in held_out]
     output.mkdir(parents=True, exist_ok=True)
