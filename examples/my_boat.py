@@ -85,7 +85,8 @@ def main() -> None:
     finally:
         for process in processes:
             process.terminate()
-            process.wait(10.0)
+        for process in processes:
+            process.wait(30.0)  # a node whose middleware hangs ends by itself after 20 s
 
 
 if __name__ == "__main__":

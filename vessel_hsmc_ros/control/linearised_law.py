@@ -180,7 +180,7 @@ def _reduced(A: Array, B: Array, C: Array) -> System:
     while True:
         more = matters | (A[matters] != 0.0).any(axis=0)
         if (more == matters).all():
-            return System(A[np.ix_(matters, matters)], B[matters], C[matters], 0.0)
+            return System(A[np.ix_(matters, matters)], B[matters], C[matters])
         matters = more
 
 

@@ -6,7 +6,7 @@
 | L(z) | open loop: output divided by input, times -1, so that the closed loop is at its limit where L = -1 | - |
 | z | exp(j·omega·T) | - |
 
-    L(z) = -(C·(zI - A)⁻¹·B + D)
+    L(z) = -C·(zI - A)⁻¹·B
 """
 
 import math
@@ -44,12 +44,11 @@ class Margins(NamedTuple):
 
 
 class System(NamedTuple):
-    """The broken loop, next state = A·state + B·input and output = C·state + D·input; single input and output."""
+    """The broken loop, next state = A·state + B·input and output = C·state; single input and output."""
 
     A: Array
     B: Array
     C: Array
-    D: float
 
 
 def exact_step(A: Array, B: Array, T: float) -> tuple[Array, Array]:
@@ -68,12 +67,12 @@ def open_loop(system: System, omega: Array, T: float) -> NDArray[np.complex128]:
     z = np.exp(1j * omega * T)
     resolvent = z[:, None, None] * np.eye(len(system.A)) - system.A
     states = np.linalg.solve(resolvent, np.broadcast_to(system.B[:, None].astype(complex), (len(z), len(system.B), 1)))
-    return np.asarray(-(states[:, :, 0] @ system.C + system.D), dtype=np.complex128)
+    return np.asarray(-(states[:, :, 0] @ system.C), dtype=np.complex128)
 
 
 def closed_poles(system: System) -> NDArray[np.complex128]:
     """The poles of the closed loop in the z plane."""
-    closed = system.A + np.outer(system.B, system.C) / (1.0 - system.D)
+    closed = system.A + np.outer(system.B, system.C)
     return np.asarray(np.linalg.eigvals(closed), dtype=np.complex128)
 
 

@@ -68,9 +68,11 @@ def control_inputs(k: int, measured: Motion, desired: Motion, inputs: Inputs) ->
         measured, desired: States of ship and reference as their messages give them.
         inputs: What is known of every step.
     """
-    row = inputs.reference[inputs.latest[k]]
+    row = inputs.reference[inputs.schedule.latest[k]]
     rate = Acceleration(row[6], row[7], row[8])
-    return ControlInputs(inputs.measured_at[k], inputs.age[k], inputs.behind[k], measured, desired, rate)
+    return ControlInputs(
+        inputs.schedule.measured_at[k], inputs.schedule.age[k], inputs.schedule.behind[k], measured, desired, rate
+    )
 
 
 @kernel
@@ -138,23 +140,23 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
         Why the loop has stopped, the number of rows that are done, and the state that they have left.
     """
     periods, plant, controller = state
-    c, last = constants.plant, len(inputs.time) - 1
+    c, last = constants.plant, len(inputs.schedule.time) - 1
     for k in range(start, stop):
-        time = inputs.time[k]
+        time = inputs.schedule.time[k]
         disturbing = disturbance(time, c, plant)
-        sampled = inputs.sampled[k]
+        sampled = inputs.schedule.sampled[k]
         plant = measure(plant, sampled[0], sampled[1], sampled[2], inputs.sensor_noise[k], time, c)
         shown, measured = received(plant, c)
-        desired = desired_motion(inputs.reference, inputs.latest[k])
+        desired = desired_motion(inputs.reference, inputs.schedule.latest[k])
         renewed = False
-        if inputs.due[k]:
+        if inputs.schedule.due[k]:
             period = control_period(control_inputs(k, measured, desired, inputs), controller, constants.controller)
             controller, renewed = period.state, period.is_outdated
             if not period.is_defined:
                 return UNDEFINED, k, State(periods, plant, controller)
             keep_period(periods, period, kept)
             periods += 1
-        plant = drive(inputs.stamp[k], plant, controller.wrench, measured.u, c, constants.drive)
+        plant = drive(inputs.schedule.stamp[k], plant, controller.wrench, measured.u, c, constants.drive)
         if len(kept.rows):
             keep(kept.rows[k], time, (shown, measured, desired), controller.wrench, disturbing, plant, c)
         else:
@@ -242,7 +244,7 @@ class CompiledLoop(Loop):
         self.samples, self.done = samples, 0
         self._state, self._constants, self._inputs = prepare(scenario, samples, law)
         self.rows = np.empty((samples if brief is None else 0, WIDTH))
-        periods = int(np.count_nonzero(self._inputs.due)) if brief is None else 0
+        periods = int(np.count_nonzero(self._inputs.schedule.due)) if brief is None else 0
         control = self._constants.controller
         estimates = np.empty((periods if control.observer.enabled else 0, 7))
         terms, weights = np.empty((periods, len(law.terms._fields))), np.empty((periods, *law.memory.W.shape))
@@ -275,13 +277,13 @@ class CompiledLoop(Loop):
         """The error of the law at the present step: the interpreted law finds its cause."""
         k, inputs, controller = self.done, self._inputs, self._constants.controller
         _, measured = received(self._state.plant, self._constants.plant)
-        desired = desired_motion(inputs.reference, int(inputs.latest[k]))
+        desired = desired_motion(inputs.reference, int(inputs.schedule.latest[k]))
         return cause(self._law, control_inputs(k, measured, desired, inputs), self._state.controller, controller)
 
     def control(self) -> Control:
         """What the controller has computed so far."""
         m = self._state.periods
-        stamps = self._inputs.stamp[: self.done][self._inputs.due[: self.done]][:m]
+        stamps = self._inputs.schedule.stamp[: self.done][self._inputs.schedule.due[: self.done]][:m]
         terms = all_terms(self._law, stamps, self._grid, self._kept.terms[:m], self._kept.weights[:m])
         if len(self._kept.back):
             terms |= {name: terms[name] + self._kept.back[:m, i] for i, name in enumerate(ERRORS)}
@@ -293,9 +295,9 @@ class CompiledLoop(Loop):
     def evaluated(self) -> Evaluated:
         """What the metrics of the steps so far need, of a run that keeps nothing else."""
         brief, inputs = self._kept.brief[:, : self.done].T, self._inputs
-        due = inputs.due[: self.done]
+        due = inputs.schedule.due[: self.done]
         command = brief[:, 5:7] if due.all() else brief[due, 5:7]
-        return Evaluated(inputs.time[: self.done], brief[:, :3], brief[:, 3:5], command)
+        return Evaluated(inputs.schedule.time[: self.done], brief[:, :3], brief[:, 3:5], command)
 
     def reference(self, count: int) -> Array:
         """The first published motions of the reference ship, (count, 9)."""

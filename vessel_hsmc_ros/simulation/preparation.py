@@ -40,8 +40,8 @@ class Constants(NamedTuple):
     drive: Any
 
 
-class Inputs(NamedTuple):
-    """What is known of every step before the run.
+class Schedule(NamedTuple):
+    """The instants of a run.
 
     Attributes:
         stamp: Times of the steps, (n,) ns.
@@ -52,9 +52,6 @@ class Inputs(NamedTuple):
         behind: The same in control periods, rounded, (n,).
         latest: Index of the latest published motion of the reference, (n,).
         sampled: Whether position, heading and velocities are sampled, (n, 3).
-        reference: Motions of the reference as published: x, y, psi, u, v, r, du, dv, dr, and psi as received, (m, 10).
-        sensor_noise: Standard normal numbers of the sensors, (n, 6); none where they are perfect.
-        gust_noise: Standard normal numbers of the gusts, (n, 2); none where no wind blows.
     """
 
     stamp: NDArray[np.int64]
@@ -65,6 +62,19 @@ class Inputs(NamedTuple):
     behind: NDArray[np.int64]
     latest: NDArray[np.int64]
     sampled: NDArray[np.bool_]
+
+
+class Inputs(NamedTuple):
+    """What is known of every step before the run.
+
+    Attributes:
+        schedule: The instants.
+        reference: Motions of the reference as published: x, y, psi, u, v, r, du, dv, dr, and psi as received, (m, 10).
+        sensor_noise: Standard normal numbers of the sensors, (n, 6); none where they are perfect.
+        gust_noise: Standard normal numbers of the gusts, (n, 2); none where no wind blows.
+    """
+
+    schedule: Schedule
     reference: Array
     sensor_noise: Array
     gust_noise: Array
@@ -160,19 +170,6 @@ def drive_by_thrusters(
     return apply_thrusts(plant, drive.allocation[:, THRUST], drive.allocation[:, TURN], c, drive.now, drive.thrusters)
 
 
-class Schedule(NamedTuple):
-    """The instants of a run; see `Inputs`."""
-
-    stamp: NDArray[np.int64]
-    time: Array
-    due: NDArray[np.bool_]
-    measured_at: NDArray[np.int64]
-    age: Array
-    behind: NDArray[np.int64]
-    latest: NDArray[np.int64]
-    sampled: NDArray[np.bool_]
-
-
 class Prepared(NamedTuple):
     """A run before its first step."""
 
@@ -206,7 +203,7 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)
     commands = past_commands(RateGrid(controller.rate_hz).period)
     state = State(0, plant.initial_state(), ControlState(NO_WRENCH, law.memory, observer.state, START, commands))
-    return Prepared(state, constants, Inputs(*instants, reference, noise, gusts))
+    return Prepared(state, constants, Inputs(instants, reference, noise, gusts))
 
 
 def _drawn(draw: Any, rows: int, columns: int, wanted: bool) -> Array:
