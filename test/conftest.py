@@ -106,6 +106,14 @@ def _signal_handlers() -> Iterator[None]:
         signal.signal(number, handler)
 
 
+@pytest.fixture(autouse=True)
+def _niceness() -> Iterator[None]:
+    """No test lowers the priority of this process: on a busy machine those after it, and what they start, would hardly run."""
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    yield
+    assert os.getpriority(os.PRIO_PROCESS, 0) == before, "run what lowers the priority in a process of its own"
+
+
 KINDS = {
     "core": "pure",
     "guided": "pure",

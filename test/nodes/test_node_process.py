@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from vessel_hsmc_ros.nodes.base import WATCHER_NICENESS
 from vessel_hsmc_ros.nodes.markers import MarkerNode
 from vessel_hsmc_ros.nodes.process import run_node
 
@@ -34,6 +35,8 @@ class Finished(MarkerNode):
 def test_rclpy_restores_no_default_handler_while_a_node_ends(
     monkeypatch: pytest.MonkeyPatch, arguments: list[str], code: int
 ) -> None:
+    lowered: list[int] = []  # of this process it would last
+    monkeypatch.setattr("os.nice", lowered.append)
     restored: list[bool] = []  # for an instant, in which a second Ctrl-C would kill the process
     monkeypatch.setattr("rclpy.uninstall_signal_handlers", lambda: restored.append(True))
     try:
@@ -41,3 +44,4 @@ def test_rclpy_restores_no_default_handler_while_a_node_ends(
     finally:
         gc.unfreeze()
     assert not restored
+    assert lowered == [WATCHER_NICENESS]

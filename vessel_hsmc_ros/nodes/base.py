@@ -130,6 +130,7 @@ class VesselNode(Node):
     NAME: ClassVar[str]
     PARAMETERS: type
     POLL_PERIOD: ClassVar[float] = 0.0
+    NICENESS: ClassVar[int] = 0
     black_box: BlackBox | None = None
 
     def __init__(self, **options: Any) -> None:

@@ -4,7 +4,6 @@ It subscribes to a topic only when a client has subscribed, and with best effort
 part in the start-up handshake of a run.
 """
 
-import os
 import sys
 from typing import Any
 
@@ -52,6 +51,7 @@ class LiveNode(VesselNode):
 
     NAME = "live"
     PARAMETERS = LiveParameters
+    NICENESS = WATCHER_NICENESS
     POLL_PERIOD = 0.01
 
     def __init__(self, **options: Any) -> None:
@@ -144,7 +144,6 @@ class LiveNode(VesselNode):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until a signal ends it."""
-    os.nice(WATCHER_NICENESS)
     return run_node(LiveNode, arguments)
 
 

@@ -4,7 +4,6 @@ It takes only the latest odometry and reference, a few times a second and best e
 """
 
 import math
-import os
 import sys
 from typing import Any
 
@@ -32,6 +31,7 @@ class MarkerNode(VesselNode):
 
     NAME = "markers"
     PARAMETERS = MarkerParameters
+    NICENESS = WATCHER_NICENESS
     POLL_PERIOD = 0.05
 
     def __init__(self, **options: Any) -> None:
@@ -119,7 +119,6 @@ class MarkerNode(VesselNode):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until a signal ends it."""
-    os.nice(WATCHER_NICENESS)
     return run_node(MarkerNode, arguments)
 
 

@@ -65,6 +65,7 @@ def run_node(
     trace_crashes()
     if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments, take_options)) is not None:
         return code
+    os.nice(node_class.NICENESS)  # before the middleware starts its threads, which inherit it
     received: list[int] = []  # the numbers of the signals, appended by the handler
 
     def request_stop(number: int, _frame: FrameType | None) -> None:
