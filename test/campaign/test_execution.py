@@ -136,14 +136,19 @@ def test_a_row_is_repeated_offline_by_its_number(done: Path, tmp_path: Path) -> 
     assert ended.exit_code == 0
 
 
+ROW = ["--campaign", "x", "--run", "3"]
+
+
 @pytest.mark.parametrize(
-    "arguments",
-    [["--campaign", "x"], ["--run", "3"], ["case2_tracking", "--campaign", "x", "--run", "3"], [],
-     ["--campaign", "x", "--run", "3", "--set", "controller.law=guided"]],
+    ("verb", "arguments"),
+    [(verb, arguments)
+     for verb in ("simulate", "run")
+     for arguments in ([], ROW[:2], ROW[2:], ["case2_tracking", *ROW], [*ROW, "--set", "controller.law=guided"])]
+    + [("run", [*ROW, "--real-time"]), ("run", [*ROW, "--faults", "x"])],
 )  # fmt: skip
-def test_a_row_takes_a_folder_and_a_number_and_nothing_else(arguments: list[str]) -> None:
+def test_a_row_takes_a_folder_and_a_number_and_nothing_else(verb: str, arguments: list[str]) -> None:
     with pytest.raises(UsageError, match="--campaign and --run"):
-        vessel_hsmc("simulate", *arguments)
+        vessel_hsmc(verb, *arguments)
 
 
 @pytest.mark.parametrize("address", ["foo", "127.0.0.1:8786", "tcp://host"])

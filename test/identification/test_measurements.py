@@ -39,6 +39,18 @@ def test_a_csv_file_is_read_by_the_names_of_its_columns(tmp_path: Path) -> None:
     assert (found.wrench == (2.0, 0.0, 0.0)).all()
 
 
+@pytest.mark.parametrize("begin", [0.0, -180.0])
+@pytest.mark.parametrize("unit", ["heading", "heading_deg"])
+def test_a_heading_goes_on_where_it_wraps_to_either_side(tmp_path: Path, unit: str, begin: float) -> None:
+    time = np.arange(200) * 0.1
+    heading = 300.0 * np.sin(0.5 * time)
+    given = begin + np.mod(heading - begin, 360.0)
+    given = np.radians(given) if unit == "heading" else given
+    rows = np.column_stack([time, np.sin(time), time, given, 2.0 * np.ones(200)])
+    found = from_csv(written(tmp_path, f"time,x,y,{unit},surge_force", rows)).pose[:, 2]
+    np.testing.assert_allclose(found - found[0], np.radians(heading - heading[0]), atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("header", "names", "message"),
     [

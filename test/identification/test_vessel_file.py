@@ -4,8 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.identification import estimate, page
 from vessel_hsmc_ros.identification.page import HeldOut, known_of, render, vessel_text
 from vessel_hsmc_ros.identification.steady_force import SteadyForce
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction, model
@@ -70,6 +73,21 @@ def test_what_a_start_vessel_knows_besides_is_kept(found: Identified, tmp_path: 
     assert mine["vessel.surge_inertia"] == 60.0
     for name in ("length", "beam", "surge_force_limit"):
         assert mine[f"vessel.{name}"] == otter.values[f"vessel.{name}"]
+
+
+@pytest.mark.parametrize("given", ["length", "beam"])
+def test_a_length_or_beam_that_is_given_takes_the_place_of_that_of_the_start_vessel(
+    found: Identified, tmp_path: Path, given: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(estimate, "identify", lambda *_: found)
+    monkeypatch.setattr(page, "render", lambda *_: "")
+    rows = [f"{t},{t},0,0,1" for t in TIME]
+    (tmp_path / "run.csv").write_text("\n".join(["time,x,y,heading,surge_force", *rows]))
+    arguments = ["identify", tmp_path / "run.csv", "--vessel", "otter", f"--{given}", "2.75", "--output", tmp_path]
+    assert CliRunner().invoke(cli, [str(each) for each in arguments]).exit_code == 0
+    mine, otter = read_vessel(tmp_path / "identified.yaml").values, read_vessel("otter").values
+    for name in ("length", "beam"):
+        assert mine[f"vessel.{name}"] == (2.75 if name == given else otter[f"vessel.{name}"])
 
 
 def test_length_and_beam_must_be_known(found: Identified) -> None:

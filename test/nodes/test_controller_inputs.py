@@ -133,3 +133,58 @@ def test_each_standstill_of_a_simulated_clock_is_named_after_its_time_until_the_
                 node.steady.now += round(steady * NANOSECONDS)
                 node.timer._check()
                 assert node.clock_problem == problem
+
+
+class Timers(ControllerWithoutRos):
+    """A controller that notes its control periods, and those of its timers that run."""
+
+    def __init__(self, simulated: bool) -> None:
+        self.served: list[int] = []
+        self.running: list[Any] = []
+        super().__init__(simulated, True, {"rate_hz": 10.0})
+
+    def create_timer(self, period: float, callback: Any, **_: Any) -> Any:
+        self.running.append((period, callback.__name__, self.ros_time))
+        return self.running[-1]
+
+    def destroy_timer(self, timer: Any) -> bool:
+        self.running.remove(timer)
+        return True
+
+    def publish_period(self, stamp: int, _terms: Any) -> None:
+        self.served.append(stamp)
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+def test_after_each_step_of_the_clock_every_period_is_served_once_in_spite_of_small_delays(simulated: bool) -> None:
+    node, period = Timers(simulated), NANOSECONDS // 10
+    node.ros_time = 1000 * NANOSECONDS
+    with node.on_its_clock():
+        node.timer.start()
+        for step in (0.0, 7.0995, -3.0005, 0.9999, -5.0501, 60.0495):
+            node.ros_time += round(step * NANOSECONDS)
+            node.timer._on_timer()
+            begin, expected = node.ros_time, node.ros_time
+            node.served.clear()
+            for number in range(1, 25):
+                expected = begin + number * period + (number % 3) * 400_000
+                node.steady.now += expected - node.ros_time
+                node.ros_time = expected
+                node.timer._on_timer()
+            assert len(node.served) == 24, step
+        assert node.loop.missed_periods == 0
+
+
+@pytest.mark.parametrize("step", [-7200.0, -1.0, 1.0, 7200.0])
+def test_after_each_step_of_the_system_clock_the_period_has_a_new_timer_which_waits_on_no_former_time(step: float) -> None:
+    node = Timers(False)
+    node.ros_time = 10_000 * NANOSECONDS
+    with node.on_its_clock():
+        node.timer.start()
+        for _ in range(2):
+            node.timer._check()
+            node.ros_time += round(step * NANOSECONDS)
+            node.steady.now += NANOSECONDS // 100
+            node.timer._check()  # by the wall timer, which waits on no clock
+            periods = [made for made in node.running if made[1] == "_on_timer"]
+            assert periods == [(0.1, "_on_timer", node.ros_time)]

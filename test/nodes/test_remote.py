@@ -14,11 +14,12 @@ from rich.console import Console
 
 from vessel_hsmc_ros.cli.main import main
 from vessel_hsmc_ros.cli.watch import line, table
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.nodes import remote
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
+from vessel_hsmc_ros.safety.reasons import Operation
 from vessel_sim_node.node import VesselSimNode
 
 RATE = {"lockstep": False, "rate_hz": 10.0}
@@ -122,6 +123,38 @@ def test_a_goal_that_is_refused_is_an_error_with_the_reason_of_the_reference(ben
         assert (code, output) == (1, "")
         assert error.startswith("error: /reference_ship: goal with x = 1e+09 is not allowed: it takes at most 1e+07 m")
     assert vessel_hsmc("goto", "9", "0", "0") == (0, "goal: x = 9, y = 0, heading = 0\n", "")
+
+
+def test_a_goal_reaches_the_vessel_of_its_namespace_from_its_own_place_also_while_its_controller_is_stopped(
+    bench: Any, vessel_hsmc: Any
+) -> None:
+    places = {"alpha": [1000.0, -500.0, 3.0], "beta": [-2000.0, 0.0, 0.0]}
+    ships = {
+        name: bench.start(ReferenceShipNode, namespace=name, mode="goal", frame_prefix=f"{name}/", initial_pose=place, **RATE)
+        for name, place in places.items()
+    }
+    controller = bench.start(ControllerNode, namespace="alpha", law="guided", **RATE)
+    assert vessel_hsmc("call", "stop", "--namespace", "alpha")[0] == 0
+    for number, (name, (x, y, _)) in enumerate([*places.items(), *places.items()]):
+        other = next(ship for vessel, ship in ships.items() if vessel != name)
+        before = other._ship.target()
+        goal = [x - 300.0 - 100.0 * number, y + 300.0 + 100.0 * number]
+        code, output, error = vessel_hsmc("goto", *map(str, goal), "--namespace", f"/{name}")
+        assert (code, error) == (0, "")
+        target = ships[name]._ship.target()
+        assert [target.x, target.y] == goal, "the second one too"
+        assert target.psi == pytest.approx(0.75 * math.pi, abs=0.01)
+        assert output == f"goal: x = {goal[0]:g}, y = {goal[1]:g}, heading = {target.psi:g}\n"
+        assert other._ship.target()[:3] == before[:3]
+    assert controller.loop.supervision.operation is Operation.STOPPED
+
+
+@pytest.mark.parametrize(("given", "heading"), [("190", -170.0), ("-190", 170.0), ("540", 180.0), ("-90", -90.0)])
+def test_a_heading_of_a_goal_is_any_number_of_turns(bench: Any, vessel_hsmc: Any, given: str, heading: float) -> None:
+    ship = bench.start(ReferenceShipNode, mode="goal", **RATE)
+    assert vessel_hsmc("goto", "5", "6", f"--heading-deg={given}")[0] == 0
+    assert wrap(ship._ship.target().psi - math.radians(heading)) == pytest.approx(0.0, abs=1e-9)
+    assert abs(ship._ship.target().psi) <= math.pi
 
 
 def test_a_path_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from reference_motion import LIMITS, PERIOD, assert_feasible, motion_of
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.reference.target import STREAM_GAP
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
@@ -178,6 +179,40 @@ def test_a_stream_of_poses_is_followed_and_its_last_pose_is_a_goal() -> None:
     assert_feasible(after, accelerations)
     last = 0.05 * PERIOD * 1998
     assert math.dist(after[-1, :2], (25.0 * math.sin(last), 25.0 * (1.0 - math.cos(last)))) < 0.06
+
+
+def test_each_stream_that_stops_goes_on_for_its_gap_and_then_leads_back_to_its_last_pose_without_a_turn() -> None:
+    reference = reference_of()
+
+    def feed(k: int, reference: Any) -> None:
+        if k % 5 == 0:
+            reference.set_goal(begin + 0.05 * k, 0.0, 0.0)
+
+    for begin in (0.0, 100.0):
+        states, _ = motion_of(reference, 100.0, feed=feed)
+        assert states[-1, 3] == pytest.approx(0.5, abs=0.05)
+        last = reference.target()
+        motion_of(reference, STREAM_GAP - 0.8)
+        going = reference.target()
+        assert (going.speed, going.x - last.x) == pytest.approx((0.5, 0.5 * (STREAM_GAP - 0.8)))
+        motion_of(reference, 0.4)
+        ended = reference.target()
+        back, accelerations = motion_of(reference, 60.0)
+        assert_feasible(back, accelerations)
+        assert (ended.x, ended.speed) == (pytest.approx(begin + 0.05 * 995), 0.0)
+        assert back[:, 3].min() < -0.02, "astern"
+        assert np.abs(back[:, 2]).max() < 0.1
+        np.testing.assert_allclose(back[-1], [ended.x, 0.0, 0.0, 0.0, 0.0, 0.0], atol=0.06)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_heading_of_a_stream_goes_on_at_its_rate_across_180_degrees(side: float) -> None:
+    reference = reference_of()
+    for k in range(4):
+        reference.set_goal(0.3 * k, 0.0, wrap(side * (3.0 + 0.05 * k)))
+        motion_of(reference, 0.5 if k < 3 else 1.2)
+    target = reference.target()
+    assert (target.r, target.psi) == pytest.approx((0.1 * side, wrap(side * (3.15 + 0.12))))
 
 
 def test_a_repeated_goal_is_one_goal() -> None:

@@ -30,8 +30,9 @@ def earlier_motion(kind: str, length: float) -> Any:
     """A reference that follows a path, or one with stops, or comes to rest from a motion; and the length of its period."""
     p = boat(length)
     way = replace(p.path, waypoints=tuple(length * n for n in AROUND), corners=("stop" if kind == "stops" else "through",))
-    velocity = (0.8 * p.motion.speed, 0.1 * p.motion.speed, -0.5 * p.motion.yaw_rate) if kind == "halt" else (0.0, 0.0, 0.0)
-    path = replace(way, time=-1.0 if kind == "halt" else 0.0)
+    ahead = {"halt": 0.8, "astern": -0.8}.get(kind, 0.0)
+    velocity = (ahead * p.motion.speed, 0.1 * p.motion.speed, -0.5 * p.motion.yaw_rate) if ahead else (0.0, 0.0, 0.0)
+    path = replace(way, time=-1.0 if ahead else 0.0)
     p = replace(p, mode="path", initial_pose=(0.0, 0.0, 1.5), initial_velocity=velocity, path=path)
     return make_reference(p, 1e-3 * length / p.motion.speed)
 
@@ -76,6 +77,15 @@ def test_a_new_path_at_any_time_of_any_motion_continues_it_within_the_limits(len
         set_at(reference, begin, [goal])
         begin = reference.steps * reference.constants.period
         assert_within_limits(reference, length, goal)
+
+
+@pytest.mark.parametrize("length", [0.5, 300.0])
+def test_a_ship_that_goes_astern_is_halted_within_the_limits_before_a_new_path(length: float) -> None:
+    reference = earlier_motion("astern", length)
+    assert reference.state[3] < 0.0
+    assert_within_limits(reference, length, tuple(reference.constants.table.rows[-1, :2]))
+    set_at(reference, 0.3 * reference.constants.table.times[-1], [(9.0 * length, 3.0 * length)])
+    assert_within_limits(reference, length, (9.0 * length, 3.0 * length))
 
 
 @pytest.mark.parametrize("length", [0.5, 300.0])

@@ -83,6 +83,17 @@ def test_a_fault_that_cannot_be_carried_out_is_refused(entry: str, reason: str) 
         checked(entry)
 
 
+@pytest.mark.parametrize(("duration", "at", "allowed"), [(50.0, 50.0, True), (50.0, 50.5, False), (0.0, 1e5, True)])
+def test_a_fault_begins_before_the_end_of_a_run_that_has_one(duration: float, at: float, allowed: bool) -> None:
+    script = parse_script(f"faults: [{{at: {at}, kind: drop, topic: odom}}]", "script")
+    scenario = LOCKSTEP.changed({"vessel_sim.duration": duration})
+    if allowed:
+        check_script(script, scenario)
+    else:
+        with pytest.raises(ParameterError, match=r"at = 50\.5 is not allowed: the run ends after 50 s"):
+            check_script(script, scenario)
+
+
 @pytest.mark.parametrize(
     ("entry", "reason"),
     [

@@ -2,8 +2,11 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from vessel_hsmc_ros.core.kernel import bound
+from vessel_hsmc_ros.simulation import compiled_loop, preparation, recorded_loop
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 
 only_compiled = pytest.mark.skipif(not available(), reason="compilation is switched off, or Numba is not installed")
@@ -18,3 +21,23 @@ def fastest(kernel: Any) -> Any:
 def repeated(count: int) -> int:
     """A number of repetitions of a kernel, a hundredth of it where the kernel is interpreted."""
     return count if available() else count // 100
+
+
+def as_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let compiled loops run their text as plain Python, with the same kernels in the place of names.
+
+    So their glue is under test where kernels are not compiled, and a test needs no machine code of its own.
+    """
+
+    def text(function: Any, title: str = "", allocates: bool = True, **kernels: Any) -> Any:
+        del title, allocates
+        return bound(function, **kernels)
+
+    def drawn(draw: Any, rows: int, columns: int, wanted: bool) -> Any:
+        # Machine code passes rows that do not exist on to kernels that do not read them.
+        return draw(rows) if wanted else np.full((rows, columns), np.nan)
+
+    monkeypatch.setattr(preparation, "_drawn", drawn)
+    for module in (compiled_loop, recorded_loop, preparation):
+        monkeypatch.setattr(module, "compiled", text)
+        monkeypatch.setattr(module, "available", lambda: True, raising=False)

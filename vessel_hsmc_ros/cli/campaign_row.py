@@ -47,7 +47,8 @@ def of_row(scenario: str | None, folder: Path | None, number: int | None, change
             raise click.UsageError("Missing argument 'SCENARIO'; or give --campaign and --run")
         return None
     if folder is None or number is None or scenario is not None or changed:
-        raise click.UsageError("to repeat a run of a campaign give --campaign and --run, without SCENARIO, --set and --real-time")
+        without = "SCENARIO, --set, --real-time and --faults"
+        raise click.UsageError(f"to repeat a run of a campaign give --campaign and --run, without {without}")
     from vessel_hsmc_ros.campaign.dataset import Row  # imports the libraries of campaigns
 
     return Row.read(folder, number)

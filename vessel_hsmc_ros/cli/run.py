@@ -145,7 +145,7 @@ def run(
         raise click.UsageError("--vessels takes no --campaign, no --faults and no --live")
     namespace = checked_namespace(namespace)
     of_nodes = for_nodes(True, real_time, "" if fleet else namespace)
-    if chosen := of_row(scenario, campaign, row, real_time or bool(changes)):
+    if chosen := of_row(scenario, campaign, row, real_time or bool(changes or faults)):
         loaded = chosen.scenario(of_nodes)
     else:
         loaded = load_checked(scenario or "", of_nodes | parse_changes(changes))

@@ -1,0 +1,137 @@
+"""What surrounds the kernels in compiled loops, with the kernels as plain Python: the same numbers as the loop of the classes."""
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+from compiling import as_plain_python
+
+from vessel_hsmc_ros.campaign.ship_expansion import expand
+from vessel_hsmc_ros.campaign.ship_family import ShipFamily
+from vessel_hsmc_ros.control.control_loop import ages
+from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.runs.offline import ClosedLoop
+from vessel_hsmc_ros.scenario.control import make_control_loop
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.simulation import recorded_loop
+from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop
+from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
+
+STRANGER = expand(
+    ShipFamily(
+        length=90.0, has_dead_time=True, dead_time=0.28, has_rate=True, time_to_full=1.0, reference="circle", knowledge="nothing",
+        speed=0.5, control_rate_hz=10.0,
+    )
+)  # fmt: skip
+"""A ship with slow actuators, of which nothing is declared: the guided law finds them after 54 s."""
+
+UNLIKE = {
+    "vessel_sim.duration": 4.0,
+    "vessel_sim.rate_hz": 40.0,
+    "reference_ship.rate_hz": 20.0,
+    "controller.rate_hz": 10.0,
+    "vessel_sim.actuators.surge_dead_time": 0.3,
+    "vessel_sim.actuators.yaw_lag": 0.4,
+    "vessel_sim.sensors.delay": 0.275,
+    "vessel_sim.sensors.position_noise": 0.1,
+    "vessel_sim.disturbance.current.north": 0.3,
+    "vessel.sway_yaw_inertia": 6e5,
+    "vessel.controlled_point": "percussion",
+    "controller.law": "guided",
+}
+"""Rates, delays and a hull that are all unlike, and a point that is not the origin."""
+
+CASE2 = share_directory() / "config" / "thrusters" / "case2_thrusters.yaml"
+THRUSTERS = {
+    "vessel.thrusters.names": ["screw", "bow"],
+    "vessel.thrusters.kinds": ["rudder", "fixed"],
+    "vessel.thrusters.x": [-15.0, 12.0],
+    "vessel.thrusters.y": [0.0],
+    "vessel.thrusters.angle": [0.0, 1.5],
+    "vessel.thrusters.angle_limit": [0.6],
+    "vessel.thrusters.thrust_ahead": [1e5, 2e4],
+    "vessel.thrusters.thrust_astern": [6e4, 1e4],
+    "vessel.thrusters.thrust_rate": [5e4],
+    "vessel.thrusters.lag": [0.5],
+    "vessel.thrusters.lift": [3e4],
+    "vessel.thrusters.slipstream": [1e-4],
+    "vessel_sim.actuators.surge_dead_time": 0.0,
+    "vessel_sim.actuators.yaw_lag": 0.0,
+}
+
+
+@pytest.fixture(autouse=True)
+def _plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    as_plain_python(monkeypatch)
+    monkeypatch.setattr(recorded_loop, "MIN_COMPILED_STEPS", 1)
+
+
+def stranger(observed: bool) -> Scenario:
+    changes = {
+        "vessel_sim.duration": 57.0,
+        "vessel_sim.rate_hz": 20.0,
+        "controller.observer.enabled": observed,
+        "controller.law": "guided",
+    }
+    return load_scenario("case2_tracking", {**STRANGER, **changes})
+
+
+def scenario_of(made: str, observed: bool) -> Scenario:
+    if made == "stranger":
+        return stranger(observed)
+    changes = {**UNLIKE, "controller.observer.enabled": observed}
+    return load_scenario(CASE2, {**changes, **THRUSTERS}) if made == "thrusters" else load_scenario("case2_tracking", changes)
+
+
+def same(first: Any, second: Any) -> bool:
+    return first is second or bool(np.array_equal(first, second, equal_nan=first.dtype.kind == "f"))
+
+
+@pytest.mark.parametrize("observed", [False, True])
+@pytest.mark.parametrize("made", ["unlike", "thrusters", "stranger"])
+def test_the_text_of_the_compiled_loop_gives_the_run_of_the_classes(made: str, observed: bool) -> None:
+    scenario = scenario_of(made, observed)
+    loops = [ClosedLoop(scenario, interpreted=interpreted) for interpreted in (False, True)]
+    assert isinstance(loops[0]._loop, CompiledLoop)
+    for loop in loops:
+        loop.run()
+    for first, second in ([loop.result() for loop in loops], [loop.published() for loop in loops]):
+        for name in (field.name for field in fields(first) if field.name != "control"):
+            assert same(getattr(first, name), getattr(second, name)), name
+        assert all(same(first.control[name], second.control[name]) for name in first.control)
+
+
+def recorded_of(scenario: Scenario) -> Recorded:
+    loop = ClosedLoop(scenario, interpreted=True)
+    loop.run()
+    run, published = loop.result(), loop.published()
+    n, grid = len(run.time), RateGrid(scenario.controller.rate_hz)
+    stamps = RateGrid(scenario.vessel_sim.rate_hz).stamps(n)
+    due = np.diff(grid.indices(stamps), prepend=-1) != 0
+    late, rates = published.measured_at, np.gradient(run.reference[:, 3:], axis=0)
+    inputs = run.measured.copy(), run.reference.copy(), rates
+    return Recorded(stamps, due, late, *ages(stamps, late, grid.period), *inputs, np.full((n, 2), np.nan))
+
+
+@pytest.mark.parametrize("observed", [False, True])
+@pytest.mark.parametrize("made", ["unlike", "stranger"])
+def test_a_replay_gives_the_wrenches_of_the_classes_whatever_the_spans_and_the_actuators_that_it_finds(
+    made: str, observed: bool
+) -> None:
+    scenario = scenario_of(made, observed)
+    recorded, found = recorded_of(scenario), []
+    for interpreted, cut in ((True, 0), (False, 0), (False, 70)):
+        controller = scenario.controller
+        loop, wrench = make_control_loop(controller), np.full_like(recorded.wrench, np.nan)
+        idle = Observer(controller.observer, controller.vessel)
+        for span in (range(cut), range(cut, len(wrench))):
+            replay_controller(loop, idle, recorded._replace(wrench=wrench), span, interpreted)
+        assert (loop.law.known is loop.law.vessel) == (made == "unlike")
+        found.append((wrench, np.array([*loop.wrench, *(loop.observer.estimate if loop.observer else ())])))
+    for wrench, end in found[1:]:
+        np.testing.assert_array_equal(wrench, found[0][0])
+        np.testing.assert_array_equal(end, found[0][1])
+    assert np.isfinite(found[0][0]).all()
