@@ -4,6 +4,8 @@ import json
 import os
 import re
 import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -98,3 +100,11 @@ def test_a_node_started_by_hand_ends_without_a_traceback_while_it_imports(start:
     command.popen.send_signal(signal.SIGINT)
     assert command.wait(60.0) == 0
     assert "Traceback" not in command.text
+
+
+def test_what_the_tests_start_receives_ctrl_c_where_a_script_started_them_with_it_ignored() -> None:
+    program = "import conftest, os; os.execvp('grep', ['grep', 'SigIgn', '/proc/self/status'])"
+    script = ["sh", "-c", 'trap \'\' INT; exec "$0" -c "$1"', sys.executable, program]
+    done = subprocess.run(script, cwd=Path(__file__).parents[1], capture_output=True, text=True, check=True)
+    ignored = int(done.stdout.split()[1], 16)
+    assert not ignored & 1 << signal.SIGINT - 1
