@@ -2,6 +2,8 @@
 
 import io
 import os
+import random
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -49,9 +51,9 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
     return made
 
 
-def states(calls: Calls) -> Iterator[bytearray]:
-    """The file's content after every page of every call."""
-    content = bytearray()
+def states(calls: Calls, begun: bytearray | None = None) -> Iterator[bytearray]:
+    """The file's content after every page of every call, from what calls before have begun, which goes on too."""
+    content = bytearray() if begun is None else begun
     for data, offset in calls:
         if data is None:
             del content[offset:]
@@ -107,10 +109,10 @@ def test_after_every_page_written_the_file_is_valid_and_has_no_fewer_messages_th
     assert path.read_bytes() == (tmp_path / "bag" / "bag_0.mcap").read_bytes()
 
 
-def metadata_record(size: int) -> bytes:
+def metadata_record(size: int, letter: str = "x") -> bytes:
     """A Metadata record of a size."""
     builder = RecordBuilder()
-    Metadata(name="x" * (size - HEADER - 8), metadata={}).write(builder)
+    Metadata(name=letter * (size - HEADER - 8), metadata={}).write(builder)
     return bytes(builder.end())
 
 
@@ -192,3 +194,33 @@ def test_while_a_file_is_closed_its_last_summary_holds_to_the_end(
     every = [bytes(content) for number, content in enumerate(states(calls)) if number >= before]
     assert all(summary_of(content).startswith(summary) for content in every[:-1] if content.endswith(MAGIC))
     assert every[-1] == (tmp_path / "file.mcap").read_bytes()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_is_appended_between_summaries_of_any_size_every_state_is_complete_and_has_one_of_the_two_last_summaries(
+    tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)
+    builder, draw = RecordBuilder(), random.Random(seed)  # noqa: S311
+    Header(profile="", library="").write(builder)
+    file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
+    content, appended, last, summary = bytearray(), 0, b"", b""
+    deque(states(calls, content), maxlen=0)
+    calls.clear()
+    for number in range(24):
+        left, slot = file._slots - file.end, file._slot_size
+        # Records that leave hardly anything of the reserve, of a page of it, or of the place of a summary, and other ones.
+        near = [left - each for each in (draw.randrange(2 * HEADER), PAGE + draw.randrange(2 * HEADER))]
+        count = appended
+        if number % 3 == 2:
+            last, summary = summary, metadata_record(draw.choice([50, 5 * PAGE, min(slot, 5 * PAGE) - draw.randrange(24)]), "s")
+            file.set_summary([summary])
+        else:
+            last, appended = summary, appended + 1
+            file.append([metadata_record(draw.choice([100, draw.randrange(100, 3 * PAGE), *(n for n in near if n >= 100)]))])
+        for state in states(calls, content):
+            records = [each.name[0] for each in StreamReader(io.BytesIO(bytes(state))).records if isinstance(each, Metadata)]
+            assert records.count("x") in (count, appended)
+            assert summary_of(bytes(state)).startswith((summary, last) if last else (summary, MAGIC))
+        calls.clear()
+    assert records.count("x") == appended

@@ -15,9 +15,10 @@ from mcap.records import Chunk, ChunkIndex, Message, MessageIndex
 from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.rosbag2 import Reader
 
+from vessel_hsmc_ros.bags import mcap_writer
 from vessel_hsmc_ros.bags.mcap_writer import CHUNK_SIZE
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.bags.repair import is_complete, repair
+from vessel_hsmc_ros.bags.repair import Repair, is_complete, repair
 from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
 from vessel_hsmc_ros.core.exceptions import BagError
 
@@ -179,3 +180,78 @@ def test_a_bag_whose_later_file_is_being_recorded_is_left_as_it_is(tmp_path: Pat
     assert [file.read_bytes() for file in files] == before
     writer.close()
     assert is_complete(tmp_path / "bag")
+
+
+def damage(path: Path, chunks: tuple[int, ...], cut: int = 0) -> None:
+    """Change a byte within some chunks of a file, and cut off its end."""
+    content = bytearray(path.read_bytes())
+    for index in chunks:
+        chunk = chunk_indexes(path)[index]
+        content[chunk.chunk_start_offset + chunk.chunk_length // 2] ^= 0xFF
+    path.write_bytes(content[: len(content) - cut])
+
+
+def test_every_damaged_chunk_of_every_file_is_omitted_and_counted_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", 1000)
+    writer = BagWriter(tmp_path / "bag", "none", Splitting(duration=1.0), {"messages_dropped": "0"})
+    topics = [topic("/clock", CLOCK), topic("/other/clock", CLOCK)]
+    for each in topics:
+        writer.add_topic(each)
+    for k in range(300):
+        writer.write(topics[k % 3 == 0], clock(k * 10_000_000), k * 10_000_000, k * 10_000_000)
+    writer.close()
+    files = sorted((tmp_path / "bag").glob("*.mcap"))
+    assert len(files) == 3
+    lost = {stamp for path, at in ((files[0], 1), (files[0], 3), (files[2], 0)) for stamp in stamps_of(path, at)}
+    damage(files[0], (1, 3))
+    damage(files[2], (0,), cut=5)
+    done = repair(tmp_path / "bag")
+    assert (done.files, done.damaged, done.messages, done.described) == (2, 3, 300 - len(lost), True)
+    assert done.cut > 0
+    left = [k * 10_000_000 for k in range(300) if k * 10_000_000 not in lost]
+    with Reader(tmp_path / "bag") as reader:
+        assert [stamp for _, stamp, _ in reader.messages()] == left
+        counts = {name: info.msgcount for name, info in reader.topics.items()}
+    assert counts == {
+        "/clock": sum(k // 10_000_000 % 3 != 0 for k in left),
+        "/other/clock": sum(k // 10_000_000 % 3 == 0 for k in left),
+    }
+    assert open_bag(tmp_path / "bag").information["custom_data"]["recovered"] == "true"
+    assert repair(tmp_path / "bag") == Repair(len(left), 0, 0, 0, described=False)
+
+
+def stamps_of(path: Path, index: int) -> list[int]:
+    """Log times of the messages in a chunk."""
+    return [stamp for stamps in messages_in_chunks(path)[index].values() for stamp in stamps]
+
+
+def test_a_damaged_bag_without_a_lost_message_is_marked_as_recovered(tmp_path: Path) -> None:
+    writer = write(tmp_path / "bag", 50)
+    (path,) = (tmp_path / "bag").glob("*.mcap")
+    path.write_bytes(path.read_bytes()[:-3])
+    done = repair(writer.directory)
+    assert (done.messages, done.files, done.damaged) == (50, 1, 0)
+    assert open_bag(writer.directory).information["custom_data"]["recovered"] == "true"
+
+
+def test_a_damaged_first_chunk_takes_no_topics_along_which_the_index_still_has(tmp_path: Path) -> None:
+    """The first chunk has the schemas and channels of all others."""
+    writer = BagWriter(tmp_path / "bag", "none")
+    topics = [topic("/clock", CLOCK), topic("/other/clock", CLOCK)]
+    for each in topics:
+        writer.add_topic(each)
+    for k in range(60):
+        writer.write(topics[k % 2], clock(k), k, k)
+        if k % 20 == 9:
+            writer.flush()
+    writer.close()
+    (path,) = (tmp_path / "bag").glob("*.mcap")
+    lost = sum(map(len, messages_in_chunks(path)[0].values()))
+    damage(path, (0,))
+    done = repair(tmp_path / "bag")
+    assert done.messages == 60 - lost > 0
+    assert done.cut == 0
+    with Reader(tmp_path / "bag") as reader:
+        assert {connection.topic for connection, _, _ in reader.messages()} == {"/clock", "/other/clock"}

@@ -210,3 +210,20 @@ def test_each_file_of_a_split_bag_has_the_notes_of_its_end(tmp_path: Path) -> No
     writer.close()
     files = sorted((tmp_path / "bag").glob("*.mcap"))
     assert [open_bag(path).recording["messages_dropped"] for path in files] == ["1", "2", "3"]
+
+
+@pytest.mark.parametrize("splitting", [Splitting(), Splitting(duration=1.0)])
+def test_the_last_file_of_a_bag_has_the_content_of_its_metadata(tmp_path: Path, splitting: Splitting) -> None:
+    writer = BagWriter(tmp_path / "bag", splitting=splitting, notes={"mode": "lockstep"})
+    first, second = topic("/first", CLOCK), topic("/second", CLOCK)
+    writer.add_topic(first)
+    for stamp in (2_000_000_000, 4_000_000_000, 3_000_000_000, 6_000_000_000):  # a clock that was set back, too
+        writer.write(first, clock(stamp), stamp, stamp)
+    writer.add_topic(second)
+    writer.close()
+    information = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert information["starting_time"]["nanoseconds_since_epoch"] == 2_000_000_000
+    assert information["duration"]["nanoseconds"] == 4_000_000_000
+    with sorted((tmp_path / "bag").glob("*.mcap"))[-1].open("rb") as stream:
+        (record,) = (each for each in make_reader(stream).iter_metadata() if each.name == "rosbag2")
+    assert yaml.safe_load(record.metadata["serialized_metadata"]) == information

@@ -117,6 +117,24 @@ def test_an_outlier_is_rejected_and_a_permanent_jump_is_followed() -> None:
     assert np.linalg.norm(estimates[399, :2] - [39.9, 1e4]) < 0.2
 
 
+@pytest.mark.parametrize("sensor", [0, 1, 2])
+@pytest.mark.parametrize("every", [1, 3])
+def test_each_sensor_alone_that_has_jumped_for_good_is_refused_and_then_followed_again_and_again(sensor: int, every: int) -> None:
+    """The other sensor is right all the time, and has a sample in every step or in every third one."""
+    observer, jump = Observer(ObserverParameters(), KnownVessel()), (500.0, -700.0, 2.0)[sensor]
+    hold = round(LONGEST_HOLD / (STEP * 1e-9))
+    for number in range(3):
+        for k in range(40 + 2 * hold):
+            at = 1000 * number + k
+            pose = [1e-6 * (at // every)] * 3
+            pose[sensor] = jump * (number + (k >= 40)) + 1e-6 * at
+            observer.update(at * STEP, (pose[0], pose[1], wrap(pose[2])), (0.0, 0.0))
+            away = observer.estimate[sensor] - pose[sensor]
+            assert observer.accepts == (k < 40 or k > 40 + hold) or abs(k - 40 - hold) <= 2 * every
+            assert k != 40 or abs(wrap(away) if sensor == 2 else away) > 1.0
+        assert (wrap(away) if sensor == 2 else away) == pytest.approx(0.0, abs=0.1)
+
+
 def test_a_position_that_stays_away_is_followed_though_the_headings_between_are_accepted() -> None:
     """Positions come in every second step, headings in every one, so that most steps have nothing to refuse."""
     observer, jump = Observer(ObserverParameters(), KnownVessel()), 500.0
@@ -134,7 +152,7 @@ def test_after_each_jump_that_is_followed_the_headings_before_the_next_position_
         observer.update(k * STEP, (there + 1e-6 * number, 0.0, 1e-6 * k), (0.0, 0.0))
         accepted.append(observer.accepts)
     refused = [k for k, good in enumerate(accepted) if not good]
-    longest = round(LONGEST_HOLD / (STEP * 1e-9)) + per_position
+    longest = round(LONGEST_HOLD / (STEP * 1e-9))
     assert {k // 300 for k in refused} == {1, 2}, "both jumps are refused at first"
     assert all(k % 300 <= longest for k in refused)
 

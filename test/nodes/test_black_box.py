@@ -4,11 +4,13 @@ import io
 import math
 import os
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from driving import ACCELERATION, REFERENCE, STATE, Plant
+from rclpy.serialization import serialize_message
 
 from vessel_hsmc_ros.bags import black_box as writer
 from vessel_hsmc_ros.bags import black_box_content as content
@@ -18,6 +20,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import black_box
 from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 
 TOPICS = {"/odom", "/reference", "/cmd_wrench", "/controller/state", "/diagnostics", "/rosout"}
 
@@ -159,3 +162,72 @@ def test_of_a_bag_that_cannot_be_written_nothing_is_left(tmp_path: Path, monkeyp
     assert folder == tmp_path / "spare"
     assert "No space left" in refused
     assert not (tmp_path / "full").exists()
+
+
+class Boxes:
+    """Black boxes of a node without ROS, whose bags are not written: `written` has what the writing process would get."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.written: list[bytes] = []
+        clock = SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=5))
+        log = SimpleNamespace(warning=lambda _: None, error=lambda _: None)
+        node = SimpleNamespace(
+            get_fully_qualified_name=lambda: "/alpha/controller",
+            get_logger=lambda: log,
+            get_clock=lambda: clock,
+            parameters=BlackBoxParameters(),
+        )
+        monkeypatch.setattr(black_box, "_run", self._take)
+        self.box = black_box.BlackBox(node, BlackBoxParameters(duration=30.0, directory="x"), lambda: 5)  # type: ignore[arg-type]
+
+    def _take(self, _head: bytes, pieces: Any) -> Any:
+        self.written.append(b"".join(pieces))
+        return SimpleNamespace(returncode=0, stdout=b"x\n\n")
+
+    def write(self, reason: str, ends: bool = False) -> None:
+        self.box.write(reason, ends)
+        assert self.box._writing is not None
+        self.box._writing.join(30.0)
+        assert not self.box._writing.is_alive()
+
+
+@pytest.mark.parametrize("count", [1, 6, 7, 8, 50])
+def test_every_message_of_a_black_box_reaches_its_bag_whatever_the_pieces(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    monkeypatch.setattr(black_box, "PIECE", 7)
+    boxes, expected = Boxes(monkeypatch), []
+    for k in range(count):
+        boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([k] * 3))
+        expected.append(content.record(5, 0, bytes([k] * 3)))
+    boxes.write("an error")
+    assert boxes.written == [b"".join(expected)]
+
+
+def test_a_node_writes_as_many_bags_as_it_may_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(black_box, "LEAST_INTERVAL", -1.0)
+    monkeypatch.setattr(black_box, "MOST_BAGS", 3)
+    boxes = Boxes(monkeypatch)
+    boxes.box.keep("/cmd_wrench", conv.new_wrench())
+    for _ in range(5):
+        boxes.write("an error")
+    assert len(boxes.written) == 3
+
+
+def test_an_error_that_ends_the_node_does_not_wait_for_what_follows_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(black_box, "AFTERWARDS", 1000.0)
+    boxes = Boxes(monkeypatch)
+    boxes.box.keep("/cmd_wrench", conv.new_wrench())
+    boxes.box.write("an error")
+    boxes.write("the last one, within a minute", ends=True)
+    assert len(boxes.written) == 1
+
+
+def test_a_message_that_ends_the_node_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    boxes = Boxes(monkeypatch)
+
+    def fail(_message: Any) -> None:
+        raise RuntimeError("the law failed")
+
+    receive = boxes.box.receiver("/cmd_wrench", type(conv.new_wrench()), fail)
+    with pytest.raises(RuntimeError, match="the law failed"):
+        receive(serialize_message(conv.new_wrench()))
+    assert len(boxes.box._kept) == 1

@@ -225,6 +225,16 @@ def test_the_safe_action_fallback_takes_the_wrench_of_another_law_and_ramps_with
     assert s.step(None, Reason.LAW_UNDEFINED, T)[0] == pytest.approx(58.0)
 
 
+@pytest.mark.parametrize("other", [(1e7, -1e9), (-101.0, 41.0)])
+def test_the_wrench_of_another_law_is_cut_to_the_limits_of_the_ship(other: tuple[float, float]) -> None:
+    s = running(action="fallback")
+    for _ in range(100):
+        force, moment = s.step(None, Reason.OVERDUE, T, fallback=other)
+        assert abs(force) <= LIMITS[0]
+        assert abs(moment) <= LIMITS[1]
+    assert s.command == (math.copysign(LIMITS[0], other[0]), math.copysign(LIMITS[1], other[1]))
+
+
 def test_a_brake_stays_within_the_limits() -> None:
     s = controller(action="brake", ramp_time=0.1)
     assert s.step(None, Reason.OVERDUE, T, (1e3, -1e3)) == (-100.0, 40.0)

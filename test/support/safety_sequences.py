@@ -196,6 +196,8 @@ class Machine:
             assert self.node.loop.supervision.operation is was
             return
         assert not self.stopped, "stop holds until rearm"
+        now = self.node.loop.supervision.operation
+        assert now is (Operation.ACTIVE if was is Operation.STANDBY else was), "the safe action ends by good periods alone"
         if was is Operation.STANDBY:
             for source in (self.odometry, self.reference):
                 assert source.in_a_row >= FRESH_SAMPLES, "the law commands after enough samples of each input"

@@ -55,20 +55,34 @@ def repair(directory: Path) -> Repair:
     for file in files:
         if is_being_written(file):
             raise BagError(f"{file} is being recorded: end the recorder before the repair")
-    found, repaired, cut, damaged = [], 0, 0, 0
-    for file in files:
-        summarised, contents = read_contents(file), scan(file)
+    summaries, found = [read_contents(file) for file in files], [scan(file) for file in files]
+    repaired = cut = 0
+    for file, summarised, contents in zip(files, summaries, found, strict=True):
+        _restore_channels(contents, summarised, *(other for other in found if _is_own(contents) and _is_own(other)))
         # A summary alone does not show damage, and may be older than the data.
         if contents.damaged or not (summarised.complete and summarised.counts == contents.counts):
             cut += max(0, file.stat().st_size - contents.end) if not summarised.complete else 0
             _complete(contents)
             repaired += 1
-        found.append(contents)
-        damaged += len(contents.damaged)
+    damaged = sum(len(contents.damaged) for contents in found)
     undescribed = repaired > 0 or not _metadata_matches(directory, found)
     if undescribed:
         _write_metadata(directory, found)
     return Repair(sum(c.counts.total() for c in found), repaired, cut, damaged, undescribed)
+
+
+def _is_own(contents: Contents) -> bool:
+    """Whether a file is of this package, which gives a topic the same number in every file of a bag."""
+    return any(record.name == RECORDING for _, _, record in contents.metadata)
+
+
+def _restore_channels(contents: Contents, *others: Contents) -> None:
+    """Take channels and schemas that only damaged chunks had, as the first one of a file, from a summary or another file."""
+    for other in others:
+        for number in (contents.counts.keys() - contents.channels.keys()) & other.channels.keys():
+            channel = contents.channels[number] = other.channels[number]
+            if channel.schema_id in other.schemas:
+                contents.schemas.setdefault(channel.schema_id, other.schemas[channel.schema_id])
 
 
 def _metadata_matches(directory: Path, found: Sequence[Contents]) -> bool:

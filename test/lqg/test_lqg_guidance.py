@@ -1,0 +1,100 @@
+"""The track of the LQG law: when it is sailed astern, and that it does not depend on how the world is turned."""
+
+import cmath
+import math
+
+import pytest
+
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.lqg.guidance import ASTERN, Track, track
+from vessel_hsmc_ros.lqg.parameters import LqgParameters, gains
+
+GAINS = gains(LqgParameters(), KnownVessel(), 0.1)
+STEADY = Acceleration(0.0, 0.0, 0.0)
+FAST, SLOW = 0.3, 0.1 * ASTERN
+
+
+def track_of(ship: Motion, goal: Motion, current: complex, turned: float = 0.0, mirrored: bool = False) -> Track:
+    """The track in a world that is turned by an angle, and mirrored at x before."""
+    side = -1.0 if mirrored else 1.0
+
+    def placed(motion: Motion) -> Motion:
+        place = complex(motion.x, side * motion.y) * cmath.exp(1j * turned)
+        return Motion(place.real, place.imag, wrap(side * motion.psi + turned), motion.u, side * motion.v, side * motion.r)
+
+    water = complex(current.real, side * current.imag) * cmath.exp(1j * turned)
+    rate = Acceleration(0.02, side * 0.01, side * 0.03)
+    return track(placed(ship), placed(goal), rate, water.real, water.imag, (0.01, side * 0.02), 0.5, GAINS)
+
+
+@pytest.mark.parametrize("over_ground", [-FAST, -SLOW, 0.0, SLOW, FAST])
+@pytest.mark.parametrize("through_water", [-FAST, -SLOW, 0.0, SLOW, FAST])
+@pytest.mark.parametrize("psi", [0.4, -2.8])
+def test_only_a_reference_that_moves_astern_over_ground_and_through_the_water_is_followed_astern(
+    over_ground: float, through_water: float, psi: float
+) -> None:
+    goal = Motion(5.0, -3.0, psi, over_ground, 0.0, 0.0)
+    current = (over_ground - through_water) * cmath.exp(1j * psi)
+    found = track(goal, goal, STEADY, current.real, current.imag, (0.0, 0.0), 0.5, GAINS)
+    assert found.way == (-1.0 if over_ground == through_water == -FAST else 1.0)
+    if abs(through_water) == FAST:
+        assert found.W == pytest.approx(FAST)
+        assert wrap(found.chi - psi) == pytest.approx(
+            0.0 if through_water > 0.0 else math.copysign(math.pi, wrap(found.chi - psi))
+        )
+
+
+def test_a_reference_that_is_far_away_is_pursued_ahead_however_it_moves() -> None:
+    goal = Motion(5.0, -3.0, 0.4, -FAST, 0.0, 0.0)
+    near, far = (track(goal._replace(x=5.0 - away), goal, STEADY, 0.0, 0.0, (0.0, 0.0), 0.5, GAINS) for away in (0.1, 50.0))
+    assert (near.way, far.way) == (-1.0, 1.0)
+    assert abs(far.chi) < 1.0
+
+
+@pytest.mark.parametrize("turned", [0.0, 1.0, -2.5, math.pi])
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("u", [-0.3, 0.0, 0.4])
+@pytest.mark.parametrize("away", [0.05, 0.4, 3.0])
+def test_the_track_turns_and_is_mirrored_with_the_world(turned: float, mirrored: bool, u: float, away: float) -> None:
+    goal = Motion(2.0, 1.0, 2.9, u, 0.03, 0.05)
+    ship = Motion(2.0 + away, 1.0 - 0.7 * away, -3.0, 0.2, -0.02, 0.04)
+    first, found = track_of(ship, goal, 0.05 - 0.11j), track_of(ship, goal, 0.05 - 0.11j, turned, mirrored)
+    side = -1.0 if mirrored else 1.0
+    assert wrap(found.chi - side * first.chi - turned) == pytest.approx(0.0, abs=1e-9)
+    same, opposite = (0, 2, 4, 6, 7), (3, 5)
+    assert [found[i] for i in same] == pytest.approx([first[i] for i in same])
+    assert [found[i] for i in opposite] == pytest.approx([side * first[i] for i in opposite])
+    assert found.xi == pytest.approx((first.xi[0], side * first.xi[1]))
+
+
+@pytest.mark.parametrize("u", [-0.3, 0.4])
+@pytest.mark.parametrize("psi", [2.9, -2.9])
+def test_the_distance_to_port_counts_across_the_course_through_the_water_and_none_along_it(u: float, psi: float) -> None:
+    goal, current = Motion(5.0, -3.0, psi, u, 0.0, 0.0), (0.1, 0.15)
+    chi = track(goal, goal, STEADY, *current, (0.0, 0.0), 0.5, GAINS).chi
+    for angle, share in ((0.0, 0.0), (0.5 * math.pi, 1.0), (math.pi, 0.0), (-0.5 * math.pi, -1.0)):
+        ship = goal._replace(x=5.0 + 0.02 * math.cos(chi + angle), y=-3.0 + 0.02 * math.sin(chi + angle), psi=1.0)
+        assert track(ship, goal, STEADY, *current, (0.0, 0.0), 0.5, GAINS).e_c == pytest.approx(0.02 * share, abs=1e-9)
+
+
+@pytest.mark.parametrize("psi", [2.9, -2.9])
+def test_the_integral_grows_along_and_across_the_reference_whatever_the_heading_of_the_ship(psi: float) -> None:
+    goal = Motion(5.0, -3.0, psi, 0.4, 0.0, 0.0)
+    for angle, along, across in ((0.0, 1, 0), (0.5 * math.pi, 0, 1), (math.pi, -1, 0), (-0.5 * math.pi, 0, -1)):
+        ship = goal._replace(x=5.0 + 0.02 * math.cos(psi + angle), y=-3.0 + 0.02 * math.sin(psi + angle), psi=0.3)
+        xi = track(ship, goal, STEADY, 0.0, 0.0, (0.01, 0.02), 0.5, GAINS).xi
+        assert [math.copysign(1.0, xi[i] - start) * (abs(xi[i] - start) > 1e-12) for i, start in ((0, 0.01), (1, 0.02))] == [
+            along, across,
+        ]  # fmt: skip
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_at_rest_the_ship_follows_a_turn_on_the_spot_by_the_short_way_and_else_keeps_her_heading(side: float) -> None:
+    ship = Motion(5.0, -3.0, side * 3.0, 0.0, 0.0, 0.0)
+    goal = ship._replace(psi=wrap(side * 3.4))
+    resting, turning = (track(ship, goal._replace(r=r), STEADY, 0.0, 0.0, (0.0, 0.0), 0.5, GAINS).chi for r in (0.0, 100.0))
+    assert wrap(resting - side * 3.0) == pytest.approx(0.0, abs=1e-6)
+    assert wrap(turning - side * 3.4) == pytest.approx(0.0, abs=1e-3)
+    half = track(ship, goal._replace(r=0.05), STEADY, 0.0, 0.0, (0.0, 0.0), 0.5, GAINS).chi
+    assert wrap(half - side * 3.2) == pytest.approx(0.0, abs=1e-6)
