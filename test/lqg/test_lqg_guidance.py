@@ -39,7 +39,7 @@ def test_only_a_reference_that_moves_astern_over_ground_and_through_the_water_is
     found = track(goal, goal, STEADY, current.real, current.imag, (0.0, 0.0), 0.5, GAINS)
     assert found.way == (-1.0 if over_ground == through_water == -FAST else 1.0)
     if abs(through_water) == FAST:
-        assert found.W == pytest.approx(FAST)
+        assert pytest.approx(FAST) == found.W
         assert wrap(found.chi - psi) == pytest.approx(
             0.0 if through_water > 0.0 else math.copysign(math.pi, wrap(found.chi - psi))
         )
@@ -62,9 +62,9 @@ def test_the_track_turns_and_is_mirrored_with_the_world(turned: float, mirrored:
     first, found = track_of(ship, goal, 0.05 - 0.11j), track_of(ship, goal, 0.05 - 0.11j, turned, mirrored)
     side = -1.0 if mirrored else 1.0
     assert wrap(found.chi - side * first.chi - turned) == pytest.approx(0.0, abs=1e-9)
-    same, opposite = (0, 2, 4, 6, 7), (3, 5)
-    assert [found[i] for i in same] == pytest.approx([first[i] for i in same])
-    assert [found[i] for i in opposite] == pytest.approx([side * first[i] for i in opposite])
+    same, opposite = ("W", "growth", "way", "w_t", "dw_t"), ("dchi", "e_c")
+    assert [getattr(found, name) for name in same] == pytest.approx([getattr(first, name) for name in same])
+    assert [getattr(found, name) for name in opposite] == pytest.approx([side * getattr(first, name) for name in opposite])
     assert found.xi == pytest.approx((first.xi[0], side * first.xi[1]))
 
 
