@@ -11,6 +11,7 @@ import pytest
 from harness import Command
 from sockets import free_port
 
+from vessel_hsmc_ros.cli.command import execute
 from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
 
 BOAT = Path(__file__).parents[1] / "support" / "foreign_boat.py"
@@ -30,6 +31,20 @@ HOLD = 4
 MAVLINK = "/**/mavlink:\n  ros__parameters: {"
 
 
+@pytest.fixture
+def vessel_hsmc(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
+    """Carries out a command in this process, as each of its own would import everything again; returns its exit code."""
+
+    def carried_out(*arguments: object) -> int:
+        monkeypatch.setattr("sys.argv", ["vessel-hsmc", *map(str, arguments)])
+        try:
+            return execute()
+        except SystemExit as end:
+            return int(end.code or 0)
+
+    return carried_out
+
+
 def takes_over(port: int) -> str:
     """Select another mode from a ground station of its own; returns what the node then logs."""
     from pymavlink import mavutil
@@ -41,14 +56,15 @@ def takes_over(port: int) -> str:
 
 
 @pytest.mark.parametrize("stack", STACKS)
-def test_a_foreign_boat_follows_a_path_and_stops(start: Callable[..., Command], tmp_path: Path, stack: str) -> None:
+def test_a_foreign_boat_follows_a_path_and_stops(
+    start: Callable[..., Command], vessel_hsmc: Callable[..., int], tmp_path: Path, stack: str
+) -> None:
     if stack == "mavlink":
         pytest.importorskip("pymavlink", exc_type=ImportError)
     messages = definitions.environment("px4_msgs") if stack == "px4" else {}
     if messages is None:
         pytest.skip("px4_msgs is not installed, and nothing is there to compile it")
-    written = start("vessel-hsmc", "init", tmp_path / "boat", *SHIP, "--interface", stack, "--no-check")
-    assert written.wait(60.0) == 0, written.text
+    assert vessel_hsmc("init", tmp_path / "boat", *SHIP, "--interface", stack, "--no-check") == 0
     (tmp_path / "legs.csv").write_text("x,y\n0,0\n20,0\n")
     connection = tmp_path / f"boat_{stack}.yaml"  # with the place of the antenna, as the page has a person write it
     text = connection.read_text().replace("heading: imu_euler", f"heading: imu_euler, {MOUNTED}")
@@ -69,9 +85,8 @@ def test_a_foreign_boat_follows_a_path_and_stops(start: Callable[..., Command], 
     def latest() -> tuple[float, ...]:
         return tuple(map(float, REPORT.findall(boat.text)[-1]))
 
-    call = start("vessel-hsmc", "path", tmp_path / "legs.csv")
-    assert call.wait(60.0) == 0, call.text
-    boat.until(lambda: start("vessel-hsmc", "call", "enable").wait(60.0) == 0, 60.0)
+    assert vessel_hsmc("path", tmp_path / "legs.csv") == 0
+    boat.until(lambda: vessel_hsmc("call", "enable") == 0, 60.0)
     boat.until(lambda: latest()[0] > 1.5, 60.0)
     assert abs(latest()[1]) < 0.5, "off the leg, which is along x"
 
@@ -85,5 +100,5 @@ def test_a_foreign_boat_follows_a_path_and_stops(start: Callable[..., Command], 
         return now - before
 
     moving = advance()
-    assert start("vessel-hsmc", "call", "stop").wait(60.0) == 0
+    assert vessel_hsmc("call", "stop") == 0
     boat.until(lambda: advance() < 0.5 * moving, 60.0)  # without thrust it slows down
