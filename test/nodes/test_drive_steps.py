@@ -276,3 +276,20 @@ def test_after_each_stop_of_the_watchdog_the_output_begins_at_zero(bench: Any, m
         assert set(run(10)) == {0.0}
         assert made.node._latch._rearm(Trigger.Request(), Trigger.Response()).success
         assert run(60) == pytest.approx([min(100.0, 2.0 * (k + 1)) for k in range(60)])
+
+
+@pytest.mark.parametrize("shared", ["left", "right"])
+def test_a_second_publisher_of_any_thruster_ends_all_pulses_each_time(
+    bench: Any, monkeypatch: pytest.MonkeyPatch, shared: str
+) -> None:
+    made, topics = Drive(bench, monkeypatch, "pwm"), [""]
+
+    def conflict(*asked: str) -> str:
+        return next((f"{topic} has two publishers" for topic in asked if topic in topics), "")
+
+    monkeypatch.setattr(made.node.connections, "shared", conflict)
+    for _ in range(2):
+        assert made.step(2)[-1] == FULL["pwm"]
+        topics[0] = f"thrusters/{shared}/thrust"
+        assert made.step(2)[-1] == ZERO["pwm"]
+        topics[0] = ""
