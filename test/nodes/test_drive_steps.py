@@ -284,8 +284,8 @@ def test_a_second_publisher_of_any_thruster_ends_all_pulses_each_time(
 ) -> None:
     made, topics = Drive(bench, monkeypatch, "pwm"), [""]
 
-    def conflict(*asked: str) -> str:
-        return next((f"{topic} has two publishers" for topic in asked if topic in topics), "")
+    def conflict(*given: str) -> str:
+        return next((f"{topic} has two publishers" for topic in given if topic in topics), "")
 
     monkeypatch.setattr(made.node.connections, "shared", conflict)
     for _ in range(2):
