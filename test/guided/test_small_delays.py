@@ -3,6 +3,7 @@
 import itertools
 
 import pytest
+from compiling import only_compiled
 
 from vessel_hsmc_ros.campaign.ship_expansion import expand
 from vessel_hsmc_ros.campaign.ship_family import ShipFamily
@@ -42,6 +43,7 @@ def error(lag: float, dead_time: float, rate: float, length: float, declared: fl
     return outcome.metrics.position_error_rms_last_quarter / length
 
 
+@only_compiled
 @pytest.mark.parametrize(("lag", "dead_time"), DELAYS)
 def test_a_small_delay_that_is_declared_exactly_costs_no_accuracy(lag: float, dead_time: float) -> None:
     cases = itertools.product(RATES, LENGTHS)
