@@ -25,7 +25,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, to_body, tracking_error, transform
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, to_body, tracking_error, transform
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.guided.actuator_identification import (
     BEST,
@@ -54,6 +54,15 @@ LONGEST_ROLL = 12
 
 LARGEST = 1e12
 """Positions are saturated at this magnitude, so that their powers stay finite."""
+
+STATION_SPEED = 0.12
+"""Velocity command, L/T, at which a ship whose pivot is ahead is half under way and half keeps station."""
+
+LEVER = 0.02
+"""Lever arm of station keeping in still water, L."""
+
+SHORT = 0.075
+"""Distance of the pivot ahead of the origin, L, from which station keeping reckons with it."""
 
 FASTEST = 30.0
 """Velocities are saturated at this magnitude, L/T and 1/T, so that the covariance of the filter stays positive."""
@@ -186,16 +195,19 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
 
 
 @kernel
-def turn(t: Track, psi: float, v_r: float, r: float, m: Memory, g: Gains) -> Turn:
+def turn(t: Track, ship: Motion, c_n: float, lever: float, m: Memory, g: Gains) -> Turn:
     """The yaw acceleration of the track.
 
     Args:
         t: The track.
-        psi, v_r, r: Heading, sway velocity of the pivot through the water, and yaw rate of the ship.
+        ship: The motion of her controlled point.
+        c_n: Current across her hull.
+        lever: Distance of the pivot ahead of that point.
         m: Internal state.
         g: Constants.
     """
-    a, kappa, K, q = math.exp(float(m.x[LN_A])), float(m.x[KAPPA]), m.K, g.q
+    a, K, q, psi = math.exp(float(m.x[LN_A])), m.K, g.q, ship.psi
+    kappa, v_p = float(m.x[KAPPA]) - a * g.x_d / t.W, ship.v + lever * ship.r
     beta, dbeta = drift_in_turn(m.beta, t, a, kappa, float(m.x[FV]), g.h)
     turning, v_s = t.dchi - clip(dbeta, 1.0 / q), t.way * t.W * math.sin(beta)
     # Its derivative is that of a filter, because the turn of the track may jump.
@@ -205,9 +217,35 @@ def turn(t: Track, psi: float, v_r: float, r: float, m: Memory, g: Gains) -> Tur
     of = K.tolist()
     K_e, K_psi, K_v, K_r = of[0] / (q * q), of[1] / (q * q), of[2] / q, of[3] / q
     psi_c = t.chi + (0.0 if t.way > 0.0 else math.pi) - beta - clip(K_e / K_psi * t.e_c, g.theta)
-    slip = t.way * K_v / K_psi * clip(v_r - v_s, 0.5 * t.W)
+    slip = t.way * K_v / K_psi * clip(v_p - c_n - v_s, 0.5 * t.W)
     r_c = turning + braked(math.remainder(psi_c - psi, TURN) - slip, K_psi / K_r, g.a_max, g.r_max)
-    return Turn(psi_c, r_c, dr_s + K_r * (r_c - r), beta, r_s, dr_s)
+    if lever > 0.0:
+        share, pivoting = on_the_spot(t, v_p, a, lever, m.x, g)
+        r_c += share * (pivoting - r_c)
+    return Turn(psi_c, r_c, dr_s + K_r * (r_c - ship.r), beta, r_s, dr_s)
+
+
+@kernel
+def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains) -> tuple[float, float]:
+    """How far a ship whose pivot is ahead keeps station, from 0 to 1, and the yaw rate at which she does.
+
+    Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts:
+    r = (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
+    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first
+    (docs/guided_derivation.md).
+
+    Args:
+        t: The track.
+        v_p: Sway velocity of the pivot, over ground.
+        a: Decay rate of the sway.
+        lever: Distance x of the pivot ahead of the controlled point.
+        x: States of the filter.
+        g: Constants.
+    """
+    square = (t.w_t * t.w_t + t.w_n * t.w_n) / (STATION_SPEED * STATION_SPEED)
+    share = lever / g.x_p / ((1.0 + square * square) * (1.0 + (SHORT / g.x_p) ** 8))
+    rho = LEVER + float(x[KAPPA]) / a * magnitude(float(x[CE]), float(x[CN]))
+    return share, clip((v_p - t.w_n) / (lever + rho), g.r_max)
 
 
 @kernel
@@ -236,10 +274,9 @@ def step(
     ship, tau_1, tau_2 = ahead(now, lever, n_1, n_2, m, g)
     goal = moved(d, dd.du, dd.dv, dd.dr, g.h * max(n_1, n_2)) if max(n_1, n_2) > 0 else d
 
-    t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, float(m.K[0]), g)
+    t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, float(m.K[0]) / max(float(m.K[1]), 1e-9), g)
     v_p = ship.v + lever * ship.r
-    c_n = to_body(float(x[CE]), float(x[CN]), ship.psi)[1]
-    c = turn(t, ship.psi, v_p - c_n, ship.r, m, g)
+    c = turn(t, ship, to_body(float(x[CE]), float(x[CN]), ship.psi)[1], lever, m, g)
     du, _, dr = unforced(ship.u, v_p, ship.r, ship.psi, x, g)
     demand_1, demand_2 = t.dw_t + g.k_u * (t.w_t - ship.u) - du, c.alpha - dr
     command_1 = lead(tau_1, clip(demand_1, g.surge.limit), g.surge)

@@ -5,6 +5,7 @@
 | u, v, r | surge velocity, sway velocity of the pivot, yaw rate, over ground | L/T, L/T, 1/T |
 | f_u, f_v, f_r | accelerations by all that is not modelled: damping, wind, waves, errors of the inertia | L/T², L/T², 1/T² |
 | a, kappa | decay rate of the sway; sway acceleration per surge velocity and yaw rate | 1/T, - |
+| x_d | distance of the centre of lateral damping behind the pivot | L |
 | b | decay rate of the surge velocity through the water | 1/T |
 | c_E, c_N | current, constant over the earth; what wind does as if it were one | L/T |
 | u_r, v_r | velocities through the water, (u, v) - R(psi)ᵀ·c | L/T |
@@ -14,9 +15,9 @@
 | R, Q, P | variances of the measurements, of the noise per time, and of the states | |
 | h | control period | T |
 
-    du = r·c_n + m·v_r·r - b·u_r + f_u + a_1         df = noise
-    dv = -r·c_h - kappa·u_r·r - a·v_r + f_v         d(ln a), dkappa, db, dc = -w_0·(their deviation from the expected) + noise
-    dr = f_r + a_2                                   measured: u, v, r
+    du = r·c_n + m·v_r·r - b·u_r + f_u + a_1             df = noise
+    dv = -r·c_h - kappa·u_r·r - a·(v_r - x_d·r) + f_v    d(ln a), dkappa, db, dc = -w_0·(deviation from the expected) + noise
+    dr = f_r + a_2                                       measured: u, v, r
 
 The pivot is the point whose sway the yaw moment does not accelerate. The current stands in the earth-fixed frame, so that what
 one leg has taught holds on the next. Its covariance is the doubt: what a straight leg does not show stays as it was expected.
@@ -42,7 +43,7 @@ GATE = 4.0
 FOLLOWING, NOISIEST = 2.0, 1e4
 """Time in T in which the variances of the measurements follow the innovations, and their largest multiple of the least."""
 
-LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-3.5, 2.8), (0.4, 1.6), (0.0, 2.0)
+LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-3.5, 2.8), (-0.5, 1.6), (0.0, 2.0)
 """Ranges of ln a, kappa and b."""
 
 
@@ -100,7 +101,7 @@ def unforced(u: float, v: float, r: float, psi: float, x: Array, g: Gains) -> tu
     u_r, v_r = u - c_h, v - c_n
     return (
         float(x[FU]) + r * c_n + g.m * v_r * r - float(x[B]) * u_r,
-        float(x[FV]) - float(x[KAPPA]) * u_r * r - r * c_h - math.exp(float(x[LN_A])) * v_r,
+        float(x[FV]) - float(x[KAPPA]) * u_r * r - r * c_h - math.exp(float(x[LN_A])) * (v_r - g.x_d * r),
         float(x[FR]),
     )
 
@@ -125,7 +126,9 @@ def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g:
     J = S[4]
     J[0], J[1], J[2], J[3], J[4] = -h * b, h * g.m * r, h * (c_n + g.m * v_r), -h * u_r, h
     J[5], J[6] = h * (r * s * (g.m - 1.0) + b * c), h * (r * c * (1.0 - g.m) + b * s)
-    J[7], J[8], J[9], J[10], J[11] = -step * kappa * r, -fall, -step * (kappa * u_r + c_h), -fall * v_r, -step * u_r * r
+    v_d = v_r - g.x_d * r
+    J[7], J[8], J[9] = -step * kappa * r, -fall, -step * (kappa * u_r + c_h) + fall * g.x_d
+    J[10], J[11] = -fall * v_d, -step * u_r * r
     J[12], J[13] = step * (kappa - 1.0) * r * c - fall * s, step * (kappa - 1.0) * r * s + fall * c
     J[14] = step
     propagate(P, S)
@@ -136,7 +139,7 @@ def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g:
     for i in range(LN_A, STATES):
         x[i] -= g.w_0 * h * (x[i] - g.x_0[i])
     x[U] = u + h * (float(x[FU]) + r * c_n + g.m * v_r * r - b * u_r + a_1)
-    x[V] = v + step * (float(x[FV]) - kappa * u_r * r - r * c_h) - fall * v_r
+    x[V] = v + step * (float(x[FV]) - kappa * u_r * r - r * c_h) - fall * v_d
     x[R] = r + h * (float(x[FR]) + a_2)
 
 

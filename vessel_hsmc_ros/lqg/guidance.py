@@ -13,6 +13,9 @@
 | beta, v_s | drift angle and sway velocity that go with the turn | rad, L/T |
 | psi_s, r_s | heading and yaw rate of the track, chi - beta | rad, 1/T |
 
+Its turn is that of this velocity, with the velocity that the ship has: so the course loses no time on the way to a reference that
+turns, which she would otherwise follow for ever on a smaller circle.
+
 Through the water the track has the velocity w_d - xi - c - b·k·e. Near a reference that moves through the water, b = 0:
 course and turn are those of the reference, and the regulator closes the distance e_c. Far from it, or where a reference at rest
 stands in still water, b = 1: the course is that to the reference. A ship at rest in a current is a ship under way.
@@ -35,7 +38,7 @@ STILL = 0.06
 ASTERN = 0.004
 """Speed astern, L/T, from which a reference that moves astern over ground and through the water is followed astern."""
 
-SLOWEST = 0.02
+SLOWEST = 0.011
 """Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps her heading."""
 
 TURNING = 0.05
@@ -62,7 +65,8 @@ class Track(NamedTuple):
         growth, dchi: Their rates of change, dW and dchi.
         way: 1 where the track is to be sailed ahead, -1 astern.
         e_c: Distance to port of the course of the track.
-        w_t, dw_t: Velocity over ground along the hull, and its rate of change in the axes of the hull.
+        w_t, w_n: Velocity over ground along and across the hull.
+        dw_t: Rate of change of w_t in the axes of the hull.
         xi: The integral one period later.
     """
 
@@ -73,6 +77,7 @@ class Track(NamedTuple):
     way: float
     e_c: float
     w_t: float
+    w_n: float
     dw_t: float
     xi: tuple[float, float]
 
@@ -96,7 +101,14 @@ def braked(epsilon: float, c: float, a: float, largest: float) -> float:
 
 @kernel
 def track(
-    ship: Motion, goal: Motion, acceleration: Acceleration, c_E: float, c_N: float, xi: tuple[float, float], K_e: float, g: Gains
+    ship: Motion,
+    goal: Motion,
+    acceleration: Acceleration,
+    c_E: float,
+    c_N: float,
+    xi: tuple[float, float],
+    slope: float,
+    g: Gains,
 ) -> Track:
     """The track of a ship.
 
@@ -105,7 +117,7 @@ def track(
         goal, acceleration: The reference, and the derivatives of its body velocities.
         c_E, c_N: Current.
         xi: Integral of the error.
-        K_e: Gain of the regulator on the distance from the track, 1/(L·T²) in its own unit of time.
+        slope: Angle by which the regulator approaches the track per distance from it, K_e/K_psi, rad/L.
         g: Constants.
     """
     e_x, e_y = ship.x - goal.x, ship.y - goal.y
@@ -125,19 +137,19 @@ def track(
     heading = ship.psi + goal.r * goal.r / (goal.r * goal.r + TURNING * TURNING) * math.remainder(goal.psi - ship.psi, TURN)
     Bx, By = Bx + missing * math.cos(heading), By + missing * math.sin(heading)
     W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
-    dchi = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ay - Wy * ax) / max(square, 1e-4), LARGEST_TURN)
+    ux, uy = to_earth(ship.u, ship.v, ship.psi)
+    dBx, dBy, of_B = ax - k * far * (ux - vx), ay - k * far * (uy - vy), Bx * Bx + By * By
+    dchi = square / (square + 1e-4) * clip((Bx * dBy - By * dBx) / max(of_B, 1e-4), LARGEST_TURN)
     growth = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
     e_c = (1.0 - far) * to_body(e_x, e_y, chi)[1]
     # The velocity along the hull closes the whole error.
     w_t, w_n = to_body(vx - k * e_x, vy - k * e_y, ship.psi)
-    ux, uy = to_earth(ship.u, ship.v, ship.psi)
     dw_t = to_body(ax - k * (ux - vx), ay - k * (uy - vy), ship.psi)[0] + ship.r * w_n
     if distance < INTEGRAL[1]:
         e_1, e_2 = to_body(e_x, e_y, goal.psi)
-        share = K_e * g.e_0  # A regulator that is slow across the track needs a slow integral.
-        step = g.h * moving * g.k_i * share * share
-        xi = (clip(xi[0] + step * e_1, INTEGRAL[0]), clip(xi[1] + step * e_2, INTEGRAL[0]))
-    return Track(W, chi, growth, dchi, way, e_c, w_t, dw_t, xi)
+        across = min(g.k_i, g.c_i * (W * slope) ** 2)  # A regulator that is slow across the track needs a slow integral.
+        xi = clip(xi[0] + g.h * moving * g.k_i * e_1, INTEGRAL[0]), clip(xi[1] + g.h * moving * across * e_2, INTEGRAL[0])
+    return Track(W, chi, growth, dchi, way, e_c, w_t, w_n, dw_t, xi)
 
 
 @kernel

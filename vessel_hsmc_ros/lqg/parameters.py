@@ -11,7 +11,7 @@
 Lengths are in units of L, times in units of T, forces as accelerations of the declared inertia: for the law every ship is of
 length 1 with a largest yaw acceleration of 1. The controller reckons in the time q·T with
 
-    q = 1 + max(T_r + T_d + T_f/5)/T,   i = 1/(1 + (T_f/(q·T·0.4))²)
+    q = 1 + max(T_r + T_d + T_f/10)/T,   i = 1/(1 + (T_f/(q·T·0.4))²)
 
 because a loop through slow actuators must be slower, and a moment that rises slowly must begin to fall early. The numbers were
 searched on drawn ships; docs/lqg.md states on which.
@@ -31,7 +31,7 @@ from vessel_hsmc_ros.law.applied_wrench import Channel, channel
 from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
 from vessel_hsmc_ros.lqg.regulator import table
 
-RISE, RISING = 0.2, 0.4
+RISE, RISING = 0.1, 0.4
 """Share of T_f in the stretch q, and T_f in q·T at which braking curves use half of turn_share."""
 
 ASSUMED_FULL = 1.0
@@ -43,11 +43,21 @@ POSE_FILTER = 6.9, 13.8
 FROUDE = 0.06
 """Speed of the reference, as a Froude number, at which half of the way from the origin to the pivot is controlled."""
 
+TURN_FILTER = 16.0
+"""Bandwidth of the turns that are fed forward, 1/T."""
+
+ACROSS = 0.2
+"""Integral gain across the track at most, in terms of the square of the rate at which the regulator approaches it."""
+
 FIRST_DOUBT = 0.05, 0.02, 0.1
 """Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
 
 FIRST_SHARE = 0.3
 """Share of the standard deviations of what lasts, at the start: an observer that has just begun gives wrong velocities."""
+
+CENTRE, PIVOT_DOUBT = 0.5, 1.5
+"""Distance of the centre of lateral damping behind the pivot in terms of x_p: half of it is midway between pivot and origin; and
+what the doubt of that adds to the standard deviation of kappa, per x_p in L."""
 
 RATIO_DOUBT, DECLARED_DOUBT = 0.1, 0.3
 """Standard deviations of kappa, and of the logarithm of a declared decay of the sway."""
@@ -62,12 +72,12 @@ def number(default: float, description: str, unit: str, symbol: str, high: float
 class LqgParameters:
     """Numbers of the law in units of the ship's length L and of the time T of her turns."""
 
-    cross_track: float = number(0.1, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
+    cross_track: float = number(0.08, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
     turn_rate: float = number(0.5, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
     position_gain: float = number(1.0, "Approach speed per position error.", "1/T", "k_p")
     approach_speed: float = number(0.5, "Largest approach speed.", "L/T", "v_max")
     approach_braking: float = number(0.08, "Deceleration of the approach.", "L/T²", "a_p")
-    integral_gain: float = number(0.1, "Integral gain on the position error.", "1/T²", "k_i")
+    integral_gain: float = number(0.2, "Integral gain on the position error.", "1/T²", "k_i")
     surge_gain: float = number(5.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
     approach_angle: float = number(0.8, "Largest angle at which a track is approached.", "rad", "theta", math.pi / 2)
     turn_share: float = number(
@@ -99,8 +109,9 @@ class Gains(NamedTuple):
         L, T: The units, m and s.
         force, moment: The units of force and moment, N and N·m.
         h: Control period.
-        x_p, U_s: Distance of the pivot ahead of the point that is controlled at rest; speed at which half of it is controlled.
-        k_p, v_max, a_p, k_i, k_u, theta: Of the guidance, with q.
+        x_p, x_d, U_s: Distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
+            behind the pivot; speed at which half of it is controlled.
+        k_p, v_max, a_p, k_i, c_i, k_u, theta: Of the guidance, with q.
         a_max, r_max: Of the braking curve of turns.
         q: Stretch of the regulator's unit of time.
         m: m22/m11.
@@ -119,17 +130,18 @@ class Gains(NamedTuple):
     moment: float
     h: float
     x_p: float
+    x_d: float
     U_s: float
     k_p: float
     v_max: float
     a_p: float
     k_i: float
+    c_i: float
     k_u: float
     theta: float
     a_max: float
     r_max: float
     q: float
-    e_0: float
     m: float
     R_u: float
     R_r: float
@@ -162,14 +174,19 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
     h = period / T
     return Gains(
         L=L, T=T, force=units[0], moment=units[1], h=h,
-        x_p=(vessel.ahead if isinstance(vessel, ControlledVessel) else 0.0) / L, U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
+        x_p=pivot(vessel), x_d=CENTRE * pivot(vessel), U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
         k_p=p.position_gain / q, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
-        k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q, e_0=p.cross_track,
+        k_i=p.integral_gain / q**2, c_i=ACROSS, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
         a_max=p.turn_share * early, r_max=(0.4 + early) / q,
         R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
-        z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-8.0 * h / q),
+        z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-TURN_FILTER * h / q),
         surge=surge, yaw=yaw, table=table(p.cross_track, p.turn_rate),
     )  # fmt: skip
+
+
+def pivot(vessel: KnownVessel) -> float:
+    """The distance x_p of the pivot ahead of the origin, in L."""
+    return vessel.ahead / vessel.length if isinstance(vessel, ControlledVessel) else 0.0
 
 
 def prior(p: LqgParameters, vessel: KnownVessel, T: float) -> dict[str, Array | float]:
@@ -181,7 +198,8 @@ def prior(p: LqgParameters, vessel: KnownVessel, T: float) -> dict[str, Array | 
     declared = vessel.sway_damping_rate >= 0.0
     decay = vessel.sway_damping_rate * T if declared else p.sway_decay
     current = p.current_doubt * math.sqrt(GRAVITY * vessel.length) * T / vessel.length
-    lasting = DECLARED_DOUBT if declared else p.sway_doubt, RATIO_DOUBT, p.surge_decay_doubt, current, current
+    coupling = RATIO_DOUBT + PIVOT_DOUBT * pivot(vessel)
+    lasting = DECLARED_DOUBT if declared else p.sway_doubt, coupling, p.surge_decay_doubt, current, current
     walks = p.surge_walk, p.sway_walk, p.yaw_walk
     return {
         "m": 1.0 / ratio,

@@ -11,8 +11,9 @@
     de = W·psi + v,   dpsi = r,   dv = -a·v - kappa·W·r,   dr = alpha,   minimise the integral of (e/e_0)² + (r/r_0)² + alpha²
 
 From alpha to e this hull has a zero at -a/(1 - kappa): where kappa > 1 her course is non-minimum phase, and no gain can make her
-faster than that zero. The Riccati equation knows it; with instant actuators its loop has an infinite gain margin and a phase
-margin of 60 degrees (R. E. Kalman, When is a linear control system optimal?, Journal of Basic Engineering 86, 1964).
+faster than that zero. Where lateral damping has its centre x_d behind the pivot, kappa is less by a·x_d/W. The Riccati equation
+knows it; with instant actuators its loop has an infinite gain margin and a phase margin of 60 degrees (R. E. Kalman,
+When is a linear control system optimal?, Journal of Basic Engineering 86, 1964).
 """
 
 from functools import cache
@@ -26,7 +27,7 @@ from vessel_hsmc_ros.core.limits import between
 
 SPEEDS = 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.9, 1.35, 2.0
 DECAYS = 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8
-RATIOS = 0.3, 0.5, 0.7, 0.85, 1.0, 1.1, 1.2, 1.35, 1.6
+RATIOS = -2.0, -1.0, -0.4, 0.0, 0.3, 0.5, 0.7, 0.85, 1.0, 1.1, 1.2, 1.35, 1.6
 """The grid of W, a and kappa."""
 
 LARGEST_HEADING_GAIN = 20.0
