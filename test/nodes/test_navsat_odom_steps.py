@@ -96,6 +96,30 @@ def test_two_antennas_give_heading_and_yaw_rate_only_of_fixes_of_one_time(receiv
     assert rates == pytest.approx((0.0, -0.5, -0.5), abs=1e-3)
 
 
+@pytest.mark.parametrize("without", ["status", "place"])
+def test_a_second_antenna_without_a_fix_never_turns_the_heading(receiver: Any, without: str) -> None:
+    made = receiver(heading="antennas")
+    for _ in range(2):
+        made.wait(0.2)
+        made.node._on_second_fix(made.fix(2.0, 0.0))
+        assert made.answer(made.fix()).psi == pytest.approx(0.0, abs=1e-4)
+        for good_before in (True, False):
+            made.wait(0.2)
+            if good_before:
+                made.node._on_second_fix(made.fix(2.0, 0.0))
+            lost = made.fix(0.0, 2.0)
+            if without == "status":
+                lost.status.status = -1
+            else:
+                lost.latitude = lost.longitude = 0.0
+            made.node._on_second_fix(lost)
+            assert "fix_2" in made.node.status()[1]
+            motion = made.answer(made.fix())
+            assert (motion is not None) == good_before
+            if motion is not None:
+                assert motion.psi == pytest.approx(0.0, abs=1e-4)
+
+
 def test_two_antennas_give_the_heading_and_the_yaw_rate_of_each_interval(receiver: Any) -> None:
     made = receiver(heading="antennas")
     psi, found, expected = 3.0, [], []

@@ -252,3 +252,14 @@ def test_the_second_goal_of_a_stream_gives_its_velocity_with_and_without_stamps(
         if k == 0:
             motion_of(reference, 0.5)
     assert reference.target().speed == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+def test_a_goal_that_is_published_at_rest_and_then_moves_has_its_velocity_at_once(stamped: bool) -> None:
+    """Its time is that of its latest message, not of the first at that place."""
+    reference = reference_of()
+    for k in range(12):
+        moved = 0.25 * max(k - 10, 0)
+        reference.set_goal(10.0 + moved, 0.0, 0.0, 7.0 + 0.5 * k if stamped else None)
+        assert reference.target().speed == pytest.approx(0.0 if k <= 10 else 0.5)
+        motion_of(reference, 0.5)

@@ -43,6 +43,26 @@ def test_a_difference_within_a_percent_is_neither_better_nor_worse() -> None:
     assert row.sense(1) == ""
 
 
+@pytest.mark.parametrize(
+    ("first", "other", "sense"),
+    [
+        (1.0, -5.0, "worse"),
+        (-1.0, -5.0, "worse"),
+        (-1.0, 5.0, "worse"),
+        (5.0, -1.0, "better"),
+        (-5.0, -1.0, "better"),
+        (5.0, -5.0, ""),
+    ],
+)
+def test_of_a_metric_with_a_sign_the_one_nearer_to_zero_is_better(first: float, other: float, sense: str) -> None:
+    runs = []
+    for name, value in (("first", first), ("other", other)):
+        made = record(name, 1.0)
+        assert made.metrics is not None
+        runs.append(replace(made, metrics=made.metrics._replace(heading_error_final_deg=value)))
+    assert row_of(runs, "heading error, final").sense(1) == sense
+
+
 def test_a_difference_from_nearly_zero_is_not_expressed_in_percent() -> None:
     assert row_of([record("near", 1e-3), record("far", 4.0)], "position error, rms with the approach").difference(1) == "+4 m"
 

@@ -1,0 +1,67 @@
+"""Faults of processes: a node is absent for as long as its fault demands it, and counts as any other before and after."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+
+supervisor = pytest.importorskip("vessel_hsmc_ros.runs.supervisor", reason="ROS is not installed")
+processes = pytest.importorskip("vessel_hsmc_ros.runs.processes", reason="ROS is not installed")
+
+LIMIT = 20.0
+
+
+@pytest.fixture
+def nodes(tmp_path: Path) -> Iterator[Any]:
+    """A group of which the controller is a process that does nothing."""
+    with processes.NodeGroup(tmp_path / "none.yaml", tmp_path, "", ()) as group:
+        group._start("controller", ["sleep", "60"], tmp_path / "controller.log")
+        yield group
+
+
+def monitored(nodes: Any, faults: Any, steps: list[Callable[[], object]]) -> Any:
+    """How a run ends in which the steps happen one after the other; interrupted if it goes on after the last."""
+    left = iter(steps)
+    done: list[bool] = []
+
+    def listen(_: float) -> None:
+        step = next(left, None)
+        if step is None:
+            done.append(True)
+        else:
+            step()
+
+    listener = SimpleNamespace(listen=listen, status={}, heard_at={})
+    interrupts = SimpleNamespace(status=lambda: supervisor.ExitStatus(130) if done else None)
+    relay = SimpleNamespace(ended=lambda: None)
+    return supervisor._monitor(nodes, relay, listener, faults, interrupts, lambda _: None)
+
+
+@pytest.mark.parametrize("kind", ["stop", "restart"])
+def test_a_node_that_fails_after_its_fault_has_ended_ends_the_run(nodes: Any, kind: str) -> None:
+    fault = Fault(at=1.0, duration=2.0, kind=kind, node="controller")
+    faults = supervisor.ProcessFaults(FaultScript((fault,)), nodes)
+
+    def fail() -> None:
+        nodes.processes[0].popen.kill()
+        nodes.processes[0].popen.wait(LIMIT)
+
+    def absent() -> None:
+        if kind == "restart":
+            nodes.processes[0].popen.wait(LIMIT)
+
+    begin, end = (lambda: faults.on_event(f"{fault.describe()} begins")), (lambda: faults.on_event(f"{fault.describe()} ends"))
+    assert monitored(nodes, faults, [begin, absent, end, begin, absent, end]).code == 130, "as the script demands"
+    status = monitored(nodes, faults, [fail])
+    assert (status.code, status.failure) == (1, "controller was killed by SIGKILL")
+
+
+def test_a_node_that_a_fault_kills_for_good_does_not_end_the_run(nodes: Any) -> None:
+    fault = Fault(at=1.0, kind="kill", node="controller")
+    faults = supervisor.ProcessFaults(FaultScript((fault,)), nodes)
+    steps = [lambda: faults.on_event(f"{fault.describe()} begins"), lambda: nodes.processes[0].popen.wait(LIMIT)]
+    assert monitored(nodes, faults, [*steps, lambda: faults.on_event(f"{fault.describe()} ends")]).code == 130
