@@ -11,6 +11,8 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
     [
         ("a.csv", "10,0\n10,5.5\n"),
         ("a.csv", "x,y\n# the harbour\n10, 0\n\n10, 5.5\n"),
+        ("a.csv", "# the harbour\n\n# of the north\nx,y\n10,0\n10,5.5\n"),
+        ("a.csv", "# the harbour\n10,0\n10,5.5\n"),
         ("a.csv", "\ufeffx,y,heading\r\n10,0,0\r\n10,5.5,0\r\n"),
         ("a.yaml", "- [10, 0]\n- [10, 5.5]\n"),
         ("a.yaml", "waypoints: [10, 0, 1e1, 5.5]\n"),

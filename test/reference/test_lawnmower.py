@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference, travel_limits
-from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower, u_turn
+from vessel_hsmc_ros.reference.lawnmower import legs_of, plan_lawnmower, u_turn
 from vessel_hsmc_ros.reference.route import Element, Route, displacement, turn
 from vessel_hsmc_ros.reference.sailing import Sailing
 from vessel_hsmc_ros.reference.speed_profile import CONSTANT, FREE, Section, SpeedProfile, phases
@@ -225,3 +225,13 @@ def test_a_rectangle_is_surveyed_between_its_long_sides_from_the_nearest_corner(
 def test_what_is_no_rectangle_is_refused(values: dict[str, Any], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         make_reference(parameters(**{f"lawnmower.{name}": value for name, value in values.items()}), 0.02)
+
+
+@pytest.mark.parametrize("spacing", [0.3, -0.7, 25.0])
+def test_a_width_of_whole_spacings_has_no_leg_more_for_the_rounding_of_their_quotient(spacing: float) -> None:
+    """And one that is wider by a little has one more, as no two legs may be further apart than the spacing."""
+    for gaps in range(1, 60):
+        width = round(gaps * abs(spacing), 9)
+        assert legs_of((0.0, 0.0, 10.0, width), 0.3, spacing, 0j).number == gaps + 1
+        wider = legs_of((0.0, 0.0, 10.0, 1.001 * width), 0.3, spacing, 0j)
+        assert (wider.number, abs(wider.spacing)) == (gaps + 2, pytest.approx(1.001 * width / (gaps + 1)))

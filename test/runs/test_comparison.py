@@ -48,6 +48,14 @@ def test_a_law_that_is_unstable_at_the_requested_rate_runs_at_100_hz_with_a_note
     assert comparison_page.notes([outcome]) == ["hierarchical is unstable at the requested rate and ran at 100 Hz"]
 
 
+def test_a_law_at_100_hz_instead_of_its_rate_has_the_changes_of_its_row() -> None:
+    own = Row("circle", changes={"vessel_sim.duration": 2.5, "vessel_sim.seed": 7, "controller.hierarchical.sway_weight": 1.5})
+    scenario, fell_back = prepare(Task(own, "hierarchical", 50.0))
+    assert (fell_back, scenario.controller.rate_hz, scenario.controller.law) == (True, 100.0, "hierarchical")
+    changed = scenario.vessel_sim.duration, scenario.vessel_sim.seed, scenario.controller.hierarchical.sway_weight
+    assert changed == (2.5, 7, 1.5)
+
+
 def test_an_unknown_parameter_is_an_error_before_anything_runs() -> None:
     with pytest.raises(ParameterError, match=r"vessel_sim\.duraton is not a parameter"):
         compare([Task(Row("r", changes={"vessel_sim.duraton": 1.0}), "los_pid", None)])
