@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guided.controller import GuidedController
 from vessel_hsmc_ros.guided.parameters import GuidedParameters
-from vessel_hsmc_ros.guided.predictor import delays, predict_arrival
+from vessel_hsmc_ros.guided.predictor import delays, forecast, predict_arrival
 from vessel_hsmc_ros.law.applied_wrench import arriving, channel
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.law.network import Estimates
@@ -70,3 +70,18 @@ def test_the_motion_is_predicted_by_the_commands_on_their_way_each_after_its_own
     assert (tau_1, tau_2) == (force[8], moment[8])
     assert motion.u == pytest.approx(T / g.m11 * (force[7] + 4 * force[8]))
     assert motion.r == pytest.approx(T / g.m33 * moment[4:9].sum())
+
+
+@pytest.mark.parametrize("surge", [False, True])
+@pytest.mark.parametrize("yaw", [False, True])
+def test_of_an_input_at_its_limit_the_slow_part_stays_and_of_the_other_it_follows(surge: bool, yaw: bool) -> None:
+    law = controller(surge_lag=1.0, yaw_lag=2.0)
+    m = law.memory._replace(saturated_1=surge, saturated_2=yaw)
+    m.slow[:] = 0.1, 0.2
+    outputs = Estimates(0.3, 0.5, -0.4)
+    first = forecast(outputs, m, law.constants.gains)
+    assert (first.fu > 0.3, first.fv, first.fr < -0.4) == (True, 0.5, True)
+    for _ in range(10000):
+        last = forecast(outputs, m, law.constants.gains)
+    assert m.slow.tolist() == pytest.approx([0.1 if surge else 0.3, 0.2 if yaw else -0.4])
+    assert last == pytest.approx((first.fu if surge else 0.3, 0.5, first.fr if yaw else -0.4))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws import make_controller
@@ -68,6 +69,19 @@ def test_it_steers_to_the_line_in_the_direction_of_travel(side: float, speed: fl
     for _ in range(30):
         _, terms = made.update(0.0, state, reference, NONE)
     assert np.sign(terms.commanded_heading) == -np.sign(side * speed)
+
+
+@pytest.mark.parametrize("psi", [0.3, 3.0])
+@pytest.mark.parametrize("off", [0.2, -0.2, math.pi - 0.2, math.pi + 0.2])
+def test_a_ship_keeps_station_with_bow_or_stern_towards_a_point_whichever_is_nearer(psi: float, off: float) -> None:
+    state = np.array([5.0, -3.0, psi, 0.0, 0.0, 0.0])
+    reference = np.array([5.0 + 30.0 * math.cos(psi + off), -3.0 + 30.0 * math.sin(psi + off), psi, 0.0, 0.0, 0.0])
+    made = law()
+    for _ in range(600):
+        _, terms = made.update(0.0, state, reference, NONE)
+    turn, way = (off, 1.0) if off < 1.0 else (off - math.pi, -1.0)
+    assert wrap(terms.commanded_heading - psi) == pytest.approx(turn, abs=1e-3)
+    assert terms.commanded_surge_velocity * way > 0.0
 
 
 def test_the_heading_error_is_wrapped() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.lqg.guidance import ASTERN, Track, track
+from vessel_hsmc_ros.lqg.guidance import ASTERN, Track, drift_in_turn, track
 from vessel_hsmc_ros.lqg.parameters import LqgParameters, gains
 
 GAINS = gains(LqgParameters(), KnownVessel(), 0.1)
@@ -98,3 +98,18 @@ def test_at_rest_the_ship_follows_a_turn_on_the_spot_by_the_short_way_and_else_k
     assert wrap(turning - side * 3.4) == pytest.approx(0.0, abs=1e-3)
     half = track(ship, goal._replace(r=0.05), STEADY, 0.0, 0.0, (0.0, 0.0), 0.5, GAINS).chi
     assert wrap(half - side * 3.2) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0], ids=["ahead", "astern"])
+@pytest.mark.parametrize("turn", [0.0, 0.1])
+@pytest.mark.parametrize("force", [0.02, -0.02])
+def test_the_drift_angle_ends_where_the_forces_across_the_hull_are_in_balance(way: float, turn: float, force: float) -> None:
+    """A force to port moves the ship to port through the water, whether she goes ahead or astern."""
+    a, kappa, W, beta = 0.6, 0.5, 0.3, 0.0
+    sailed = Track(W, 0.0, 0.0, turn, way, 0.0, way * W, 0.0, 0.0, (0.0, 0.0))
+    for _ in range(2000):
+        beta, rate = drift_in_turn(beta, sailed, a, kappa, force, 0.1)
+    u, v = way * W * math.cos(beta), way * W * math.sin(beta)
+    assert -kappa * u * turn - a * v + force == pytest.approx(0.0, abs=1e-9)
+    assert rate == pytest.approx(0.0, abs=1e-9)
+    assert turn or v * force > 0.0

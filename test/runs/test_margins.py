@@ -95,6 +95,7 @@ def test_a_law_that_is_not_a_kernel_has_no_margins() -> None:
         ({}, ""),
         ({"reference_ship.yaw_moment": 3.5e6}, "it needs a yaw moment of 3.5 MN·m, but the limit is 3 MN·m"),
         ({"reference_ship.yaw_moment_sine.amplitude": 1e6, f"{LAW}.yaw_moment_rate": 1e4}, "a yaw moment that changes by"),
+        ({"reference_ship.surge_force_sine.amplitude": 1e5, f"{LAW}.surge_force_rate": 1e3}, "a surge force that changes by"),
         (
             {"reference_ship.yaw_moment_sine.amplitude": 1e6, "reference_ship.yaw_moment_sine.frequency": 3.0},
             "a yaw moment that varies at",
