@@ -3,6 +3,7 @@
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from bag_making import write_run
@@ -34,7 +35,7 @@ def test_a_replay_begins_again_with_loop_and_waits_with_paused(
     count = open_bag(tmp_path / "bag").count
     play, published = nodes.ReplayNode.play, []
 
-    def bounded(node: nodes.ReplayNode, running: Callable[[], bool]) -> None:
+    def bounded(node: Any, running: Callable[[], bool]) -> None:
         looks = iter(range(LOOKS))
         play(node, lambda: node.published < 2 * count and bool(node.published or not node.paused or next(looks, -1) >= 0))
         published.append(node.published)

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+from vessel_hsmc_ros.runs.processes import NodeGroup
 
 supervisor = pytest.importorskip("vessel_hsmc_ros.runs.supervisor", reason="ROS is not installed")
-processes = pytest.importorskip("vessel_hsmc_ros.runs.processes", reason="ROS is not installed")
 
 LIMIT = 20.0
 
@@ -18,7 +18,7 @@ LIMIT = 20.0
 @pytest.fixture
 def nodes(tmp_path: Path) -> Iterator[Any]:
     """A group of which the controller is a process that does nothing."""
-    with processes.NodeGroup(tmp_path / "none.yaml", tmp_path, "", ()) as group:
+    with NodeGroup(tmp_path / "none.yaml", tmp_path, "", ()) as group:
         group._start("controller", ["sleep", "60"], tmp_path / "controller.log")
         yield group
 

@@ -234,4 +234,5 @@ def test_a_width_of_whole_spacings_has_no_leg_more_for_the_rounding_of_their_quo
         width = round(gaps * abs(spacing), 9)
         assert legs_of((0.0, 0.0, 10.0, width), 0.3, spacing, 0j).number == gaps + 1
         wider = legs_of((0.0, 0.0, 10.0, 1.001 * width), 0.3, spacing, 0j)
-        assert (wider.number, abs(wider.spacing)) == (gaps + 2, pytest.approx(1.001 * width / (gaps + 1)))
+        assert wider.number == gaps + 2
+        assert abs(wider.spacing) == pytest.approx(1.001 * width / (gaps + 1))
