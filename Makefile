@@ -74,7 +74,7 @@ mutants: tools  ## check that tests notice the known bugs of test/mutants, and b
 	@$(BIN)/python test/mutants/run.py
 	@$(BIN)/python test/mutants/draw.py --since $(SINCE)
 
-golden: tools  ## run every scenario, show the differences from its golden run, record it
+golden: tools  ## run every scenario and every part alone, show the differences from what is recorded, record it
 	@$(BIN)/python test/golden/refresh.py
 
 node-readers:  ## install npm's MCAP reader into build/node, for test/bags

@@ -1,4 +1,4 @@
-"""`make golden`: run every scenario, show the differences from its golden run, and record it."""
+"""`make golden`: run every scenario and every part, show the differences from what is recorded, and record it."""
 
 import sys
 from concurrent.futures import ProcessPoolExecutor
@@ -7,6 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import numpy as np
+from golden import parts
 from golden.record import FOLDER, Record, changed_metrics, deviations, load, record_of, save
 
 from vessel_hsmc_ros.scenario.scenario import scenario_names
@@ -48,6 +49,8 @@ def main(names: list[str]) -> None:
             if found:
                 save(record)
             table += found
+    if not names:
+        print(*parts.refresh(), sep="\n")
     if table:
         widths = [max(len(row[k]) for row in table) for k in range(4)]
         print()

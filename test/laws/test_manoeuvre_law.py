@@ -88,3 +88,30 @@ def test_a_reset_returns_to_the_start_of_the_approach() -> None:
     first = [law.step(motion, REFERENCE, STILL)[0] for _ in range(3)]
     law.reset()
     assert [law.step(motion, REFERENCE, STILL)[0] for _ in range(3)] == first
+
+
+def test_the_approach_is_critically_damped_within_the_whole_moment_although_the_rudder_takes_less() -> None:
+    """tau_2 = -(N_max/4)·dpsi - sqrt(m33·N_max)·r, up to N_max."""
+    law = make_controller("manoeuvre", PERIOD, **LIMITS, surge_inertia=3.0, approach_time=9.0, rudder_deg=3.5)
+    cases = [(0.0, 0.0), (0.2, 0.0), (-0.1, 0.3), (0.05, -0.7), (-0.4, -3.0), (0.3, 4.0)]
+    found = [law.step(Motion(1.0, 2.0, 3.1 + turn, 1.0, 0.0, rate), REFERENCE, STILL)[0][1] for turn, rate in cases]
+    demands = [-70.0 / 4.0 * turn - math.sqrt(10.0 * 70.0) * rate for turn, rate in cases]
+    assert found == pytest.approx([min(max(demand, -70.0), 70.0) for demand in demands])
+    assert max(map(abs, demands)) > 70.0
+
+
+@pytest.mark.parametrize("kind", ["spiral", "speed_run"])
+def test_a_time_that_is_hardly_less_than_whole_steps_takes_these_steps(kind: str) -> None:
+    """0.3 s and 0.7 s are no whole numbers of steps of 0.1 s but for rounding."""
+    for hold, steps in ((0.3, 3), (0.7, 7), (0.29, 3)):
+        found = commands([0.0] * 40, kind=kind, steps=3, hold_time=hold)
+        changes = [k for k in range(1, 40) if found[k] != found[k - 1]]
+        assert changes[:2] == [steps, 2 * steps]
+
+
+def test_a_zigzag_to_starboard_is_the_mirror_image_of_one_to_port() -> None:
+    headings = [0.0, 4.0, 9.0, 11.0, 12.0, 3.0, -8.0, -10.5, -9.0, 0.0, 10.0, 10.5]
+    settings: Any = {"kind": "zigzag", "rudder_deg": 20.0, "switch_heading_deg": 10.0}
+    port = moments(headings, side="port", **settings)
+    assert moments([-angle for angle in headings], side="starboard", **settings) == [-moment for moment in port]
+    assert [round(moment / 40.0) for moment in port] == [1, 1, 1, -1, -1, -1, -1, 1, 1, 1, -1, -1]
