@@ -203,7 +203,7 @@ def test_commands_are_taken_in_the_frame_of_the_own_hull_or_without_one(make: An
         assert made.command(frame=frame) is taken
 
 
-def test_that_there_is_no_command_is_said_by_neither_a_frame_nor_a_number(make: Any) -> None:
+def test_a_message_with_a_frame_or_a_number_is_a_command(make: Any) -> None:
     message = nothing(12_345_678_901)
     assert is_nothing(message)
     assert conv.nanoseconds(message.header.stamp) == 12_345_678_901
