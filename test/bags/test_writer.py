@@ -227,3 +227,33 @@ def test_the_last_file_of_a_bag_has_the_content_of_its_metadata(tmp_path: Path, 
     with sorted((tmp_path / "bag").glob("*.mcap"))[-1].open("rb") as stream:
         (record,) = (each for each in make_reader(stream).iter_metadata() if each.name == "rosbag2")
     assert yaml.safe_load(record.metadata["serialized_metadata"]) == information
+
+
+def test_a_bag_whose_recorder_is_killed_before_it_flushes_has_its_notes_and_attachments_in_every_file(tmp_path: Path) -> None:
+    """What is on the disk at that time is copied, and read alone."""
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1.0), notes={"mode": "lockstep"})
+    assert writer.message_count == 0
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    writer.attach("a.yaml", "given: 1")
+    for count, stamp in enumerate((0, 2_000_000_000, 4_000_000_000)):
+        writer.write(ticks, clock(stamp), stamp, stamp)
+        assert writer.message_count == count + 1
+        name = f"bag_{count}.mcap"
+        killed = tmp_path / name
+        killed.write_bytes((tmp_path / "bag" / name).read_bytes())
+        bag = open_bag(killed)
+        assert bag.recording["mode"] == "lockstep"
+        assert bag.attachments["a.yaml"] == b"given: 1"
+    writer.close()
+
+
+def test_each_flush_after_a_new_topic_brings_it_into_the_metadata(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag")
+    for count in (1, 2, 3):
+        writer.add_topic(topic(f"/clock_{count}", CLOCK))
+        writer.flush()
+        information = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+        names = [each["topic_metadata"]["name"] for each in information["topics_with_message_count"]]
+        assert names == [f"/clock_{k}" for k in range(1, count + 1)]
+    writer.close()

@@ -52,25 +52,27 @@ SHIP: dict[str, Any] = {
 }
 
 
-def sailed(values: dict[str, Any], inputs: Callable[[float], Any], by_thrusters: bool) -> Rows:
-    """Measurement, state, applied wrench and disturbance, with a changed environment on the way."""
+def sailed(values: dict[str, Any], inputs: Callable[[float], Any], by_thrusters: bool = False) -> Rows:
+    """Measurement, state, applied wrench and disturbance, with an environment that changes twice, and a reset."""
     plant, rows, stamp = make_plant(built(PlantParameters, **values), PERIOD), [], 0
-    changed: dict[str, dict[str, Any]] = {
-        **ENVIRONMENT,
-        "current": {"east": -0.1, "north": 0.5},
-        "periodic": {**ENVIRONMENT["periodic"], "frequency": 0.7},
+    environments = {
+        40: {**ENVIRONMENT, "current": {"east": -0.1, "north": 0.5}, "periodic": {**ENVIRONMENT["periodic"], "frequency": 0.7}},
+        60: {**ENVIRONMENT, "current": {"east": 0.2, "north": 0.1}, "periodic": {**ENVIRONMENT["periodic"], "frequency": 0.2}},
     }
-    for k in range(90):
+    for k in range(120):
+        if k == 90:
+            plant.reset()
+            stamp = 0
         time = stamp * 1e-9
-        if k == 50:
-            flat = {f"{kind}__{name}": value for kind, each in changed.items() for name, value in each.items()}
+        if k in environments:
+            flat = {f"{kind}__{name}": value for kind, each in environments[k].items() for name, value in each.items()}
             plant.retune(built(DisturbanceParameters, **flat), time)
         measured, disturbance = plant.measured(stamp), plant.disturbance(time)
         wrench = plant.applied_thrusts(*inputs(time)) if by_thrusters else plant.applied(inputs(time))
         rows.append([*measured, *plant.state, *wrench, *disturbance, *plant.unforced_acceleration(), plant.periods_late])
         plant.advance(wrench, disturbance)
         stamp += round(PERIOD * 1e9)
-    return thinned(rows)
+    return thinned(rows) + thinned(rows[90:96], 6)
 
 
 def plant_by_wrench() -> Rows:
@@ -79,7 +81,17 @@ def plant_by_wrench() -> Rows:
         **{"surge_lag": 0.6, "yaw_lag": 0.35, "surge_dead_time": 0.31, "yaw_dead_time": 0.52},
     }
     values = {**SHIP, **{f"actuators__{name}": value for name, value in actuators.items()}}
-    return sailed(values, lambda t: (1e5 * math.sin(1.1 * t + 0.3), 1.4e6 * math.cos(0.8 * t)), by_thrusters=False)
+    return sailed(values, lambda t: (1e5 * math.sin(1.1 * t + 0.3), 1.4e6 * math.cos(0.8 * t)))
+
+
+def plain_plant() -> Rows:
+    """A hull without coupling that goes astern, within the limits of its propulsion, with a dead time in yaw only."""
+    values = {
+        **{f"disturbance__{kind}__{name}": value for kind, each in ENVIRONMENT.items() for name, value in each.items()},
+        **{"vessel__surge_force_limit": 7e4, "vessel__yaw_moment_limit": 9e5, "initial_velocity": (-1.5, -0.4, -0.06)},
+        **{"actuators__yaw_dead_time": 0.3, "actuators__surge_force_limit": 9e4, "actuators__yaw_moment_limit": 2e6},
+    }
+    return sailed(values, lambda t: (-1e5 * math.cos(0.9 * t), 1.4e6 * math.sin(1.1 * t)))
 
 
 THRUSTERS: dict[str, Any] = {
@@ -108,12 +120,12 @@ def plant_by_thrusters() -> Rows:
     values = {
         **SHIP,
         **{f"vessel__thrusters__{name}": value for name, value in THRUSTERS.items()},
-        "actuators__kind": "thrusters",
+        **{"actuators__kind": "thrusters", "initial_velocity": (0.2, -0.2, 0.05)},
     }
 
     def demands(t: float) -> tuple[list[float], list[float]]:
-        thrust = [6e4 * math.sin(t + k) * (0.2 if k == 2 else 1.0) for k in range(5)]
-        return thrust, [0.0, 0.0, 0.0, 0.9 * t, 0.9 * math.sin(0.7 * t)]
+        thrust = [6e4 * math.sin(t + k - 2.5) * (0.2 if k == 2 else 1.0) for k in range(5)]
+        return thrust, [0.0, 0.0, 0.0, 3.6 * math.sin(0.4 * t), 0.9 * math.sin(0.7 * t)]
 
     return sailed(values, demands, by_thrusters=True)
 
@@ -196,6 +208,7 @@ def controlled_point() -> Rows:
 PARTS: dict[str, tuple[Callable[[], Rows], float]] = {
     **REFERENCES,
     "plant_by_wrench": (plant_by_wrench, NINTH),
+    "plain_plant": (plain_plant, NINTH),
     "plant_by_thrusters": (plant_by_thrusters, NINTH),
     "observer": (observed(), SIXTH),
     "observer_of_waves": (observed(wave_period=5.0, wave_damping=0.15, surge_decay=0.1, actuator_lag=0.4), SIXTH),
