@@ -224,3 +224,28 @@ def test_whatever_is_appended_between_summaries_of_any_size_every_state_is_compl
             assert summary_of(bytes(state)).startswith((summary, last) if last else (summary, MAGIC))
         calls.clear()
     assert records.count("x") == appended
+
+
+def footer_of(path: Path) -> tuple[int, int]:
+    """Where the summary and its offsets begin by the footer of a file."""
+    content = path.read_bytes()
+    fields = FOOTER.unpack(content[-len(MAGIC) - FOOTER.size : -len(MAGIC)])
+    return fields[2], fields[3]
+
+
+def test_the_footer_leads_to_no_summary_before_there_is_one_and_never_to_offsets_of_it(tmp_path: Path) -> None:
+    file = CrashSafeFile(tmp_path / "file.mcap", MAGIC)
+    assert footer_of(tmp_path / "file.mcap") == (0, 0)
+    assert crash_safe_file.is_being_written(tmp_path / "file.mcap")
+    del file
+    writer = BagWriter(tmp_path / "bag")
+    for _ in range(2):
+        writer.flush()
+        start, offsets = footer_of(tmp_path / "bag" / "bag_0.mcap")
+        assert start > 0
+        assert offsets == 0
+    writer.close()
+    start, offsets = footer_of(tmp_path / "bag" / "bag_0.mcap")
+    assert start > 0
+    assert offsets == 0
+    assert not crash_safe_file.is_being_written(tmp_path / "bag" / "bag_0.mcap")
