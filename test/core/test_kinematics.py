@@ -94,3 +94,10 @@ def test_the_published_state_differs_by_full_turns_only(state) -> None:
     published = kin.as_published(state)
     np.testing.assert_array_equal(np.delete(published, 2), np.delete(state, 2))
     assert kin.wrap(published[2] - state[2]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_velocities_along_the_axes_of_the_earth_are_resolved_along_and_across_the_hull() -> None:
+    psi, u, v = 0.4, 1.7, -0.6
+    found = kin.in_body_frame(kin.Motion(3.0, -4.0, psi, u, v, 0.2))
+    turned = complex(u, v) * complex(math.cos(psi), -math.sin(psi))
+    assert found == pytest.approx((3.0, -4.0, psi, turned.real, turned.imag, 0.2))

@@ -98,7 +98,7 @@ def test_wrenches_and_accelerations_have_each_component_in_its_place() -> None:
 
 def test_a_control_state_has_each_term_under_its_name() -> None:
     numbers = {name: 1.5 + k for k, name in enumerate(Terms._fields)}
-    values = {
+    values: dict[str, Any] = {
         name: np.array([numbers[name], -1.0]) if isinstance(default, np.ndarray) else default is False or numbers[name]
         for name, default in Terms._field_defaults.items()
     }

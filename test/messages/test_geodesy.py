@@ -95,3 +95,11 @@ def test_the_convergence_is_the_change_of_longitude_times_the_sine_of_the_latitu
 def test_a_datum_at_a_pole_or_nowhere_is_an_error(datum: tuple[float, float]) -> None:
     with pytest.raises(ParameterError, match="without the poles"):
         Plane(*datum)
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), [(10.0, 360.0), (10.0, -360.0), (89.999, 10.0), (-89.999, 10.0)])
+def test_the_limits_of_a_datum_are_whole_turns_and_the_poles(latitude: float, longitude: float) -> None:
+    Plane(latitude, longitude)
+    beyond = (latitude, math.copysign(360.001, longitude)) if abs(longitude) == 360.0 else (math.copysign(90.0, latitude), 0.0)
+    with pytest.raises(ParameterError, match="is not allowed: it takes a latitude"):
+        Plane(*beyond)

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from vessel_hsmc_ros.messages.mavlink import (
+    SURFACE_MODES,
     Attitude,
     BootClock,
     Position,
@@ -114,3 +115,10 @@ def test_overrides_leave_other_channels_as_they_are() -> None:
 
 def test_a_mode_has_its_name_or_its_number() -> None:
     assert (mode_name(15), mode_name(99)) == ("GUIDED", "99")
+
+
+def test_the_modes_have_the_numbers_of_the_heartbeat_of_ardupilot() -> None:
+    numbers = [0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 15, 16]
+    names = ["MANUAL", "ACRO", "STEERING", "HOLD", "LOITER", "FOLLOW", "SIMPLE", "DOCK", "CIRCLE"]
+    names += ["AUTO", "RTL", "SMART_RTL", "GUIDED", "INITIALISING"]
+    assert dict(zip(names, numbers, strict=True)) == SURFACE_MODES
