@@ -66,6 +66,20 @@ def test_compare_runs_every_law_on_every_scenario_at_the_rate_on_so_many_workers
     assert found["jobs"] == 3
 
 
+@pytest.mark.parametrize("option", ["--laws=guided", "--rate-hz=20", "--set=vessel_sim.seed=1", "--suite=guided"])
+def test_compare_takes_no_option_of_a_simulation_for_recorded_runs(tmp_path: Path, option: str) -> None:
+    arguments = ["compare", str(tmp_path), option, "--output", str(tmp_path / "there")]
+    done = CliRunner().invoke(cli, arguments, standalone_mode=False)
+    assert isinstance(done.exception, click.UsageError)
+
+
+@pytest.mark.parametrize("heading", ["0", "1"])
+def test_goto_takes_one_heading(namespaces: list[str], heading: str) -> None:
+    done = CliRunner().invoke(cli, ["goto", "1", "2", heading, "--heading-deg", "0"], standalone_mode=False)
+    assert isinstance(done.exception, click.UsageError)
+    assert namespaces == []
+
+
 def test_compare_takes_the_rows_of_a_suite_after_the_scenarios(reach: Reach, tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("rows:\n  - {name: first, at_most: 3}\n  - {name: second, legs_at_most: 4}\n")
     found = reach("vessel_hsmc_ros.runs.comparison.compare", "compare", "goal", "--suite", "mine.yaml", "--laws", "guided")
