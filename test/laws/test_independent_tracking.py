@@ -291,7 +291,7 @@ def test_stretched_gains_are_slower_by_the_factor_and_keep_lengths_and_speeds_of
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_backstepping_turns_on_where_the_course_to_the_reference_is_beyond_180_degrees(side: float) -> None:
-    law = construct("backstepping", LAWS["backstepping"].parameters(), KnownVessel(), PERIOD)
+    law = construct("backstepping", LAWS["backstepping"].parameters(excitation=0.0), KnownVessel(), PERIOD)
     desired = Motion(0.0, 0.0, 0.0, 1.6, 0.0, 0.0)
     ship = Motion(-9.0 * math.sin(3.1), side * 9.0 * math.cos(3.1), side * 3.1, 1.0, 0.0, 0.0)
-    assert side * law.step(ship, desired, STILL)[1].commanded_yaw_rate > 0.1
+    assert side * law.step(ship, desired, STILL)[1].commanded_yaw_rate > 0.0
