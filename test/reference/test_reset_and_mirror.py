@@ -76,8 +76,8 @@ def test_a_reference_that_was_reset_is_bit_identical_to_a_new_one(mode: str, val
                 **{**START, **values, "surge_force_sine__frequency": 0.9, "yaw_moment_sine__frequency": 0.7},
             )
         )
-        used.retune(built(ReferenceShipParameters, **START, **values))
         rows(used, 20)
+        used.retune(built(ReferenceShipParameters, **START, **values))
     for _ in range(2):
         used.reset()
         new.reset()
