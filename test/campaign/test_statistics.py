@@ -72,6 +72,7 @@ def test_laws_are_compared_draw_by_draw() -> None:
     assert found.share == clopper_pearson(3, 5)
     assert found.ratio.value == 0.5
     assert paired(np.array([1.0, math.inf, math.inf]), np.array([2.0, 1.0, 1.0])).ratio.value == 0.5, "of draws with two values"
+    assert paired(np.array([3.0, 1.0, 1.0]), np.array([2.0, math.inf, math.inf])).ratio.value == 1.5, "of draws with two values"
 
 
 def test_the_share_of_runs_above_a_value_counts_those_that_ended_early() -> None:

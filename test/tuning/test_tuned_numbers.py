@@ -194,3 +194,5 @@ def test_every_draw_of_a_campaign_and_every_row_of_a_suite_is_a_case_with_the_ch
     assert [len(case.limits) for case in cases] == [1, 1]
     noises = {case.scenario.vessel_sim.sensors.position_noise for case in load_cases(str(tmp_path / "draws.yaml"), {})}
     assert len(noises) == 3
+    (tmp_path / "alone.yaml").write_text((tmp_path / "draws.yaml").read_text().replace("laws: [guided, los_pid]\n", ""))
+    assert [case.name for case in load_cases(str(tmp_path / "alone.yaml"), {})] == ["draw 0", "draw 1", "draw 2"]
