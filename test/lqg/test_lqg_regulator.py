@@ -5,6 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.law.known_vessel import INSTANT, ControlledVessel, KnownVessel
+from vessel_hsmc_ros.lqg.parameters import LqgParameters, gains
 from vessel_hsmc_ros.lqg.regulator import DECAYS, LARGEST_HEADING_GAIN, RATIOS, SPEEDS, bounded, interpolate, regulator, table
 
 E_0, R_0 = 0.1, 0.5
@@ -69,3 +71,18 @@ def test_beyond_the_grid_the_gains_are_those_of_its_edge():
     interpolate(SPEEDS[0], DECAYS[-1], RATIOS[-1], table(E_0, R_0), edge)
     interpolate(0.0, 99.0, 9.0, table(E_0, R_0), beyond)
     assert np.array_equal(beyond, edge)
+
+
+def distance_worth_the_moment(ahead: float, **declared: float) -> float:
+    """e_0, which is 1/K_e where the gain of the heading is not bounded, of a ship with its pivot at a distance ahead, m."""
+    vessel = ControlledVessel(**vars(KnownVessel(**INSTANT | declared)), ahead=ahead)
+    return float(1.0 / gains(LqgParameters(), vessel, 0.1).table[0, 0, 3, 0])
+
+
+def test_a_track_is_followed_tightly_only_by_a_ship_of_known_actuators_whose_pivot_is_not_far_ahead():
+    tight, length = LqgParameters().cross_track, KnownVessel().length
+    assert distance_worth_the_moment(0.0) == pytest.approx(tight)
+    assert [distance_worth_the_moment(0.0, **{name: -1.0}) for name in INSTANT] == pytest.approx([2.0 * tight] * len(INSTANT))
+    assert [distance_worth_the_moment(share * length) for share in (0.05, 0.1, 0.2)] == pytest.approx(
+        [1.5 * tight, 2.0 * tight, 2.0 * tight]
+    )

@@ -24,7 +24,7 @@ RATES: dict[str, object] = {
 SETS: dict[str, dict[str, object]] = {"fast": FAST, "slow": FAST | LAG, "not declared": {}}
 
 LOWEST_DB = {"guided": GAIN_MARGIN_DB, "lqg": 4.5}
-"""Change of the gain at which a law is tried; with half the gain `lqg` ends in an oscillation of some 0.5 m."""
+"""Change of the gain at which a law is tried; with half the gain and actuators with a lag of 2 s `lqg` is lost."""
 
 CONVERGED = 0.5
 """Largest rms position error over the last quarter of a run, m; an unstable loop is off by 20 m and more."""

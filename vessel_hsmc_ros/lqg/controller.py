@@ -42,7 +42,7 @@ from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.lqg.filter import CE, CN, FR, FU, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
-from vessel_hsmc_ros.lqg.guidance import Track, braked, drift_in_turn, track
+from vessel_hsmc_ros.lqg.guidance import Integrals, Track, braked, drift_in_turn, track
 from vessel_hsmc_ros.lqg.parameters import Gains, LqgParameters, gains
 from vessel_hsmc_ros.lqg.regulator import interpolate
 
@@ -86,7 +86,7 @@ class Memory(NamedTuple):
         head: Column of the present period in `queue`.
         beta: Drift angle of the track.
         r_s, dr_s: Its turn, filtered, and the rate of change of that.
-        xi: Integral of the position error.
+        xi: Integrals of the position error.
         queue: The last commands, (2, n + 1), written in place.
         K, scratch: Working memory, shapes (4,) and (20, 15).
         bank: What is learned of the actuators.
@@ -104,7 +104,7 @@ class Memory(NamedTuple):
     beta: float
     r_s: float
     dr_s: float
-    xi: tuple[float, float]
+    xi: Integrals
     queue: Array
     K: Array
     scratch: Array
@@ -368,5 +368,7 @@ class LqgController(KernelLaw[LqgParameters]):
         latest = math.ceil(max(DEAD_TIMES) * models.unit / self.period) if models.every else 0
         places = max(g.surge.delay, g.yaw.delay, latest) + math.ceil(LONGEST_AGE / self.period)
         arrays = np.zeros((2, places + 1)), np.zeros(4), np.zeros((20, 15))
-        at_start = (0.0, 0.0, 0.0), g.x_0.copy(), np.diag(g.P_0), np.array([g.R_u, g.R_r]), 0.0, 0.0, 0, 0.0, 0.0, 0.0, (0.0, 0.0)
-        self.memory = Memory(False, *at_start, *arrays, first_state(models, LONGEST_AGE), NO_NETWORKS)
+        at_start = (0.0, 0.0, 0.0), g.x_0.copy(), np.diag(g.P_0), np.array([g.R_u, g.R_r]), 0.0, 0.0, 0, 0.0, 0.0, 0.0
+        self.memory = Memory(
+            False, *at_start, Integrals(0.0, 0.0, 0.0, 0.0), *arrays, first_state(models, LONGEST_AGE), NO_NETWORKS
+        )

@@ -9,7 +9,7 @@
 | e_c | distance of the ship to port of the track | L |
 | k | approach speed per distance: k_p near, the braking curve of a deceleration a_p far away | 1/T |
 | b | share of the error by which the course itself is turned towards the reference, 0 near the track | - |
-| xi | integral of the error along and across the reference | L/T |
+| xi | integrals of the error along and across the reference, and over the earth | L/T |
 | beta, v_s | drift angle and sway velocity that go with the turn | rad, L/T |
 | psi_s, r_s | heading and yaw rate of the track, chi - beta | rad, 1/T |
 
@@ -48,13 +48,28 @@ LARGEST_TURN = 2.0
 """Largest turn that is fed forward, 1/T."""
 
 INTEGRAL = 0.03, 0.1
-"""Largest component of xi, L/T, and distance within which it is integrated, L."""
+"""Largest integral of the error, L/T, and distance within which it is integrated along and across the reference, L."""
+
+ACROSS = 0.14
+"""Integral gain across the track at most, in terms of the square of the rate at which the regulator approaches it."""
+
+OVER_EARTH = 1.4, 0.03
+"""Integral gain over the earth in terms of that across the track, and distance at which half of it holds, L."""
 
 LEAN = 0.1
 """Shortest time constant, in terms of 1/a, in which the drift takes part in a turn."""
 
 STEEPEST = 0.8
 """Sine of the largest drift angle."""
+
+
+class Integrals(NamedTuple):
+    """Integrals of the position error: along and across the reference, and along x and y of the earth-fixed frame."""
+
+    along: float
+    across: float
+    x: float
+    y: float
 
 
 class Track(NamedTuple):
@@ -67,7 +82,7 @@ class Track(NamedTuple):
         e_c: Distance to port of the course of the track.
         w_t, w_n: Velocity over ground along and across the hull.
         dw_t: Rate of change of w_t in the axes of the hull.
-        xi: The integral one period later.
+        xi: The integrals one period later.
     """
 
     W: float
@@ -79,7 +94,7 @@ class Track(NamedTuple):
     w_t: float
     w_n: float
     dw_t: float
-    xi: tuple[float, float]
+    xi: Integrals
 
 
 @kernel
@@ -106,7 +121,7 @@ def track(
     acceleration: Acceleration,
     c_E: float,
     c_N: float,
-    xi: tuple[float, float],
+    xi: Integrals,
     slope: float,
     g: Gains,
 ) -> Track:
@@ -116,13 +131,14 @@ def track(
         ship: The motion of her controlled point, over ground.
         goal, acceleration: The reference, and the derivatives of its body velocities.
         c_E, c_N: Current.
-        xi: Integral of the error.
+        xi: Integrals of the error.
         slope: Angle by which the regulator approaches the track per distance from it, K_e/K_psi, rad/L.
         g: Constants.
     """
     e_x, e_y = ship.x - goal.x, ship.y - goal.y
     distance = magnitude(e_x, e_y)
-    vx, vy = to_earth(goal.u - xi[0], goal.v - xi[1], goal.psi)
+    vx, vy = to_earth(goal.u - xi.along, goal.v - xi.across, goal.psi)
+    vx, vy = vx - xi.x, vy - xi.y
     ax, ay = to_earth(acceleration.du - goal.r * goal.v, acceleration.dv + goal.r * goal.u, goal.psi)
     Wx, Wy = vx - c_E, vy - c_N
     square = Wx * Wx + Wy * Wy
@@ -134,7 +150,8 @@ def track(
     way = -1.0 if max(goal.u, along) < -ASTERN and far < 0.5 else 1.0
     missing = way * max(0.0, SLOWEST - magnitude(Bx, By))
     # She follows the reference as it turns on the spot, and else keeps the heading at which she rests.
-    heading = ship.psi + goal.r * goal.r / (goal.r * goal.r + TURNING * TURNING) * math.remainder(goal.psi - ship.psi, TURN)
+    turning = goal.r * goal.r / (goal.r * goal.r + TURNING * TURNING)
+    heading = ship.psi + turning * math.remainder(goal.psi - ship.psi, TURN)
     Bx, By = Bx + missing * math.cos(heading), By + missing * math.sin(heading)
     W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
     ux, uy = to_earth(ship.u, ship.v, ship.psi)
@@ -145,11 +162,38 @@ def track(
     # The velocity along the hull closes the whole error.
     w_t, w_n = to_body(vx - k * e_x, vy - k * e_y, ship.psi)
     dw_t = to_body(ax - k * (ux - vx), ay - k * (uy - vy), ship.psi)[0] + ship.r * w_n
-    if distance < INTEGRAL[1]:
-        e_1, e_2 = to_body(e_x, e_y, goal.psi)
-        across = min(g.k_i, g.c_i * (W * slope) ** 2)  # A regulator that is slow across the track needs a slow integral.
-        xi = clip(xi[0] + g.h * moving * g.k_i * e_1, INTEGRAL[0]), clip(xi[1] + g.h * moving * across * e_2, INTEGRAL[0])
+    # A regulator that is slow across the track needs slow integrals.
+    across = min(g.k_i, ACROSS * (W * slope) ** 2)
+    xi = integrated(xi, e_x, e_y, goal.psi, moving * g.k_i, moving * across, turning, g)
     return Track(W, chi, growth, dchi, way, e_c, w_t, w_n, dw_t, xi)
+
+
+@kernel
+def integrated(
+    xi: Integrals, e_x: float, e_y: float, psi: float, along: float, across: float, turning: float, g: Gains
+) -> Integrals:
+    """The integrals one period later.
+
+    In a turn, what is constant over the earth, such as an error of the current, turns through the axes of the reference, where an
+    integral cannot follow it: so there is one over the earth as well. On a straight track both would be the same, so it rests
+    there, and what no turn shows returns to zero at the rate w_0.
+
+    Args:
+        xi: The integrals.
+        e_x, e_y: Position error.
+        psi: Heading of the reference.
+        along, across: Integral gains.
+        turning: Share in which the reference turns, from 0 to 1.
+        g: Constants.
+    """
+    square = e_x * e_x + e_y * e_y
+    near = square / OVER_EARTH[1] ** 2
+    step, kept, most = g.h * OVER_EARTH[0] * across * turning / (1.0 + near * near), 1.0 - g.w_0 * g.h, INTEGRAL[0]
+    x, y = clip(kept * xi.x + step * e_x, most), clip(kept * xi.y + step * e_y, most)
+    if square > INTEGRAL[1] ** 2:
+        return Integrals(xi.along, xi.across, x, y)
+    e_1, e_2 = to_body(e_x, e_y, psi)
+    return Integrals(clip(xi.along + g.h * along * e_1, most), clip(xi.across + g.h * across * e_2, most), x, y)
 
 
 @kernel

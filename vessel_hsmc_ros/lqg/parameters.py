@@ -46,8 +46,9 @@ FROUDE = 0.06
 TURN_FILTER = 16.0
 """Bandwidth of the turns that are fed forward, 1/T."""
 
-ACROSS = 0.2
-"""Integral gain across the track at most, in terms of the square of the rate at which the regulator approaches it."""
+LOOSE, FAR_AHEAD = 2.0, 0.1
+"""Factor of cross_track where not all of the actuators is declared, or the pivot, about which turns move the origin, is so far
+ahead of it, L."""
 
 FIRST_DOUBT = 0.05, 0.02, 0.1
 """Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
@@ -72,25 +73,25 @@ def number(default: float, description: str, unit: str, symbol: str, high: float
 class LqgParameters:
     """Numbers of the law in units of the ship's length L and of the time T of her turns."""
 
-    cross_track: float = number(0.08, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
+    cross_track: float = number(0.04, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
     turn_rate: float = number(0.5, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
     position_gain: float = number(1.0, "Approach speed per position error.", "1/T", "k_p")
     approach_speed: float = number(0.5, "Largest approach speed.", "L/T", "v_max")
     approach_braking: float = number(0.08, "Deceleration of the approach.", "L/T²", "a_p")
-    integral_gain: float = number(0.2, "Integral gain on the position error.", "1/T²", "k_i")
-    surge_gain: float = number(5.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
+    integral_gain: float = number(0.14, "Integral gain on the position error.", "1/T²", "k_i")
+    surge_gain: float = number(4.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
     approach_angle: float = number(0.8, "Largest angle at which a track is approached.", "rad", "theta", math.pi / 2)
     turn_share: float = number(
         0.4, "Share of the largest yaw acceleration that braking curves use, of instant actuators.", "", "a_s", 1.0
     )
     velocity_noise: float = number(0.01, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
     yaw_rate_noise: float = number(0.01, "Standard deviation of measured yaw rates over T/20.", "1/T", "n_r")
-    surge_walk: float = number(0.1, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
+    surge_walk: float = number(0.15, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
     sway_walk: float = number(0.005, "Change of the sway disturbance in T, as a standard deviation.", "L/T²", "q_v")
     yaw_walk: float = number(0.2, "Change of the yaw disturbance in T, as a standard deviation.", "1/T²", "q_r")
     sway_decay: float = number(2.0, "Decay rate of the sway where it is not declared.", "1/T", "a_0")
     sway_doubt: float = number(1.4, "Standard deviation of its natural logarithm.", "", "s_a")
-    surge_decay_doubt: float = number(0.3, "Decay rate of the surge velocity, expected and its standard deviation.", "1/T", "s_b")
+    surge_decay_doubt: float = number(0.7, "Decay rate of the surge velocity, expected and its standard deviation.", "1/T", "s_b")
     current_doubt: float = number(0.03, "Standard deviation of each component of a current.", "sqrt(g·L)", "s_c")
     return_rate: float = number(
         0.02, "Rate at which sway damping and current, unobserved, return to what was expected.", "1/T", "w_0"
@@ -111,7 +112,7 @@ class Gains(NamedTuple):
         h: Control period.
         x_p, x_d, U_s: Distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
             behind the pivot; speed at which half of it is controlled.
-        k_p, v_max, a_p, k_i, c_i, k_u, theta: Of the guidance, with q.
+        k_p, v_max, a_p, k_i, k_u, theta: Of the guidance, with q.
         a_max, r_max: Of the braking curve of turns.
         q: Stretch of the regulator's unit of time.
         m: m22/m11.
@@ -136,7 +137,6 @@ class Gains(NamedTuple):
     v_max: float
     a_p: float
     k_i: float
-    c_i: float
     k_u: float
     theta: float
     a_max: float
@@ -172,15 +172,17 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
         for each, limit, unit in zip(both, limits, units, strict=True)
     )
     h = period / T
+    doubt = min(max(pivot(vessel), 0.0) / FAR_AHEAD, 1.0) if inputs.declared else 1.0
+    e_0 = p.cross_track * (1.0 + (LOOSE - 1.0) * doubt)
     return Gains(
         L=L, T=T, force=units[0], moment=units[1], h=h,
         x_p=pivot(vessel), x_d=CENTRE * pivot(vessel), U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
         k_p=p.position_gain / q, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
-        k_i=p.integral_gain / q**2, c_i=ACROSS, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
+        k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
         a_max=p.turn_share * early, r_max=(0.4 + early) / q,
         R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
         z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-TURN_FILTER * h / q),
-        surge=surge, yaw=yaw, table=table(p.cross_track, p.turn_rate),
+        surge=surge, yaw=yaw, table=table(e_0, p.turn_rate),
     )  # fmt: skip
 
 
