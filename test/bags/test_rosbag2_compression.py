@@ -19,6 +19,9 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 STEPS = 60
+SKIPPED = b"\x50\x2a\x4d\x18\x04\x00\x00\x00size"
+"""A frame without data, as parallel compressors write one before each frame."""
+
 HUGE_FRAME = b"\x28\xb5\x2f\xfd\xe0" + (1 << 40).to_bytes(8, "little")
 """The header of a zstd frame that claims a terabyte."""
 
@@ -104,6 +107,19 @@ def test_a_file_that_rosbag2_decompressed_beside_the_compressed_one_is_read_once
     packed = tmp_path / "bag" / "bag_0.mcap.zstd"
     packed.with_suffix("").write_bytes(zstandard.decompress(packed.read_bytes()))
     assert raw_messages(open_bag(tmp_path / "bag")) == sent
+
+
+@pytest.mark.parametrize("before", [b"", SKIPPED], ids=["frames", "skippable frames"])
+def test_a_file_of_several_zstd_frames_is_read_to_its_end(tmp_path: Path, before: bytes) -> None:
+    sent = by_file(tmp_path / "bag")
+    packed = tmp_path / "bag" / "bag_0.mcap.zstd"
+    data = zstandard.decompress(packed.read_bytes())
+    third = len(data) // 3
+    parts = data[:third], data[third : 2 * third], data[2 * third :]
+    packed.write_bytes(b"".join(before + zstandard.compress(part) for part in parts))
+    bag = open_bag(tmp_path / "bag")
+    assert bag.complete
+    assert raw_messages(bag) == sent
 
 
 def test_decompressed_files_are_removed_with_the_bag(tmp_path: Path) -> None:

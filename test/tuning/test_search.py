@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -121,6 +122,21 @@ def test_a_journal_of_another_tuning_is_refused(tmp_path: Path) -> None:
         run(tmp_path, 1, tuning(seed=2))
     with pytest.raises(ScenarioError, match="other gains"):
         run(tmp_path, 1, tuning(GAINS[:1]))
+
+
+def test_a_journal_of_the_same_runs_with_other_limits_is_refused(tmp_path: Path) -> None:
+    """The limits are the scales of the cost: trials before and after would have costs of two scales."""
+    planned = tuning()
+    with open_study(tmp_path, 1, planned.definition()):
+        pass
+    for limits in ({"position_error_rms_last_quarter": 0.5}, {"position_error_rms_last_quarter": 0.25}):
+        cases = [replace(case, limits=limits) for case in planned.cases]
+        other = replace(planned, cases=cases).definition()
+        with pytest.raises(ScenarioError, match="belongs to another tuning"), open_study(tmp_path, 1, other):
+            pass
+        (tmp_path / "journal.log").unlink()
+        with open_study(tmp_path, 1, other):
+            pass
 
 
 @pytest.mark.parametrize("content", ["name: value\n", '{"a": 1}\n', '{"op_code": 4}\n', "{ not JSON\n{}\n"])

@@ -1,0 +1,38 @@
+"""The files of a run folder: an older one stays until a new one is complete."""
+
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.scenario.run_folder import RunFolder
+
+
+@contextmanager
+def files_end_at(size: int) -> Iterator[None]:
+    """Let the operating system refuse what a file takes beyond a size in bytes, as a full disk does."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_summary_or_parameters_that_do_not_fit_on_the_disk_leave_the_older_ones_as_they_are(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path)
+    folder.write_summary({"exit_code": 0})
+    folder.write_text_of_parameters("a: 1\n")
+    with files_end_at(100):
+        with pytest.raises(RunError, match=r"run\.json cannot be written: File too large"):
+            folder.write_summary({"exit_code": 1, "failure": "x" * 1000})
+        with pytest.raises(RunError, match=r"params\.yaml cannot be written: File too large"):
+            folder.write_text_of_parameters("a: 2\n" * 1000)
+    assert folder.read_summary() == {"exit_code": 0}
+    assert folder.parameters.read_text() == "a: 1\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["params.yaml", "run.json"]
+    folder.write_summary({"exit_code": 1})
+    assert folder.read_summary() == {"exit_code": 1}
