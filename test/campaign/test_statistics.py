@@ -54,6 +54,13 @@ def test_a_bound_for_which_the_sample_is_too_small_is_infinite() -> None:
     assert math.isnan(quantile(np.zeros(0), 0.5).value)
 
 
+@pytest.mark.parametrize("n", [20, 25, 100])
+def test_a_share_of_the_sample_is_not_raised_by_its_binary_fraction(n: int) -> None:
+    percents = range(1, 100)
+    found = [quantile(np.arange(1.0, n + 1.0), percent / 100.0).value for percent in percents]
+    assert found == [-(-percent * n // 100) for percent in percents]
+
+
 def test_a_quantile_among_runs_that_ended_early_is_infinite() -> None:
     values = np.array([1.0] * 90 + [math.inf] * 10)
     assert quantile(values, 0.9).value == 1.0

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.control_loop import LONGEST_AGE, ControlLoop
+from vessel_hsmc_ros.control.control_loop import LONGEST_AGE, ControlLoop, ages
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
@@ -226,3 +226,11 @@ def test_after_a_reset_a_loop_with_late_measurements_goes_on_like_a_new_one() ->
 
 def observed() -> Observer:
     return Observer(ObserverParameters(), KnownVessel())
+
+
+def test_the_command_of_a_measurement_is_that_of_the_nearest_period() -> None:
+    measured_at = np.full(6, 5_000_000_000)
+    late = np.array([0, 40, 60, 160, 300, 60_000])
+    age, behind = ages(measured_at + late * 1_000_000, measured_at, 0.1)
+    np.testing.assert_allclose(age, 1e-3 * late)
+    assert behind.tolist() == [0, 0, 1, 2, 3, round(LONGEST_AGE / 0.1)]

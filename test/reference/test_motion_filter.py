@@ -1,5 +1,7 @@
 """The reference filter on its own."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,9 @@ LIMITS = MotionLimits()
 SHIP = VesselParameters().coefficients()
 
 
-def filtered(u_c: float, r_c: float, steps: int = 600) -> tuple[np.ndarray, np.ndarray]:
+def filtered(u_c: float, r_c: float, steps: int = 600, yaw_moment: float = math.inf) -> tuple[np.ndarray, np.ndarray]:
     """Velocities u, v, r and accelerations for constant setpoints, both (steps, 3)."""
-    state, limits = Filtered(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), filter_of(LIMITS, SHIP, 0.1)
+    state, limits = Filtered(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), filter_of(LIMITS, SHIP, 0.1, yaw_moment)
     velocities, accelerations = [], []
     for _ in range(steps):
         state = advance_filter(state, u_c, r_c, limits)
@@ -36,3 +38,9 @@ def test_setpoints_within_the_limits_are_reached() -> None:
     velocities, accelerations = filtered(0.5, 0.03)
     np.testing.assert_allclose(velocities[-1, [0, 2]], [0.5, 0.03], rtol=1e-6)
     np.testing.assert_allclose(accelerations[-1], 0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("yaw_acceleration", [2.0, 25.0, 1e4])
+def test_the_filter_of_an_agile_ship_converges_at_a_low_rate(yaw_acceleration: float) -> None:
+    velocities, _ = filtered(0.5, 0.03, yaw_moment=yaw_acceleration * SHIP.m33)
+    np.testing.assert_allclose(velocities[-1, [0, 2]], [0.5, 0.03], rtol=1e-6)

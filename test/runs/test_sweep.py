@@ -69,6 +69,14 @@ def test_the_plan_has_every_pair_of_values_for_every_law() -> None:
     assert planned[5].changes == {"a.z": 5, "controller.law": "los_pid", "a.x": 1, "a.y": 4}
 
 
+def test_a_swept_parameter_and_a_repeated_law_take_the_place_of_a_further_change() -> None:
+    planned = points("case2_tracking", [Axis("a.x", (1, 2))], {"a.x": 7, "a.y": 8, "controller.law": "pd"}, ["guided"])
+    assert [dict(point.changes) for point in planned] == [
+        {"a.x": 1, "a.y": 8, "controller.law": "guided"},
+        {"a.x": 2, "a.y": 8, "controller.law": "guided"},
+    ]
+
+
 @pytest.mark.parametrize("names", [[], ["a.x", "a.x"], ["a.x", "a.y", "a.z"]])
 def test_a_sweep_has_one_or_two_different_parameters(names: list[str]) -> None:
     with pytest.raises(ParameterError, match="one or two different parameters"):

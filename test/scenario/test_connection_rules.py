@@ -220,6 +220,22 @@ def test_each_planted_mistake_is_named(mistake: str) -> None:
     assert any(expected in each for each in wrong), wrong
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("degrees", "cause"), [(90.0, "does the heading count from north?"), (180.0, "is it going astern")])
+def test_a_heading_that_is_off_is_named_with_what_corrects_it(side: float, degrees: float, cause: str) -> None:
+    """Velocities along the hull that points elsewhere: those of the world are as they were."""
+    offset = math.radians(side * degrees)
+
+    def hull(c: Any) -> Any:
+        return (c["u"] + 1j * c["v"]) * np.exp(1j * offset)
+
+    plant = columns(psi=lambda c: c["psi"] - offset, u=lambda c: hull(c).real, v=lambda c: hull(c).imag)
+    (wrong,) = (each for each in of(judge(plant(healthy())), WRONG) if "of its heading" in each)
+    assert cause in wrong
+    given = float(wrong.split("heading_offset = ")[1].split()[0])
+    assert math.remainder(given - offset, 2.0 * math.pi) == pytest.approx(0.0, abs=0.35)
+
+
 def test_a_clock_that_steps_accuses_neither_velocities_nor_drives() -> None:
     for plant in (clock_set(5.0), clock_set(-5.0), MISTAKES["stamps step ahead"][0]):
         assert len(of(judge(plant(healthy())), WRONG)) == 1

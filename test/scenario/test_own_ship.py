@@ -1,5 +1,7 @@
 import math
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,10 +11,12 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.law.known_vessel import INSTANT, NOT_DECLARED
-from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
+from vessel_hsmc_ros.reference.curve_motion import Demand
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
+from vessel_hsmc_ros.scenario.ship_rules import Circle, Scale, sway_damping_rate
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 
 BOAT = MainData(length=4.0, mass=500.0, surge_force_limit=300.0, yaw_moment_limit=250.0, wind=5.0)
@@ -100,3 +104,19 @@ def test_the_template_is_data_of_the_package() -> None:
 def test_the_acceptance_radius_of_earlier_releases_is_read_with_a_warning() -> None:
     (found,) = check_scenario(load_scenario("waypoints", {"reference_ship.path.radius": 9.6}))
     assert found.startswith("reference_ship.path.radius has no effect and will no longer be read")
+
+
+@pytest.mark.parametrize(("rho", "rate"), [(0.5, NOT_DECLARED), (0.9, 0.2), (1.5, 0.2 / 2.25), (2.0, 0.05)])
+def test_a_hull_of_which_the_course_turns_the_other_way_first_gets_a_slower_law(rho: float, rate: float) -> None:
+    """With linear damping and no coupling, a = d_v/m22 and rho = m11/m22 at every motion."""
+    linear: Any = {f"{name}_damping_{power}": 0.0 for name in ("surge", "sway", "yaw") for power in ("quadratic", "cubic")}
+    inertia: Any = {
+        "surge_inertia": rho * 2000.0,
+        "sway_inertia": 2000.0,
+        "sway_damping": 0.2 * 2000.0,
+        "sway_yaw_inertia": 0.0,
+    }
+    ship = replace(ShipParameters(), **inertia, **linear, yaw_inertia=2000.0, length=4.0)
+    scale = Scale(L=4.0, F=300.0, N=500.0, U=2.0, r_max=0.5, m11=rho * 2000.0, m33=2000.0, T=2.0)
+    circle = Circle(20.0, 1.0, 10.0, Demand(0.1, 100.0, 100.0))
+    assert sway_damping_rate(ship, scale, circle) == pytest.approx(rate, rel=1e-6)

@@ -109,7 +109,7 @@ def quantile(values: Array, share: float, confidence: float = CONFIDENCE) -> Qua
     tail = 0.5 * (1.0 - confidence)
     lower = int(stats.binom.ppf(tail, n, share))
     upper = int(stats.binom.ppf(1.0 - tail, n, share)) + 1
-    # Rounded before rounding up: 0.95·20 is above 19 by one bit.
+    # Rounded before rounding up: 0.07·100 is above 7 by one bit.
     place = max(1, math.ceil(round(share * n, 9)))
     low = float(ordered[lower - 1]) if lower >= 1 else -math.inf
     high = float(ordered[upper - 1]) if upper <= n else math.inf
