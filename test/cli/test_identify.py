@@ -11,7 +11,7 @@ def call(*arguments: object) -> str:
     return CliRunner().invoke(cli, ["identify", *map(str, arguments)], standalone_mode=False, catch_exceptions=False).output
 
 
-def test_wrong_use_is_one_line_that_names_it(tmp_path: Path) -> None:
+def test_wrong_use_is_one_line_that_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     data = tmp_path / "run.csv"
     data.write_text("time,x,y\n0,0,0\n")
     with pytest.raises(ParameterError, match=r"run\.csv"):
@@ -20,6 +20,9 @@ def test_wrong_use_is_one_line_that_names_it(tmp_path: Path) -> None:
         call(data, "--column", "Fx")
     with pytest.raises(ParameterError, match=r"--held-out .*run\.csv is not allowed: it is a run of the estimation"):
         call(data, "--held-out", tmp_path / "." / "run.csv")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ParameterError, match=r"--held-out .*run\.csv is not allowed: it is a run of the estimation"):
+        call("run.csv", "--held-out", data)
     with pytest.raises(ParameterError, match="cubical is not a model"):
         call(data, "--model", "cubical")
     with pytest.raises(ParameterError, match="nowhere"):

@@ -88,6 +88,14 @@ def test_compare_takes_the_rows_of_a_suite_after_the_scenarios(reach: Reach, tmp
     assert found["jobs"] is None
 
 
+def test_changes_of_the_command_line_take_precedence_over_those_of_a_suite(reach: Reach, tmp_path: Path) -> None:
+    row = "{name: short, set: {vessel_sim.duration: 9.0, vessel_sim.seed: 4}}"
+    (tmp_path / "mine.yaml").write_text(f"set: {{vessel_sim.duration: 8.0}}\nrows:\n  - {{name: first}}\n  - {row}\n")
+    options = "--suite", "mine.yaml", "--laws", "guided", "--set", f"{DURATION}=2.5"
+    found = reach("vessel_hsmc_ros.runs.comparison.compare", "compare", *options)
+    assert [task.row.changes for task in found["tasks"]] == [{DURATION: 2.5}, {DURATION: 2.5, "vessel_sim.seed": 4}]
+
+
 def test_sweep_repeats_its_points_for_each_law_on_so_many_workers(reach: Reach) -> None:
     axes = "controller.guided.position_gain=0.5,0.6", "controller.rate_hz=20,50"
     options = "--laws", "guided,los_pid", "--workers", 3, "--set", f"{DURATION}=2.5"
@@ -130,6 +138,15 @@ def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Rea
     assert [(fault.kind, fault.at) for fault in found["faults"].faults] == [("drop", 1.5)]
     assert reserved == [("boat", True), ("", False)]
     assert ports == [9123]
+
+
+def test_a_script_of_faults_replaces_that_of_the_scenario(reach: Reach, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    (tmp_path / "mine.yaml").write_text("faults:\n  - {at: 1.0, duration: 0.5, kind: drop, topic: odom}\n")
+    (tmp_path / "other.yaml").write_text("faults:\n  - {at: 2.0, duration: 0.5, kind: drop, topic: reference}\n")
+    for options, expected in ((), (1.0, "odom")), (("--faults", "other.yaml"), (2.0, "reference")):
+        found = reach("vessel_hsmc_ros.runs.scenario_run.run_nodes", "run", "mine.yaml", *options)
+        assert [(fault.at, fault.topic) for fault in found["faults"].faults] == [expected]
 
 
 def test_run_with_vessels_takes_number_and_spacing(reach: Reach) -> None:
@@ -252,7 +269,13 @@ def namespaces(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 @pytest.mark.parametrize(
     ("arguments", "pose"),
-    [(["3", "-4"], (3.0, -4.0, None)), (["3", "-4", "1.5"], (3.0, -4.0, 1.5)), (["3", "-4", "--heading-deg", "-90"], None)],
+    [
+        (["3", "-4"], (3.0, -4.0, None)),
+        (["3", "-4", "0"], (3.0, -4.0, 0.0)),
+        (["3", "-4", "1.5"], (3.0, -4.0, 1.5)),
+        (["3", "-4", "--heading-deg", "0"], (3.0, -4.0, 0.0)),
+        (["3", "-4", "--heading-deg", "-90"], None),
+    ],
 )
 def test_goto_sends_the_pose_to_the_vessel(
     reach: Reach, namespaces: list[str], arguments: list[str], pose: tuple[float, float, float | None] | None

@@ -28,6 +28,10 @@ def test_waypoints_are_read_from_csv_and_yaml(tmp_path: Path, name: str, text: s
     [
         ("a.csv", "1,2\n3,abc\n", "a.csv, line 2: 3,abc is not allowed: it takes x,y or x,y,heading, finite numbers"),
         ("a.csv", "1,nan\n", "line 1: 1,nan is not allowed"),
+        ("a.csv", "x,y\n1,2\nnan,3\n4,5\n", "line 3: nan,3 is not allowed"),
+        ("a.csv", "1,2\nx,y\n4,5\n", "line 2: x,y is not allowed"),
+        ("a.csv", "nan,3\n4,5\n", "line 1: nan,3 is not allowed"),
+        ("a.csv", "Infinity,3\n4,5\n", "line 1: Infinity,3 is not allowed"),
         ("a.csv", "1,2,3,4\n", "line 1: 1,2,3,4 is not allowed"),
         ("a.csv", "x,y\n", "a.csv has no waypoint: it takes x,y in each row"),
         ("a.yaml", "waypoints: [1, 2, 3]\n", "waypoint 2: 3 is not allowed"),

@@ -82,6 +82,13 @@ def test_at_a_stop_the_ship_rests_and_turns_to_the_next_waypoint_on_the_spot() -
     assert np.minimum(np.abs(states[:, 1]), np.abs(states[:, 0] - 60.0)).max() < 1e-6
 
 
+def test_a_stop_at_the_repetition_of_a_waypoint_is_a_stop_at_the_waypoint() -> None:
+    repeated, _ = motion_of(reference_of([(60.0, 0.0), (60.0, 0.0), (60.0, 60.0)], corners=("through", "stop", "through")), 100.0)
+    once, _ = motion_of(reference_of([(60.0, 0.0), (60.0, 60.0)], corners=("stop", "through")), 100.0)
+    assert np.count_nonzero(np.hypot(once[:, 0] - 60.0, once[:, 1]) < 1e-6) > 10, "it rests there"
+    np.testing.assert_array_equal(repeated, once)
+
+
 def test_each_leg_has_its_speed_and_a_set_radius_slows_the_corner() -> None:
     slow, _ = motion_of(reference_of([(80.0, 0.0), (80.0, 80.0)], speeds=(1.5, 0.5)), 300.0)
     assert np.hypot(*slow[:, 3:5].T)[slow[:, 1] > 20.0].max() == pytest.approx(0.5, abs=1e-3)

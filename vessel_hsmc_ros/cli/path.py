@@ -49,9 +49,14 @@ def _csv_rows(text: str) -> Iterator[tuple[str, Sequence[Any]]]:
     for number, row in enumerate(csv.reader(lines, skipinitialspace=True), 1):
         if not row or row[0].startswith("#"):
             continue
-        if not (first and row[0].strip().isidentifier()):  # a row of names
+        if not (first and _is_name(row[0].strip())):
             yield f"line {number}", row
         first = False
+
+
+def _is_name(cell: str) -> bool:
+    """Whether a cell is the name of a column; nan and inf are numbers, which no waypoint has."""
+    return cell.isidentifier() and cell.lower() not in ("nan", "inf", "infinity")
 
 
 def _yaml_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
