@@ -231,3 +231,12 @@ def test_a_message_that_ends_the_node_is_kept(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(RuntimeError, match="the law failed"):
         receive(serialize_message(conv.new_wrench()))
     assert len(boxes.box._kept) == 1
+
+
+def test_what_follows_an_error_for_a_while_is_in_its_bag(monkeypatch: pytest.MonkeyPatch) -> None:
+    boxes = Boxes(monkeypatch)
+    boxes.box.keep("/cmd_wrench", conv.new_wrench(), b"before")
+    waited = SimpleNamespace(wait=lambda _: boxes.box.keep("/cmd_wrench", conv.new_wrench(), b"after"))
+    monkeypatch.setattr(boxes.box, "_ending", waited)
+    boxes.write("an error")
+    assert boxes.written == [content.record(5, 0, b"before") + content.record(5, 0, b"after")]
