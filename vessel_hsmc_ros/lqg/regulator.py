@@ -16,7 +16,7 @@ knows it; with instant actuators its loop has an infinite gain margin and a phas
 When is a linear control system optimal?, Journal of Basic Engineering 86, 1964).
 """
 
-from functools import cache
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -57,9 +57,9 @@ def bounded(W: float, a: float, kappa: float, e_0: float, r_0: float) -> Array:
     return K
 
 
-@cache
+@lru_cache(maxsize=16)
 def table(e_0: float, r_0: float) -> Array:
-    """The gains on the grid, shape (9, 9, 9, 4); they are the same for every ship."""
+    """The gains on the grid, shape (9, 9, 13, 4); they are the same for every ship with the same e_0."""
     rows = [bounded(W, a, kappa, e_0, r_0) for W, a, kappa in product(SPEEDS, DECAYS, RATIOS)]
     found = np.reshape(rows, (len(SPEEDS), len(DECAYS), len(RATIOS), 4))
     found.flags.writeable = False
