@@ -16,6 +16,7 @@ from vessel_hsmc_ros.runs.supervisor import (
     after_shutdown,
     not_discovered,
     silence,
+    silent_after,
 )
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
@@ -97,7 +98,7 @@ def _monitor(
         if not any(plant in running for plant in plants) and all(plant.popen.returncode == 0 for plant in plants):
             return ExitStatus(0)
         if failure := _failure(nodes, plants, running):
-            return ExitStatus(1, failure + _silence(running, listener, 0.2 * SILENCE_LIMIT))
+            return ExitStatus(1, failure + silent_after(listener, _reporting(running, listener), 0.2 * SILENCE_LIMIT))
         if silent := _silence(running, listener, SILENCE_LIMIT):
             return ExitStatus(1, f"the run has stalled{silent}")
         simulated = min(float(listener.status.get(name, {}).get("simulated_time", 0.0)) for name in names)
@@ -115,9 +116,14 @@ def _failure(nodes: NodeGroup, plants: Sequence[NodeProcess], running: Sequence[
     return next((p.describe_exit() for p in ended if p.popen.returncode or p not in plants), "")
 
 
-def _silence(running: Sequence[NodeProcess], listener: StatusListener, limit: float) -> str:
-    """The nodes without diagnostics for longer than a limit, as the end of an error message; none of those that have ended."""
+def _reporting(running: Sequence[NodeProcess], listener: StatusListener) -> set[str]:
+    """The nodes of the processes that run, of those that have reported so far."""
     own = {process.name for process in running}
     # The nodes of a group have no process of their own; all of them run until the group ends.
     grouped = len(own) > 1 and not any("/" in name for name in own)
-    return silence({name: at for name, at in listener.heard_at.items() if grouped or name in own}, limit)
+    return {name for name in listener.heard_at if grouped or name in own}
+
+
+def _silence(running: Sequence[NodeProcess], listener: StatusListener, limit: float) -> str:
+    """The nodes without diagnostics for longer than a limit, as the end of an error message; none of those that have ended."""
+    return silence({name: listener.heard_at[name] for name in _reporting(running, listener)}, limit)

@@ -209,6 +209,25 @@ def silence(heard_at: Mapping[str, float], limit: float) -> str:
     return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in heard_at.items() if now - at > limit)
 
 
+def silent_after(listener: StatusListener, names: Collection[str], limit: float) -> str:
+    """The nodes that report nothing any more after another has ended, as the end of an error message.
+
+    A node that gave up waiting names itself; the one that it waited for is the likely cause. It may have reported just before it
+    hung, or never: so this listens until every node has reported again, or for the limit.
+
+    Args:
+        listener: Hears the diagnostics.
+        names: The nodes that should report.
+        limit: The limit, s; longer than the period of diagnostics.
+    """
+    failed_at = time.monotonic()
+    quiet = {*names}
+    while quiet and time.monotonic() < failed_at + limit:
+        listener.listen(0.05)
+        quiet = {name for name in names if listener.heard_at.get(name, 0.0) <= failed_at}
+    return silence({name: listener.heard_at.get(name, failed_at) for name in sorted(quiet)}, limit)
+
+
 def not_discovered(limit: float) -> ExitStatus:
     """The end of a run whose nodes have not found each other in time."""
     return ExitStatus(1, f"the nodes did not discover each other within {limit:g} s, see their logs")
@@ -344,16 +363,20 @@ def _monitor(
         if ended := nodes.ended(but=faults.affected) or relay.ended():
             if ended.name == "vessel_sim" and ended.popen.returncode == 0:
                 return ExitStatus(0)
-            # A node that gave up waiting names itself; the one it waited for has been silent meanwhile and is the likely cause.
-            return ExitStatus(1, ended.describe_exit() + _silence(listener, 0.5 * SILENCE_LIMIT, faults.affected))
+            others = [node.name for node in nodes.processes if node.popen.poll() is None] if _simulated(listener) else []
+            return ExitStatus(1, ended.describe_exit() + silent_after(listener, {*others} - faults.affected, 0.5 * SILENCE_LIMIT))
         if _silence(listener, SILENCE_LIMIT, faults.affected):
             # The first to reach the limit may be a node that waits for one that hangs and is hardly younger.
             return ExitStatus(1, f"the run has stalled{_silence(listener, 0.5 * SILENCE_LIMIT, faults.affected)}")
-        simulated = float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))
-        if simulated > 0.0:
+        if simulated := _simulated(listener):
             progress(simulated)
         elif time.monotonic() > deadline:
             return not_discovered(CONNECT_LIMIT)
+
+
+def _simulated(listener: StatusListener) -> float:
+    """The simulated time that the plant has reported, s; 0 before its first step."""
+    return float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))
 
 
 def _silence(listener: StatusListener, limit: float, absent: Collection[str]) -> str:
