@@ -3,8 +3,9 @@
 import io
 import struct
 import zlib
+from bisect import bisect_left, bisect_right
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -61,7 +62,7 @@ class Contents:
         counts: Messages by channel id.
         metadata, attachments: Offset, length and content of each record.
         start_time, end_time: First and last log time, ns; None and 0 without messages.
-        damaged: Offsets of the chunks whose bytes do not match their checksums; they are not among `chunks`.
+        damaged: Offset and length of what cannot be read between readable records, as a chunk that does not match its checksum.
         unindexed: The last chunk's message indexes that are missing in the file, by channel id.
         loose: Whether messages lie outside of chunks.
     """
@@ -78,7 +79,7 @@ class Contents:
     attachments: list[tuple[int, int, Attachment]] = field(default_factory=list)
     start_time: int | None = None
     end_time: int = 0
-    damaged: list[int] = field(default_factory=list)
+    damaged: list[tuple[int, int]] = field(default_factory=list)
     unindexed: dict[int, MessageIndex] = field(default_factory=dict)
     loose: bool = False
 
@@ -110,29 +111,72 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
         raise BagError(f"{path} is damaged at byte {offset}: `vessel-hsmc recover` makes the rest of it readable") from None
 
 
-def scan(path: Path) -> Contents:
+def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
+
+    Args:
+        path: The file.
+        summary: What a valid summary knows: where the records break off, the next record that it knows is read.
 
     Raises:
         BagError: the file has no complete record.
     """
-    contents, doubtful = Contents(path), []
-    for opcode, start, content in file_records(path):
-        if opcode >= FIRST_PRIVATE:  # reserved space of a file that was not closed, or a damaged chunk that was disabled
-            continue
-        try:
-            _add_record(contents, opcode, start, content)
-        except DAMAGE:
-            if opcode != Opcode.CHUNK:
-                break
-            doubtful.append(start)
-        else:
-            contents.end = start + RECORD_HEADER.size + len(content)
-    # A bad chunk behind the last good record was being written when the writer was killed: it is cut off, not damaged.
-    contents.damaged = [start for start in doubtful if start < contents.end]
+    doubtful: list[tuple[int, int]] = []
+    contents, position = Contents(path), len(MAGIC)
+    known = _known_records(summary) if summary else {}
+    while True:
+        position = _scan_from(contents, position, known, doubtful)
+        following = next((start for start in known if start > position), None)
+        if following is None:
+            break
+        if doubtful and sum(doubtful[-1]) == position:  # one whose length is damaged, and what is left of it
+            position = doubtful.pop()[0]
+        if following - position < RECORD_HEADER.size:
+            raise BagError(f"{path} is damaged at byte {position} in a way that cannot be repaired")
+        doubtful.append((position, following - position))
+        position = following
+    # A bad record behind the last good one was being written when the writer was killed: it is cut off, not damaged.
+    contents.damaged = [(start, length) for start, length in doubtful if start < contents.end]
     if not contents.end:
         raise BagError(f"{path} has nothing readable, not even the beginning of an MCAP file")
     return contents
+
+
+def _known_records(summary: Contents) -> dict[int, int]:
+    """The opcodes of the records that a summary knows, by offset in ascending order."""
+    known = {chunk.chunk_start_offset: Opcode.CHUNK for chunk in summary.chunks}
+    known |= {start: Opcode.METADATA for start, *_ in summary.metadata}
+    known |= {start: Opcode.ATTACHMENT for start, *_ in summary.attachments}
+    return dict(sorted(known.items()))
+
+
+def _scan_from(contents: Contents, position: int, known: Mapping[int, int], doubtful: list[tuple[int, int]]) -> int:
+    """Add the records from an offset on; returns the offset at which they break off.
+
+    Args:
+        contents: What has been found so far.
+        position: Offset of a record.
+        known: Records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
+        doubtful: Gets offset and length of each record that cannot be read.
+    """
+    starts = list(known)
+    for opcode, start, content in file_records(contents.path, position):
+        length = RECORD_HEADER.size + len(content)
+        if bisect_right(starts, start) < bisect_left(starts, start + length):
+            break
+        position = start + length
+        # Reserved space of a file that was not closed, or a damaged record that was disabled.
+        if opcode >= FIRST_PRIVATE and start not in known:
+            continue
+        try:
+            if opcode != known.get(start, opcode):
+                raise ValueError("another record than is known to be here")
+            _add_record(contents, opcode, start, content)
+        except DAMAGE:
+            doubtful.append((start, length))
+        else:
+            contents.end = position
+    return position
 
 
 def _add_record(contents: Contents, opcode: int, start: int, content: bytes) -> None:

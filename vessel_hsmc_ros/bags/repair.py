@@ -9,7 +9,7 @@ from mcap.data_stream import RecordBuilder
 from vessel_hsmc_ros.bags.crash_safe_file import is_being_written
 from vessel_hsmc_ros.bags.files import bag_files, bag_information, offered_qos
 from vessel_hsmc_ros.bags.mcap_contents import Contents, read_contents, scan
-from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE
+from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE, RECORD_HEADER
 from vessel_hsmc_ros.bags.mcap_writer import ending_of
 from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, metadata, write_metadata
 from vessel_hsmc_ros.bags.writer import RECORDING
@@ -24,7 +24,7 @@ class Repair:
         messages: Number of readable messages.
         files: Number of files that were completed.
         cut: Bytes cut off at the ends of files, which did not make a complete record.
-        damaged: Chunks disabled, because their bytes do not match their checksums.
+        damaged: Chunks and other records disabled, because their bytes are damaged.
         described: Whether metadata.yaml was rewritten.
     """
 
@@ -55,7 +55,8 @@ def repair(directory: Path) -> Repair:
     for file in files:
         if is_being_written(file):
             raise BagError(f"{file} is being recorded: end the recorder before the repair")
-    summaries, found = [read_contents(file) for file in files], [scan(file) for file in files]
+    summaries = [read_contents(file) for file in files]
+    found = [scan(file, each if each.complete else None) for file, each in zip(files, summaries, strict=True)]
     repaired = cut = 0
     for file, summarised, contents in zip(files, summaries, found, strict=True):
         _restore_channels(contents, summarised, *(other for other in found if _is_own(contents) and _is_own(other)))
@@ -92,14 +93,14 @@ def _metadata_matches(directory: Path, found: Sequence[Contents]) -> bool:
 
 
 def _complete(contents: Contents) -> None:
-    """Turn damaged chunks into records that readers skip, cut off an incomplete record, write index, summary and footer."""
+    """Turn what is damaged into records that readers skip, cut off an incomplete record, write index, summary and footer."""
     if contents.loose:
         raise BagError(f"{contents.path} has messages outside of chunks: `ros2 bag convert` can index it")
     try:
         with contents.path.open("r+b") as stream:
-            for offset in contents.damaged:
+            for offset, length in contents.damaged:
                 stream.seek(offset)
-                stream.write(bytes([FIRST_PRIVATE]))  # the opcode, which is the first byte of a record
+                stream.write(RECORD_HEADER.pack(FIRST_PRIVATE, length - RECORD_HEADER.size))
             stream.truncate(contents.end)
             stream.seek(contents.end)
             stream.write(_ending(contents))

@@ -30,5 +30,5 @@ def recover(bag: Path) -> None:
     if done.cut:
         repairs.append(f"{done.cut} bytes of an incomplete end removed")
     if done.damaged:
-        repairs.append(f"{done.damaged} damaged chunks omitted")
+        repairs.append(f"{done.damaged} damaged parts omitted")
     click.echo(f"{bag}: {done.messages} messages can be read; {', '.join(repairs)}")

@@ -1,0 +1,117 @@
+"""`repair` of bags with damaged bytes anywhere: what is readable before and behind them stays."""
+
+import struct
+from pathlib import Path
+
+import pytest
+from bag_making import CLOCK, clock, topic
+from mcap.opcode import Opcode
+from mcap.reader import make_reader
+
+from vessel_hsmc_ros.bags import mcap_writer
+from vessel_hsmc_ros.bags.mcap_layout import RECORD_HEADER, file_records
+from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.bags.repair import is_complete, repair
+from vessel_hsmc_ros.bags.writer import RECORDING, SCENARIO, BagWriter
+
+COUNT = 120
+
+LENGTH = RECORD_HEADER.size - 1
+"""Bytes of a record's length, which follows its opcode."""
+
+
+@pytest.fixture
+def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The only file of a complete bag of several chunks."""
+    monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", 1600)
+    writer, ticks = BagWriter(tmp_path / "bag", "none"), topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    writer.attach(SCENARIO, "given: 1")
+    for k in range(COUNT):
+        writer.write(ticks, clock(k), k, k)
+    writer.close()
+    return tmp_path / "bag" / "bag_0.mcap"
+
+
+def records(path: Path, wanted: int) -> list[tuple[int, int]]:
+    """Offset and length of the records with an opcode."""
+    found = file_records(path)
+    return [(start, RECORD_HEADER.size + len(content)) for opcode, start, content in found if opcode == wanted]
+
+
+def overwrite(path: Path, offset: int, data: bytes) -> None:
+    content = bytearray(path.read_bytes())
+    content[offset : offset + len(data)] = data
+    path.write_bytes(content)
+
+
+def recovered(path: Path) -> list[int]:
+    """Repair a bag; log times of its messages, which readers find with the index and without."""
+    done = repair(path.parent)
+    assert is_complete(path.parent)
+    assert repair(path.parent).files == 0
+    bag = open_bag(path.parent)
+    times = [message.log_time for message in bag.raw_messages()]
+    with path.open("rb") as stream:
+        assert [message.log_time for _, _, message in make_reader(stream).iter_messages()] == times
+    assert (done.files, done.messages, bag.information["message_count"]) == (1, len(times), len(times))
+    assert done.damaged
+    return times
+
+
+HEADERS = {
+    "too long": struct.pack("<Q", 1 << 40),
+    "into the next chunks": struct.pack("<Q", 5000),
+    "shorter": struct.pack("<Q", 100),
+    "zero": bytes(LENGTH),
+}
+
+
+@pytest.mark.parametrize("length", HEADERS.values(), ids=HEADERS)
+@pytest.mark.parametrize("number", [0, 2, -1])
+def test_a_damaged_length_of_a_chunk_loses_this_chunk_only(bag: Path, length: bytes, number: int) -> None:
+    chunks = records(bag, Opcode.CHUNK)
+    assert len(chunks) == 4
+    overwrite(bag, chunks[number][0] + 1, length)
+    times = recovered(bag)
+    assert COUNT - 40 <= len(times) < COUNT
+    lost = sorted(set(range(COUNT)) - set(times))
+    assert lost == list(range(lost[0], lost[-1] + 1))
+    assert (lost[0] == 0, lost[-1] == COUNT - 1) == (number == 0, number == -1)
+
+
+@pytest.mark.parametrize("opcode", [0, 0x7F, 0x80, Opcode.SCHEMA, Opcode.DATA_END])
+def test_a_damaged_opcode_of_a_chunk_loses_this_chunk_only(bag: Path, opcode: int) -> None:
+    overwrite(bag, records(bag, Opcode.CHUNK)[2][0], bytes([opcode]))
+    assert COUNT - 40 <= len(recovered(bag)) < COUNT
+
+
+@pytest.mark.parametrize(
+    ("kind", "at"),
+    [(kind, at) for kind, name in ((Opcode.METADATA, 9), (Opcode.ATTACHMENT, 25)) for at in (0, 1, name)],
+)
+def test_damage_of_a_note_or_an_attachment_before_the_messages_loses_no_message(bag: Path, kind: int, at: int) -> None:
+    start, _ = records(bag, kind)[0]
+    assert start < records(bag, Opcode.CHUNK)[-1][0]
+    overwrite(bag, start + at, b"\xff\xff\xff")
+    assert recovered(bag) == list(range(COUNT))
+    assert repair(bag.parent).damaged == 0
+
+
+def test_a_sector_of_zeros_loses_what_it_covers(bag: Path) -> None:
+    chunks = records(bag, Opcode.CHUNK)
+    overwrite(bag, chunks[2][0] - 50, bytes(512))
+    times = recovered(bag)
+    assert COUNT - 40 <= len(times) < COUNT
+    assert {0, COUNT - 1} < set(times)
+    assert open_bag(bag.parent).recording["recovered"] == "true"
+
+
+def test_a_bag_that_was_not_closed_keeps_what_follows_a_damaged_note(bag: Path) -> None:
+    """There is no index that knows what follows, but the length of the note leads to it."""
+    start, _ = records(bag, Opcode.METADATA)[0]
+    overwrite(bag, start + RECORD_HEADER.size, b"\xff\xff\xff\xff")
+    bag.write_bytes(bag.read_bytes()[:-30])
+    assert recovered(bag) == list(range(COUNT))
+    with bag.open("rb") as stream:
+        assert [record.name for record in make_reader(stream).iter_metadata()] == [RECORDING, "rosbag2"]
