@@ -1,9 +1,5 @@
 """Every option of a verb arrives at the function that does its work: options of unlike values, and the call that they lead to."""
 
-import functools
-import inspect
-import pkgutil
-from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +8,7 @@ from typing import Any
 import click
 import pytest
 from click.testing import CliRunner
+from reaching import Reach
 
 from vessel_hsmc_ros.cli import init as init_verb
 from vessel_hsmc_ros.cli.command import VERBS, cli
@@ -22,37 +19,6 @@ from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 DURATION = "vessel_sim.duration"
-
-
-class ReachedError(Exception):
-    """Raised in place of the work of a verb."""
-
-
-Reach = Callable[..., dict[str, Any]]
-
-
-@pytest.fixture
-def reach(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Reach:
-    """Call a verb up to a function; returns the arguments of the call by their names."""
-    monkeypatch.chdir(tmp_path)
-
-    def called(target: str, *arguments: object) -> dict[str, Any]:
-        original = pkgutil.resolve_name(target)
-        found: dict[str, Any] = {}
-
-        @functools.wraps(original)  # keeps its signature, also for the next call
-        def stop(*given: Any, **named: Any) -> None:
-            bound = inspect.signature(original).bind(*given, **named)
-            bound.apply_defaults()
-            found.update(bound.arguments)
-            raise ReachedError
-
-        monkeypatch.setattr(target, stop)
-        with pytest.raises(ReachedError):
-            CliRunner().invoke(cli, [*map(str, arguments)], catch_exceptions=False, standalone_mode=False)
-        return found
-
-    return called
 
 
 def test_compare_runs_every_law_on_every_scenario_at_the_rate_on_so_many_workers(reach: Reach) -> None:

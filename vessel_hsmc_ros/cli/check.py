@@ -50,10 +50,10 @@ def check(
     It looks at the running nodes, or at BAG. Every line is OK, a mistake with what to do, or something not shown yet, such as the
     sign of the yaw moment of a boat at rest. With a mistake the exit code is 1.
     """
-    chosen = interface(stack) if stack else None
-    if bag is not None and pulse:
+    chosen = None if stack is None else interface(stack)
+    if bag is not None and pulse is not None:
         raise ParameterError("--pulse is not allowed with a bag: it takes running nodes")
-    size = _pulse(pulse) if pulse else None
+    size = None if pulse is None else _pulse(pulse)
     if size and not yes:
         click.confirm(WARNING.format(force=size[0], moment=size[1]), abort=True)
     found = judge(_recorded(bag, chosen) if bag is not None else _observed(namespace, chosen, seconds, size))

@@ -61,7 +61,7 @@ def compare(
     from vessel_hsmc_ros.runs import comparison, comparison_page  # imports the libraries of reports
 
     if recorded := [Path(name) for name in scenarios if is_recorded(name)]:
-        if len(recorded) < len(scenarios) or suite or laws or rate_hz or changes:
+        if len(recorded) < len(scenarios) or changes or any(each is not None for each in (suite, laws, rate_hz)):
             raise click.UsageError(
                 "recorded runs cannot be compared with scenarios: give run folders or bags alone, without options"
             )
@@ -69,7 +69,7 @@ def compare(
         return
     for name in scenarios:  # the law is that of each run
         load_checked(name, {"controller.law": "guided", **parse_changes(changes)})
-    rows = [*(Row(Path(name).stem, name) for name in scenarios), *(load_suite(suite) if suite else ())]
+    rows = [*(Row(Path(name).stem, name) for name in scenarios), *(() if suite is None else load_suite(suite))]
     if not rows:
         raise click.UsageError("give a SCENARIO or --suite")
     rows = [replace(row, changes={**row.changes, **parse_changes(changes)}) for row in rows]
@@ -118,7 +118,7 @@ def chosen(laws: str | None) -> list[str]:
 
         return default_laws()
     names = [name.strip() for name in laws.split(",") if name.strip()]
-    for name in names:
+    for name in names or [laws]:
         if name not in LAWS:
             raise ParameterError(f"--laws {name} is not allowed: it takes any of {', '.join(LAWS)}")
     return names

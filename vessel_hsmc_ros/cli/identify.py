@@ -68,7 +68,7 @@ def identify(
     from vessel_hsmc_ros.scenario.vessels import read_vessel
 
     chosen = model(names if names in MODELS or "_" not in names else tuple(part.strip() for part in names.split(",")))
-    start = read_vessel(vessel) if vessel else None
+    start = None if vessel is None else read_vessel(vessel)
     named, output = _columns(columns), options["output"]
     if again := {path.resolve() for path in data} & {path.resolve() for path in held_out}:
         raise ParameterError(f"--held-out {min(again)} is not allowed: it is a run of the estimation, which judges nothing")

@@ -47,11 +47,11 @@ def init(
 
     Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states.
     """
-    if thrusters and not vessel:
+    if thrusters and vessel is None:
         raise ParameterError("--thrusters is not allowed without --vessel: it takes the thrusters of a vessel, such as otter")
-    if fixed and vessel:
+    if fixed and vessel is not None:
         raise ParameterError("--thruster cannot be given with --vessel: --thrusters takes those of the vessel")
-    connection = interface(stack) if stack else None
+    connection = None if stack is None else interface(stack)
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}
     text = _text(vessel, path, given, thrusters, fixed)
@@ -91,7 +91,7 @@ def _text(vessel: str | None, path: Path, given: dict[str, float], thrusters: bo
         ParameterError: a value is out of range; the message names the option that gave it.
     """
     try:
-        return _of_vessel(vessel, path, given, thrusters) if vessel else _of_data(path.stem, given, fixed)
+        return _of_data(path.stem, given, fixed) if vessel is None else _of_vessel(vessel, path, given, thrusters)
     except ParameterError as error:
         raise ParameterError(re.sub(r"\binit\.(\w+)", lambda found: f"--{found[1].replace('_', '-')}", str(error))) from None
 

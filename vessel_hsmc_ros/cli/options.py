@@ -58,7 +58,7 @@ def rate_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(command)
     def taking(rate_hz: float | None, rate: float | None, **options: Any) -> Any:
-        return command(rate_hz=rate_hz or rate, **options)
+        return command(rate_hz=rate if rate_hz is None else rate_hz, **options)
 
     former = click.option("--rate", type=float, hidden=True)
     return click.option("--rate-hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")(former(taking))

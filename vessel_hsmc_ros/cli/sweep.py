@@ -64,7 +64,7 @@ def sweep(
 
     axes = [sweeps.parse_axis(text) for text in parameters]
     sweeps.check_metrics(metrics)
-    planned = sweeps.points(scenario, axes, given, chosen(laws) if laws else ())
+    planned = sweeps.points(scenario, axes, given, () if laws is None else chosen(laws))
     with progress_bar(f"sweep of {len(planned)} runs", len(planned), "runs") as update:
         done = count(1)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("source", metavar="SCENARIO|SUITE|CAMPAIGN")
-@click.option("--law", default="", help="The law to tune [default: that of the scenario].")
+@click.option("--law", help="The law to tune [default: that of the scenario].")
 @click.option(
     "--gain",
     "gains",
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 )
 def tune(
     source: str,
-    law: str,
+    law: str | None,
     gains: Sequence[str],
     trials: int,
     held_out: str | None,
@@ -78,14 +78,14 @@ def tune(
     # Imported here: Optuna takes half a second, which the other verbs need not spend.
     from vessel_hsmc_ros.tuning.files import write
     from vessel_hsmc_ros.tuning.gains import parse_gains
-    from vessel_hsmc_ros.tuning.plan import Tuning, chosen_objective, held_out_cases, law_of, load_cases
+    from vessel_hsmc_ros.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases
     from vessel_hsmc_ros.tuning.result import tune as run_tuning
 
-    given = parse_changes(changes)
-    runs = load_cases(source, given, law)
+    given = parse_changes(changes) | ({} if law is None else {LAW: law})
+    runs = load_cases(source, given)
     law = law_of(runs)
     tuning = Tuning(runs, parse_gains(gains, law, runs[0].scenario), chosen_objective(**objective), seed, workers)
-    unseen = held_out_cases(held_out or source, given, law, others=held_out is not None)
+    unseen = held_out_cases(source if held_out is None else held_out, given, law, others=held_out is not None)
     folder = _folder(output, f"{Path(source).stem}_{law}_tune")
     again = "the same command" if output else f"the same command with --output {shlex.quote(str(folder))}"
     print_status(f"folder: {folder}; after an interruption {again} continues the search")

@@ -236,7 +236,7 @@ def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggr
     Raises:
         ParameterError: there is no metric of that name, or both are the same.
     """
-    second = second_metric or next(name for name in EFFORTS if name != metric)
+    second = next(name for name in EFFORTS if name != metric) if second_metric is None else second_metric
     return Objective(metric, second, second_metric is not None, aggregate)
 
 
