@@ -4,17 +4,7 @@ import signal
 from pathlib import Path
 
 import pytest
-
-from vessel_hsmc_ros.cli.command import execute
-
-
-def exit_code_of(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
-    """Run the command in this process, as its entry point does."""
-    monkeypatch.setattr("sys.argv", ["vessel-hsmc", *arguments])
-    try:
-        return execute()
-    except SystemExit as end:
-        return int(end.code or 0)
+from reaching import exit_code_of
 
 
 @pytest.mark.parametrize(

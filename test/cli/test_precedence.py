@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from reaching import Reach
-from test_exit_codes import exit_code_of
+from reaching import Reach, exit_code_of
 
 MINE = """
 vessel_sim: {ros__parameters: {duration: 9.0, seed: 4, rate_hz: 100.0}}

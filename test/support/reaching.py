@@ -1,4 +1,4 @@
-"""Calls a verb up to the function that does its work."""
+"""Calls a verb: up to the function that does its work, or to its exit code."""
 
 import functools
 import inspect
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.cli.command import cli, execute
 
 Reach = Callable[..., dict[str, Any]]
 """Call a verb up to a function, with the function's name and the verb's arguments; returns the arguments of the call by name."""
@@ -39,3 +39,12 @@ def reacher(monkeypatch: pytest.MonkeyPatch) -> Reach:
         return found
 
     return called
+
+
+def exit_code_of(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    """Run the command in this process, as its entry point does."""
+    monkeypatch.setattr("sys.argv", ["vessel-hsmc", *arguments])
+    try:
+        return execute()
+    except SystemExit as end:
+        return int(end.code or 0)
