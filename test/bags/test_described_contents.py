@@ -93,7 +93,7 @@ def comparable(contents: Contents) -> dict[str, Any]:
     return known
 
 
-def test_a_scan_finds_what_the_summary_says(bag: Path) -> None:
+def test_a_scan_finds_what_the_summary_has(bag: Path) -> None:
     for path in files(bag):
         scanned, summarised = scan(path), read_contents(path)
         assert summarised.complete

@@ -19,7 +19,7 @@ class ReachedError(Exception):
     """Raised in place of the work of a verb."""
 
 
-def reacher(monkeypatch: pytest.MonkeyPatch) -> Reach:
+def reach_of(monkeypatch: pytest.MonkeyPatch) -> Reach:
     """What replaces functions by `monkeypatch`, and calls verbs."""
 
     def called(target: str, *arguments: object) -> dict[str, Any]:
