@@ -4,15 +4,18 @@ import struct
 from pathlib import Path
 
 import pytest
+import yaml
 from bag_making import CLOCK, clock, topic
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 
 from vessel_hsmc_ros.bags import mcap_writer
 from vessel_hsmc_ros.bags.mcap_layout import RECORD_HEADER, file_records
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete, repair
 from vessel_hsmc_ros.bags.writer import RECORDING, SCENARIO, BagWriter
+from vessel_hsmc_ros.core.exceptions import BagError
 
 COUNT = 120
 
@@ -115,3 +118,41 @@ def test_a_bag_that_was_not_closed_keeps_what_follows_a_damaged_note(bag: Path) 
     assert recovered(bag) == list(range(COUNT))
     with bag.open("rb") as stream:
         assert [record.name for record in make_reader(stream).iter_metadata()] == [RECORDING, "rosbag2"]
+
+
+def foreign(path: Path, topic_name: str, log_times: list[int], chunked: bool = True) -> None:
+    """A file as another recorder makes it, whose only channel has the number 1."""
+    with path.open("wb") as stream:
+        writer = Writer(stream, chunk_size=100, compression=CompressionType.NONE, use_chunking=chunked)
+        writer.start("ros2")
+        schema = writer.register_schema(topic_name.strip("/"), "ros2msg", b"int32 x")
+        channel = writer.register_channel(topic_name, "cdr", schema)
+        for time in log_times:
+            writer.add_message(channel, time, bytes(60), time)
+        writer.finish()
+
+
+def test_a_file_of_another_recorder_takes_no_channels_from_its_neighbours(tmp_path: Path) -> None:
+    """Its first chunk, which describes its only channel, is damaged, and its summary is cut off."""
+    (tmp_path / "bag").mkdir()
+    first, second = (tmp_path / "bag" / f"bag_{number}.mcap" for number in (0, 1))
+    foreign(first, "/one", [1, 2, 3, 4, 5, 6])
+    foreign(second, "/two", [7, 8, 9])
+    start, length = records(first, Opcode.CHUNK)[0]
+    overwrite(first, start + length - 40, b"\xff")
+    first.write_bytes(first.read_bytes()[:-30])
+    repair(tmp_path / "bag")
+    listed = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    topics = {each["topic_metadata"]["name"]: each["message_count"] for each in listed["topics_with_message_count"]}
+    assert topics == {"/two": 3}
+
+
+def test_a_file_with_messages_outside_of_chunks_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    path = tmp_path / "bag" / "bag_0.mcap"
+    foreign(path, "/one", [1, 2, 3], chunked=False)
+    content = path.read_bytes()[:-20]
+    path.write_bytes(content)
+    with pytest.raises(BagError, match="messages outside of chunks"):
+        repair(tmp_path / "bag")
+    assert [each.read_bytes() for each in (tmp_path / "bag").iterdir()] == [content]

@@ -34,7 +34,7 @@ UNIT = 1_000_000
 @pytest.fixture(params=["none", "lz4", "zstd"])
 def bag(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A bag of files with several chunks, with three topics of two types and unlike qualities of service."""
-    monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", 100)
+    monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", 400)
     writer = BagWriter(tmp_path / "bag", request.param, notes={"mode": "real time"})
     topics = [topic("/clock", CLOCK), topic("/diagnostics", STATUS), topic("/other/clock", CLOCK)]
     topics[2].qos = [qos_entry(False, True), qos_entry(True, False, deadline=(1, 5))]

@@ -301,12 +301,12 @@ def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parame
         start = f"start it with --set {name}={value}"
         raise ParameterError(f"{name} is set at the start and cannot be changed while the node runs: {start}")
     kind = Parameter.Type(descriptor.type)
-    if kind is Parameter.Type.DOUBLE and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    elif kind is Parameter.Type.DOUBLE_ARRAY and isinstance(value, list):
-        value = [float(item) if isinstance(item, int) else item for item in value]
+    if kind in (Parameter.Type.DOUBLE, Parameter.Type.DOUBLE_ARRAY):
+        value = [_as_float(item) for item in value] if isinstance(value, list) else _as_float(value)
     takes = descriptor.additional_constraints.rstrip(".") or f"It takes a value of type {kind.name.lower()}"
     refused = ParameterError(f"{name} = {value} is not allowed: {takes[0].lower()}{takes[1:]}")
+    if kind is Parameter.Type.INTEGER and isinstance(value, bool):  # which Python counts among the integers
+        raise refused
     try:
         parameter = Parameter(descriptor.name, kind, value)
     except (TypeError, ValueError, AssertionError):
@@ -316,6 +316,11 @@ def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parame
     if any(not r.from_value <= number <= r.to_value for r in ranges for number in numbers):
         raise refused
     return parameter
+
+
+def _as_float(value: Any) -> Any:
+    """A whole number as a float; other values as they are."""
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _plain(value: Any) -> Any:
