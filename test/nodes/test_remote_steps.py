@@ -248,7 +248,8 @@ def test_a_reader_that_warns_without_a_confirmation_has_refused_the_message(arri
         Talking(arriving).publish(PoseStamped(), "goal_pose", "reference_ship")
 
 
-def test_with_patience_a_late_confirmation_counts() -> None:
+def test_with_patience_a_late_confirmation_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remote, "CONFIRMATION_LIMIT", 0.0)
     talking = Talking([None] * 3 + [OWN])
     assert talking.publish(PoseStamped(), "path", "reference_ship", patience=5.0) == "x = 1"
 
