@@ -186,7 +186,7 @@ def test_a_cut_file_is_an_error_and_is_not_computed_over(tmp_path: Path, damage:
         list(made.missing(campaign(tmp_path)))
 
 
-VALUES = [1.0, 0.0, -0.0, math.nan, None, math.inf]
+VALUES: list[Any] = [1.0, 0.0, -0.0, math.nan, None, math.inf]
 
 
 def test_a_metric_is_the_same_as_in_the_row_or_a_difference_whatever_it_is(tmp_path: Path) -> None:
