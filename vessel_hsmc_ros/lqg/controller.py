@@ -85,7 +85,7 @@ class Memory(NamedTuple):
         tau_1, tau_2: Accelerations by the wrench since the last step, as modelled.
         head: Column of the present period in `queue`.
         beta: Drift angle of the track.
-        r_s, dr_s: Its turn, filtered, and the rate of change of that.
+        r_s, dr_s: Its turn beyond that of the reference, filtered, and the rate of change of that.
         xi: Integrals of the position error.
         queue: The last commands, (2, n + 1), written in place.
         K, scratch: Working memory, shapes (4,) and (20, 15).
@@ -195,23 +195,24 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
 
 
 @kernel
-def turn(t: Track, ship: Motion, c_n: float, lever: float, m: Memory, g: Gains) -> Turn:
+def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, lever: float, m: Memory, g: Gains) -> Turn:
     """The yaw acceleration of the track.
 
     Args:
         t: The track.
         ship: The motion of her controlled point.
+        of_reference: Yaw rate r_d of the reference, and its rate of change.
         c_n: Current across her hull.
         lever: Distance of the pivot ahead of that point.
         m: Internal state.
         g: Constants.
     """
-    a, K, q, psi = math.exp(float(m.x[LN_A])), m.K, g.q, ship.psi
+    a, K, q, psi, (r_d, dr_d) = math.exp(float(m.x[LN_A])), m.K, g.q, ship.psi, of_reference
     kappa, v_p = float(m.x[KAPPA]) - a * g.x_d / t.W, ship.v + lever * ship.r
     beta, dbeta = drift_in_turn(m.beta, t, a, kappa, float(m.x[FV]), g.h)
     turning, v_s = t.dchi - clip(dbeta, 1.0 / q), t.way * t.W * math.sin(beta)
-    # Its derivative is that of a filter, because the turn of the track may jump.
-    r_s = m.r_s + g.step_f * (turning - m.r_s)
+    # Its derivative is that of a filter, because the turn of the track may jump; of the reference it is known.
+    r_s = m.r_s + g.step_f * (turning - r_d - m.r_s)
     dr_s = m.dr_s + g.step_f * ((r_s - m.r_s) / g.h - m.dr_s)
     interpolate(t.W * q, a * q, kappa, g.table, K)
     of = K.tolist()
@@ -222,7 +223,7 @@ def turn(t: Track, ship: Motion, c_n: float, lever: float, m: Memory, g: Gains) 
     if lever > 0.0:
         share, pivoting = on_the_spot(t, v_p, a, lever, m.x, g)
         r_c += share * (pivoting - r_c)
-    return Turn(psi_c, r_c, dr_s + K_r * (r_c - ship.r), beta, r_s, dr_s)
+    return Turn(psi_c, r_c, dr_d + dr_s + K_r * (r_c - ship.r), beta, r_s, dr_s)
 
 
 @kernel
@@ -276,7 +277,7 @@ def step(
 
     t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, float(m.K[0]) / max(float(m.K[1]), 1e-9), g)
     v_p = ship.v + lever * ship.r
-    c = turn(t, ship, to_body(float(x[CE]), float(x[CN]), ship.psi)[1], lever, m, g)
+    c = turn(t, ship, (goal.r, dd.dr), to_body(float(x[CE]), float(x[CN]), ship.psi)[1], lever, m, g)
     du, _, dr = unforced(ship.u, v_p, ship.r, ship.psi, x, g)
     demand_1, demand_2 = t.dw_t + g.k_u * (t.w_t - ship.u) - du, c.alpha - dr
     command_1 = lead(tau_1, clip(demand_1, g.surge.limit), g.surge)

@@ -11,14 +11,14 @@
 Lengths are in units of L, times in units of T, forces as accelerations of the declared inertia: for the law every ship is of
 length 1 with a largest yaw acceleration of 1. The controller reckons in the time q·T with
 
-    q = 1 + max(T_r + T_d + T_f/10)/T,   i = 1/(1 + (T_f/(q·T·0.4))²)
+    q = 1 + max(T_r + T_d + T_f/10)/T,   i = 1/(1 + (T_f/(q·T·0.8))²)
 
 because a loop through slow actuators must be slower, and a moment that rises slowly must begin to fall early. The numbers were
 searched on drawn ships; docs/lqg.md states on which.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,10 +31,10 @@ from vessel_hsmc_ros.law.applied_wrench import Channel, channel
 from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
 from vessel_hsmc_ros.lqg.regulator import table
 
-RISE, RISING = 0.1, 0.4
+RISE, RISING = 0.1, 0.8
 """Share of T_f in the stretch q, and T_f in q·T at which braking curves use half of turn_share."""
 
-ASSUMED_FULL = 1.0
+ASSUMED_FULL = 2.0
 """T_f in T where not all of the actuators is declared, for the braking curves alone."""
 
 POSE_FILTER = 6.9, 13.8
@@ -47,8 +47,8 @@ TURN_FILTER = 16.0
 """Bandwidth of the turns that are fed forward, 1/T."""
 
 LOOSE, FAR_AHEAD = 2.0, 0.1
-"""Factor of cross_track where not all of the actuators is declared, or the pivot, about which turns move the origin, is so far
-ahead of it, L."""
+"""Factor by which the loops are looser where not all of the actuators is declared, or the pivot, about which turns move the
+origin, is so far ahead of it, L."""
 
 FIRST_DOUBT = 0.05, 0.02, 0.1
 """Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
@@ -74,19 +74,19 @@ class LqgParameters:
     """Numbers of the law in units of the ship's length L and of the time T of her turns."""
 
     cross_track: float = number(0.04, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
-    turn_rate: float = number(0.5, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
-    position_gain: float = number(1.0, "Approach speed per position error.", "1/T", "k_p")
+    turn_rate: float = number(0.4, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
+    position_gain: float = number(1.5, "Approach speed per position error.", "1/T", "k_p")
     approach_speed: float = number(0.5, "Largest approach speed.", "L/T", "v_max")
     approach_braking: float = number(0.08, "Deceleration of the approach.", "L/T²", "a_p")
-    integral_gain: float = number(0.14, "Integral gain on the position error.", "1/T²", "k_i")
+    integral_gain: float = number(0.11, "Integral gain on the position error.", "1/T²", "k_i")
     surge_gain: float = number(4.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
     approach_angle: float = number(0.8, "Largest angle at which a track is approached.", "rad", "theta", math.pi / 2)
     turn_share: float = number(
         0.4, "Share of the largest yaw acceleration that braking curves use, of instant actuators.", "", "a_s", 1.0
     )
-    velocity_noise: float = number(0.01, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
+    velocity_noise: float = number(0.005, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
     yaw_rate_noise: float = number(0.01, "Standard deviation of measured yaw rates over T/20.", "1/T", "n_r")
-    surge_walk: float = number(0.15, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
+    surge_walk: float = number(0.3, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
     sway_walk: float = number(0.005, "Change of the sway disturbance in T, as a standard deviation.", "L/T²", "q_v")
     yaw_walk: float = number(0.2, "Change of the yaw disturbance in T, as a standard deviation.", "1/T²", "q_r")
     sway_decay: float = number(2.0, "Decay rate of the sway where it is not declared.", "1/T", "a_0")
@@ -172,18 +172,30 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
         for each, limit, unit in zip(both, limits, units, strict=True)
     )
     h = period / T
-    doubt = min(max(pivot(vessel), 0.0) / FAR_AHEAD, 1.0) if inputs.declared else 1.0
-    e_0 = p.cross_track * (1.0 + (LOOSE - 1.0) * doubt)
+    p = loosened(p, min(max(pivot(vessel), 0.0) / FAR_AHEAD, 1.0) if inputs.declared else 1.0)
     return Gains(
         L=L, T=T, force=units[0], moment=units[1], h=h,
         x_p=pivot(vessel), x_d=CENTRE * pivot(vessel), U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
-        k_p=p.position_gain / q, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
+        k_p=p.position_gain / q**2, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
         k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
         a_max=p.turn_share * early, r_max=(0.4 + early) / q,
         R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
         z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-TURN_FILTER * h / q),
-        surge=surge, yaw=yaw, table=table(e_0, p.turn_rate),
+        surge=surge, yaw=yaw, table=table(p.cross_track, p.turn_rate),
     )  # fmt: skip
+
+
+def loosened(p: LqgParameters, doubt: float) -> LqgParameters:
+    """The numbers for a ship of whose actuators, or turns, as much is in doubt, from 0 to 1: each loop is slower."""
+    loose = 1.0 + (LOOSE - 1.0) * doubt
+    return replace(
+        p,
+        cross_track=p.cross_track * loose,
+        turn_rate=p.turn_rate * math.sqrt(loose),
+        position_gain=p.position_gain / math.sqrt(loose),
+        surge_walk=p.surge_walk / loose,
+        velocity_noise=p.velocity_noise * loose,
+    )
 
 
 def pivot(vessel: KnownVessel) -> float:
