@@ -17,8 +17,8 @@ from vessel_hsmc_ros.bags import mcap_writer
 from vessel_hsmc_ros.bags.mcap_contents import Contents, read_contents, scan
 from vessel_hsmc_ros.bags.mcap_layout import FOOTER, MAGIC
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.bags.repair import is_complete, repair
-from vessel_hsmc_ros.bags.rosbag2_metadata import qos_entry
+from vessel_hsmc_ros.bags.repair import Repair, is_complete, repair
+from vessel_hsmc_ros.bags.rosbag2_metadata import qos_entry, write_metadata
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Splitting
 
 TIMES = [[700, 500, 1_900, 600], [2_100, 1_950, 0, 5_000, 2_000], [300, 100, 4_200, 3_000]]
@@ -204,3 +204,38 @@ def test_a_channel_of_a_damaged_file_has_its_own_definition_and_not_that_of_anot
     assert (done.messages, done.described) == (2, True)
     listed = information(tmp_path / "bag")["topics_with_message_count"]
     assert [(each["topic_metadata"]["name"], each["topic_metadata"]["type"]) for each in listed] == [*names.values()]
+
+
+def test_each_message_keeps_its_times_of_receipt_and_of_publication_and_its_place(bag: Path) -> None:
+    expected = [(time * UNIT + at, time * UNIT + 10 + at) for time in EVERY for at in (0, 2, 1)]
+    assert [(each.log_time, each.publish_time) for each in open_bag(bag).raw_messages()] == expected
+    found = []
+    for path in files(bag):
+        with path.open("rb") as stream:
+            found += [(m.log_time, m.publish_time) for _, _, m in make_reader(stream).iter_messages(log_time_order=False)]
+    assert found == expected
+
+
+def test_a_description_that_cannot_be_written_leaves_the_one_before(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before, write = (bag / "metadata.yaml").read_bytes(), Path.write_text
+
+    def full(path: Path, text: str, **options: Any) -> int:
+        write(path, text[:100], **options)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_metadata(bag, information(bag) | {"message_count": 0})
+    assert (bag / "metadata.yaml").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "content", ["", "half: [", "rosbag2_bagfile_information: 3", "rosbag2_bagfile_information: {version: x}"]
+)
+def test_a_description_that_cannot_be_read_is_made_anew(bag: Path, content: str) -> None:
+    before = information(bag)
+    (bag / "metadata.yaml").write_text(content)
+    assert not is_complete(bag)
+    assert repair(bag) == Repair(3 * STEPS, 0, 0, 0, described=True)
+    assert without_notes(information(bag)) == without_notes(before)
+    assert information(bag)["custom_data"]["mode"] == "real time"
