@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from campaigns import FORCE, INERTIA, SEED, X, campaign
+from campaigns import FORCE, INERTIA, SEED, X, campaign, campaign_file
 
 from vessel_hsmc_ros.campaign import dataset as datasets
 from vessel_hsmc_ros.campaign.dataset import Dataset, Row, check_chunk, opened, read_rows, write_file, write_table
@@ -198,3 +198,22 @@ def test_a_metric_is_the_same_as_in_the_row_or_a_difference_whatever_it_is(tmp_p
             assert bool(read.differences(metrics._replace(**{name: here}))) == (i != j and {i, j} != {1, 2})
     older = dict.fromkeys(Metrics._fields[1:], 1.0)
     assert Row(plan, 0, {**older, "ended_early": False}).differences(metrics) == []
+
+
+def test_another_seed_is_that_of_the_campaign_and_of_nothing_else(tmp_path: Path) -> None:
+    fixed = campaign_file(tmp_path, set={"vessel_sim.duration": 0.5, SEED: 7})
+    without = campaign_file(tmp_path, "without", seed=None)
+    for seed in (0, 5):
+        plan = Campaign.load(fixed, seed=seed)
+        assert (plan.seed, plan.changes[SEED], plan.planned(0).seed) == (seed, 7, 7)
+        assert Campaign.load(without, seed=seed).seed == seed
+    assert (Campaign.load(fixed).seed, Campaign.load(without).seed) == (1, 0)
+
+
+def test_a_smaller_number_of_draws_than_a_folder_has_is_refused_and_changes_nothing(tmp_path: Path) -> None:
+    filled(tmp_path / "there", campaign(tmp_path), 0, 1)
+    before = about(tmp_path / "there")
+    with pytest.raises(CampaignError, match="has 5 draws already: give --runs with at least that number"):
+        filled(tmp_path / "there", campaign(tmp_path, runs=4))
+    assert about(tmp_path / "there") == before
+    assert len(read_rows(tmp_path / "there")) == 8

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import pytest
 from reaching import Reach, exit_code_of
 
+from vessel_hsmc_ros.scenario.parameters import NODES as PARAMETERS
+
 MINE = """
 vessel_sim: {ros__parameters: {duration: 9.0, seed: 4, rate_hz: 100.0}}
 controller: {ros__parameters: {law: pd, rate_hz: 100.0}}
@@ -87,6 +89,7 @@ def named(*names: str) -> Callable[[dict[str, Any]], Any]:
 
 SEED_9, SEED_0 = "--set vessel_sim.seed=9", "--set vessel_sim.seed=0"
 GAIN = "--gain controller.pd.heading_gain=1e5:4e6"
+STEPPED = [f"--set {node}.lockstep=true" for node in PARAMETERS]
 CASES = [
     # a scenario file, its changes one by one, and the later one of two
     Case("simulate calm.yaml", OFFLINE, of_run, (9.0, 4, "pd")),
@@ -103,6 +106,7 @@ CASES = [
     Case("run mine.yaml --faults other.yaml", NODES, faults, [(2.0, "reference")]),
     Case("run mine.yaml", NODES, lockstep, [True] * 4),
     Case("run mine.yaml --real-time", NODES, lockstep, [False] * 4),
+    Case(f"run mine.yaml --real-time {' '.join(STEPPED)}", NODES, lockstep, [True] * 4),
     Case("run mine.yaml --real-time --set vessel_sim.rate_hz=50", NODES, rates, (50.0, 100.0)),
     Case("run mine.yaml --live-port 9000", NODES, named("live_port"), (None,)),
     Case("run --campaign there --run 0", ROW, named("folder", "run"), (Path("there"), 0)),
@@ -163,8 +167,9 @@ WRONG = {
     "simulate mine.yaml": "has faults, which only the nodes carry out",
     "simulate calm.yaml --campaign there --run 0": "without SCENARIO",
     f"simulate --campaign there --run 0 {SEED_0}": "without SCENARIO, --set",
-    "simulate --run 0": "give --campaign and --run",
-    "simulate --campaign there": "give --campaign and --run",
+    "simulate --run 0": "to repeat a run of a campaign give --campaign and --run",
+    "simulate --campaign there": "to repeat a run of a campaign give --campaign and --run",
+    "simulate calm.yaml --run 0": "without SCENARIO",
     "simulate --campaign there --run -1": "Invalid value for '--run'",
     "run ''": "scenario  is unknown",
     "run --campaign there --run 0 --real-time": "without SCENARIO",
