@@ -1,5 +1,6 @@
 """`repair` of bags with damaged bytes anywhere: what is readable before and behind them stays."""
 
+import os
 import struct
 from pathlib import Path
 
@@ -8,10 +9,13 @@ import yaml
 from bag_making import CLOCK, clock, topic
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import Schema
 from mcap.writer import CompressionType, Writer
 
-from vessel_hsmc_ros.bags import mcap_writer
-from vessel_hsmc_ros.bags.mcap_layout import RECORD_HEADER, file_records
+from vessel_hsmc_ros.bags import files, mcap_writer
+from vessel_hsmc_ros.bags.mcap_contents import scan
+from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, RECORD_HEADER, file_records
+from vessel_hsmc_ros.bags.mcap_writer import record_bytes
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete, repair
 from vessel_hsmc_ros.bags.writer import RECORDING, SCENARIO, BagWriter
@@ -156,3 +160,54 @@ def test_a_file_with_messages_outside_of_chunks_is_refused_and_left_as_it_is(tmp
     with pytest.raises(BagError, match="messages outside of chunks"):
         repair(tmp_path / "bag")
     assert [each.read_bytes() for each in (tmp_path / "bag").iterdir()] == [content]
+
+
+def test_messages_outside_of_chunks_beside_chunks_are_read_and_not_lost_by_a_repair(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    path = tmp_path / "bag" / "bag_0.mcap"
+    foreign(path, "/one", [1, 2, 3])
+    loose = MESSAGE_HEADER.pack(Opcode.MESSAGE, MESSAGE_FIELDS + 60, 1, 0, 9, 9) + bytes(60)
+    schema = record_bytes(Schema(id=1, name="one", encoding="ros2msg", data=b"int32 x"))
+    content = path.read_bytes()[: scan(path).end] + loose + schema
+    path.write_bytes(content)
+    assert [message.log_time for message in open_bag(path).raw_messages()] == [1, 2, 3, 9]
+    with pytest.raises(BagError, match="messages outside of chunks"):
+        repair(tmp_path / "bag")
+    assert path.read_bytes() == content
+
+
+def test_a_system_that_writes_less_than_it_is_given_is_given_the_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def written(folder: Path) -> bytes:
+        writer, ticks = BagWriter(folder / "bag", "none"), topic("/clock", CLOCK)
+        writer.add_topic(ticks)
+        for k in range(COUNT):
+            writer.write(ticks, clock(k), k, k)
+        writer.close()
+        return (folder / "bag" / "bag_0.mcap").read_bytes()
+
+    expected, write = written(tmp_path / "one"), os.pwrite
+    monkeypatch.setattr("os.pwrite", lambda fd, data, offset: write(fd, data[:700], offset))
+    assert written(tmp_path / "other") == expected
+
+
+@pytest.mark.parametrize("count", range(1, 8))
+def test_a_block_of_records_that_is_not_full_is_read_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", 40)
+    monkeypatch.setattr(files, "BLOCK", 100)
+    writer, ticks = BagWriter(tmp_path / "bag", "none"), topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    for k in range(count):
+        writer.write(ticks, clock(k), k, k)
+    writer.close()
+    assert [message.log_time for message in open_bag(tmp_path / "bag").raw_messages()] == list(range(count))
+    assert open_bag(tmp_path / "bag")["/clock"].log_time.tolist() == list(range(count))
+
+
+def test_a_bag_whose_first_file_cannot_be_written_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("vessel_hsmc_ros.bags.writer.McapFile", full)
+    with pytest.raises(BagError, match="No space left"):
+        BagWriter(tmp_path / "bag")
+    assert not (tmp_path / "bag").exists()
