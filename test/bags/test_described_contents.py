@@ -116,8 +116,10 @@ def test_a_bag_is_complete_only_if_all_of_it_is_and_a_repair_describes_it_as_bef
         path = files(bag)[int(lost)]
         path.write_bytes(data[path.name][: -len(MAGIC) - FOOTER.size])
     assert not is_complete(bag)
+    assert open_bag(bag).complete == (lost == "metadata.yaml")
     repair(bag)
     assert is_complete(bag)
+    assert open_bag(bag).complete
     assert without_notes(information(bag)) == without_notes(before)
     assert information(bag)["custom_data"] == {**before["custom_data"], "recovered": "true"}
     assert {path.name: path.read_bytes() for path in files(bag)} == data
