@@ -81,8 +81,8 @@ def tune(
     from vessel_hsmc_ros.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases
     from vessel_hsmc_ros.tuning.result import tune as run_tuning
 
-    given = parse_changes(changes) | ({} if law is None else {LAW: law})
-    runs = load_cases(source, given)
+    given = parse_changes(changes)
+    runs = load_cases(source, given | ({} if law is None else {LAW: law}))
     law = law_of(runs)
     tuning = Tuning(runs, parse_gains(gains, law, runs[0].scenario), chosen_objective(**objective), seed, workers)
     unseen = held_out_cases(source if held_out is None else held_out, given, law, others=held_out is not None)
