@@ -348,7 +348,8 @@ class LqgController(KernelLaw[LqgParameters]):
         """Take the gains for a model of the actuators."""
         self._models, self._known = self._models._replace(used=model), with_model(self.vessel, model)
         every = self._models.every if self.parameters.actuator_identification else 0
-        self.constants = Constants(gains(self.parameters, self._known, self.period), self._models._replace(every=every))
+        found = gains(self.parameters, self._known, self.period, identified=model > 0)
+        self.constants = Constants(found, self._models._replace(every=every))
 
     @property
     def known(self) -> KnownVessel:

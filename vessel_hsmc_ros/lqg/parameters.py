@@ -50,6 +50,9 @@ LOOSE, FAR_AHEAD = 2.0, 0.1
 """Factor by which the loops are looser where not all of the actuators is declared, or the pivot, about which turns move the
 origin, is so far ahead of it, L."""
 
+IDENTIFIED = 0.5
+"""Doubt about identified actuators: they are those of the nearest model of a bank, and found by turns alone."""
+
 FIRST_DOUBT = 0.05, 0.02, 0.1
 """Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
 
@@ -157,8 +160,8 @@ class Gains(NamedTuple):
     table: Array
 
 
-def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
-    """The constants of the law for a ship and a control period, s."""
+def gains(p: LqgParameters, vessel: KnownVessel, period: float, identified: bool = False) -> Gains:
+    """The constants of the law for a ship, whose actuators may be those that were identified, and a control period, s."""
     T, L, inputs = unit_time(vessel), vessel.length, dynamics(vessel)
     both = inputs.surge, inputs.yaw
     q = 1.0 + max(each.remaining + each.dead_time + RISE * each.full for each in both) / T
@@ -172,7 +175,8 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float) -> Gains:
         for each, limit, unit in zip(both, limits, units, strict=True)
     )
     h = period / T
-    p = loosened(p, min(max(pivot(vessel), 0.0) / FAR_AHEAD, 1.0) if inputs.declared else 1.0)
+    doubt = min(max(pivot(vessel), 0.0) / FAR_AHEAD, 1.0) if inputs.declared else 1.0
+    p = loosened(p, max(doubt, IDENTIFIED) if identified else doubt)
     return Gains(
         L=L, T=T, force=units[0], moment=units[1], h=h,
         x_p=pivot(vessel), x_d=CENTRE * pivot(vessel), U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
