@@ -4,6 +4,8 @@ import cmath
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
@@ -26,7 +28,9 @@ def track_of(ship: Motion, goal: Motion, current: complex, turned: float = 0.0, 
 
     water = complex(current.real, side * current.imag) * cmath.exp(1j * turned)
     rate = Acceleration(0.02, side * 0.01, side * 0.03)
-    return track(placed(ship), placed(goal), rate, water.real, water.imag, Integrals(0.01, side * 0.02, 0.0, 0.0), 0.5, GAINS)
+    return track(
+        placed(ship), placed(goal), rate, water.real, water.imag, Integrals(0.01, side * 0.02, 0.0, 0.0), 0.5, 1.0, GAINS
+    )
 
 
 @pytest.mark.parametrize("over_ground", [-FAST, -SLOW, 0.0, SLOW, FAST])
@@ -37,7 +41,7 @@ def test_only_a_reference_that_moves_astern_over_ground_and_through_the_water_is
 ) -> None:
     goal = Motion(5.0, -3.0, psi, over_ground, 0.0, 0.0)
     current = (over_ground - through_water) * cmath.exp(1j * psi)
-    found = track(goal, goal, STEADY, current.real, current.imag, NONE, 0.5, GAINS)
+    found = track(goal, goal, STEADY, current.real, current.imag, NONE, 0.5, 1.0, GAINS)
     assert found.way == (-1.0 if over_ground == through_water == -FAST else 1.0)
     if abs(through_water) == FAST:
         assert pytest.approx(FAST) == found.W
@@ -48,7 +52,7 @@ def test_only_a_reference_that_moves_astern_over_ground_and_through_the_water_is
 
 def test_a_reference_that_is_far_away_is_pursued_ahead_however_it_moves() -> None:
     goal = Motion(5.0, -3.0, 0.4, -FAST, 0.0, 0.0)
-    near, far = (track(goal._replace(x=5.0 - away), goal, STEADY, 0.0, 0.0, NONE, 0.5, GAINS) for away in (0.1, 50.0))
+    near, far = (track(goal._replace(x=5.0 - away), goal, STEADY, 0.0, 0.0, NONE, 0.5, 1.0, GAINS) for away in (0.1, 50.0))
     assert (near.way, far.way) == (-1.0, 1.0)
     assert abs(far.chi) < 1.0
 
@@ -74,10 +78,10 @@ def test_the_track_turns_and_is_mirrored_with_the_world(turned: float, mirrored:
 @pytest.mark.parametrize("psi", [2.9, -2.9])
 def test_the_distance_to_port_counts_across_the_course_through_the_water_and_none_along_it(u: float, psi: float) -> None:
     goal, current = Motion(5.0, -3.0, psi, u, 0.0, 0.0), (0.1, 0.15)
-    chi = track(goal, goal, STEADY, *current, NONE, 0.5, GAINS).chi
+    chi = track(goal, goal, STEADY, *current, NONE, 0.5, 1.0, GAINS).chi
     for angle, share in ((0.0, 0.0), (0.5 * math.pi, 1.0), (math.pi, 0.0), (-0.5 * math.pi, -1.0)):
         ship = goal._replace(x=5.0 + 0.02 * math.cos(chi + angle), y=-3.0 + 0.02 * math.sin(chi + angle), psi=1.0)
-        assert track(ship, goal, STEADY, *current, NONE, 0.5, GAINS).e_c == pytest.approx(0.02 * share, abs=1e-9)
+        assert track(ship, goal, STEADY, *current, NONE, 0.5, 1.0, GAINS).e_c == pytest.approx(0.02 * share, abs=1e-9)
 
 
 @pytest.mark.parametrize("psi", [2.9, -2.9])
@@ -85,7 +89,7 @@ def test_the_integral_grows_along_and_across_the_reference_whatever_the_heading_
     goal = Motion(5.0, -3.0, psi, 0.4, 0.0, 0.0)
     for angle, along, across in ((0.0, 1, 0), (0.5 * math.pi, 0, 1), (math.pi, -1, 0), (-0.5 * math.pi, 0, -1)):
         ship = goal._replace(x=5.0 + 0.02 * math.cos(psi + angle), y=-3.0 + 0.02 * math.sin(psi + angle), psi=0.3)
-        xi = track(ship, goal, STEADY, 0.0, 0.0, Integrals(0.01, 0.02, 0.0, 0.0), 0.5, GAINS).xi
+        xi = track(ship, goal, STEADY, 0.0, 0.0, Integrals(0.01, 0.02, 0.0, 0.0), 0.5, 1.0, GAINS).xi
         assert [math.copysign(1.0, xi[i] - start) * (abs(xi[i] - start) > 1e-12) for i, start in ((0, 0.01), (1, 0.02))] == [
             along, across,
         ]  # fmt: skip
@@ -121,10 +125,10 @@ def test_no_integral_exceeds_its_bound() -> None:
 def test_at_rest_the_ship_follows_a_turn_on_the_spot_by_the_short_way_and_else_keeps_her_heading(side: float) -> None:
     ship = Motion(5.0, -3.0, side * 3.0, 0.0, 0.0, 0.0)
     goal = ship._replace(psi=wrap(side * 3.4))
-    resting, turning = (track(ship, goal._replace(r=r), STEADY, 0.0, 0.0, NONE, 0.5, GAINS).chi for r in (0.0, 100.0))
+    resting, turning = (track(ship, goal._replace(r=r), STEADY, 0.0, 0.0, NONE, 0.5, 1.0, GAINS).chi for r in (0.0, 100.0))
     assert wrap(resting - side * 3.0) == pytest.approx(0.0, abs=1e-6)
     assert wrap(turning - side * 3.4) == pytest.approx(0.0, abs=1e-3)
-    half = track(ship, goal._replace(r=0.05), STEADY, 0.0, 0.0, NONE, 0.5, GAINS).chi
+    half = track(ship, goal._replace(r=0.05), STEADY, 0.0, 0.0, NONE, 0.5, 1.0, GAINS).chi
     assert wrap(half - side * 3.2) == pytest.approx(0.0, abs=1e-6)
 
 
@@ -141,3 +145,13 @@ def test_the_drift_angle_ends_where_the_forces_across_the_hull_are_in_balance(wa
     assert -kappa * u * turn - a * v + force == pytest.approx(0.0, abs=1e-9)
     assert rate == pytest.approx(0.0, abs=1e-9)
     assert turn or v * force > 0.0
+
+
+@given(st.floats(0.01, 0.3), st.floats(-math.pi, math.pi), st.floats(0.05, 5.0))
+def test_the_approach_to_a_point_at_rest_is_slower_than_the_drift_decays(away: float, side: float, settling: float) -> None:
+    """Of a ship that rests off the point, near and heading for it or not: beyond that rate she would circle it."""
+    ship = Motion(-away * math.cos(side), -away * math.sin(side), 0.0, 0.0, 0.0, 0.0)
+    goal = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    found = track(ship, goal, STEADY, 0.0, 0.0, NONE, 0.5, settling, GAINS)
+    assert math.hypot(found.w_t, found.w_n) <= min(GAINS.k_p, 0.35 * settling) * away * (1.0 + 1e-9)
+    assert abs(found.w_t) <= min(GAINS.k_p, 0.35 * settling) * away * abs(math.cos(side)) ** 3 + 1e-12

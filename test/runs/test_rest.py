@@ -65,3 +65,13 @@ def test_every_vessel_of_the_library_comes_to_rest_within_two_thousandths_of_its
     start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0]}
     duration = {"vessel_sim.duration": min(scenario.vessel_sim.duration, 1400.0)}
     assert error_at_rest(scenario.changed({**REST, **start, **duration})) < 0.002 * length
+
+
+@pytest.mark.parametrize("name", sorted({*vessel_names()} - {"cybership2", "cybership_enterprise"}))
+def test_lqg_brings_every_vessel_but_the_non_minimum_phase_ones_to_rest_within_a_hundredth_of_its_length(name: str) -> None:
+    """Where the approach is as fast as the drift decays, light hulls circle the point at 0.1 to 0.7 lengths for ever."""
+    scenario = parse_scenario(scenario_for(read_vessel(name).values, name), name)
+    length = scenario.vessel_sim.vessel.length
+    start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0], "controller.law": "lqg"}
+    duration = {"vessel_sim.duration": min(scenario.vessel_sim.duration, 1400.0)}
+    assert error_at_rest(scenario.changed({**REST, **start, **duration})) < 0.01 * length

@@ -275,7 +275,8 @@ def step(
     ship, tau_1, tau_2 = ahead(now, lever, n_1, n_2, m, g)
     goal = moved(d, dd.du, dd.dv, dd.dr, g.h * max(n_1, n_2)) if max(n_1, n_2) > 0 else d
 
-    t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, float(m.K[0]) / max(float(m.K[1]), 1e-9), g)
+    slope, settling = float(m.K[0]) / max(float(m.K[1]), 1e-9), math.exp(float(x[LN_A])) / max(float(x[KAPPA]), 0.1)
+    t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, slope, settling, g)
     v_p = ship.v + lever * ship.r
     c = turn(t, ship, (goal.r, dd.dr), to_body(float(x[CE]), float(x[CN]), ship.psi)[1], lever, m, g)
     du, _, dr = unforced(ship.u, v_p, ship.r, ship.psi, x, g)

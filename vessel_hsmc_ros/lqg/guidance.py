@@ -7,7 +7,7 @@
 | c | estimated current | L/T |
 | W, chi | speed and course through the water of the track | L/T, rad |
 | e_c | distance of the ship to port of the track | L |
-| k | approach speed per distance: k_p near, the braking curve of a deceleration a_p far away | 1/T |
+| k | approach speed per distance: k_p near, bounded at rest; the braking curve of a deceleration a_p far away | 1/T |
 | b | share of the error by which the course itself is turned towards the reference, 0 near the track | - |
 | xi | integrals of the error along and across the reference, and over the earth | L/T |
 | beta, v_s | drift angle and sway velocity that go with the turn | rad, L/T |
@@ -58,6 +58,10 @@ OVER_EARTH = 1.4, 0.03
 
 LEAN = 0.1
 """Shortest time constant, in terms of 1/a, in which the drift takes part in a turn."""
+
+AT_REST = 0.35
+"""Largest rate of the approach to a point at rest, in terms of a/kappa: a ship that comes faster than her drift decays circles it
+for ever."""
 
 STEEPEST = 0.8
 """Sine of the largest drift angle."""
@@ -123,6 +127,7 @@ def track(
     c_N: float,
     xi: Integrals,
     slope: float,
+    settling: float,
     g: Gains,
 ) -> Track:
     """The track of a ship.
@@ -133,6 +138,7 @@ def track(
         c_E, c_N: Current.
         xi: Integrals of the error.
         slope: Angle by which the regulator approaches the track per distance from it, K_e/K_psi, rad/L.
+        settling: Rate at which the drift of her turns decays, a/kappa.
         g: Constants.
     """
     e_x, e_y = ship.x - goal.x, ship.y - goal.y
@@ -144,7 +150,8 @@ def track(
     square = Wx * Wx + Wy * Wy
     moving = square / (square + STILL * STILL)
     far = max(0.0, 1.0 - moving * NEAR / max(distance, 1e-9))
-    k = braked(distance, g.k_p, g.a_p, g.v_max) / max(distance, 1e-9)
+    at_rest = min(g.k_p, AT_REST * settling)
+    k = braked(distance, at_rest + moving * (g.k_p - at_rest), g.a_p, g.v_max) / max(distance, 1e-9)
     Bx, By = Wx - k * far * e_x, Wy - k * far * e_y
     along = Wx * math.cos(goal.psi) + Wy * math.sin(goal.psi)
     way = -1.0 if max(goal.u, along) < -ASTERN and far < 0.5 else 1.0
@@ -159,9 +166,12 @@ def track(
     dchi = square / (square + 1e-4) * clip((Bx * dBy - By * dBx) / max(of_B, 1e-4), LARGEST_TURN)
     growth = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
     e_c = (1.0 - far) * to_body(e_x, e_y, chi)[1]
-    # The velocity along the hull closes the whole error.
-    w_t, w_n = to_body(vx - k * e_x, vy - k * e_y, ship.psi)
-    dw_t = to_body(ax - k * (ux - vx), ay - k * (uy - vy), ship.psi)[0] + ship.r * w_n
+    # The velocity along the hull closes the whole error; a point at rest abeam has to come ahead of her first.
+    v_t, v_n = to_body(vx, vy, ship.psi)
+    e_t, e_n = to_body(e_x, e_y, ship.psi)
+    k_t = k * (1.0 - (1.0 - moving) * e_n * e_n / max(distance * distance, 1e-18))
+    w_t, w_n = v_t - k_t * e_t, v_n - k * e_n
+    dw_t = to_body(ax - k_t * (ux - vx), ay - k_t * (uy - vy), ship.psi)[0] + ship.r * w_n
     # A regulator that is slow across the track needs slow integrals.
     across = min(g.k_i, ACROSS * (W * slope) ** 2)
     xi = integrated(xi, e_x, e_y, goal.psi, moving * g.k_i, moving * across, turning, g)
