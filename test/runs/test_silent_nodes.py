@@ -40,3 +40,24 @@ def test_nodes_that_report_are_not_named_and_not_waited_for_longer_than_a_period
     text, ended_at = named(monkeypatch, {"a": 99.4, "b": 99.9}, alive={"a", "b"}, failed_at=100.3)
     assert text == ""
     assert ended_at <= 101.1
+
+
+@pytest.mark.parametrize(
+    ("now", "named_nodes"), [(103.0, []), (103.6, ["a"]), (110.0, ["a"]), (119.0, ["a"]), (123.4, ["a", "b"])]
+)
+def test_a_node_hangs_where_others_report_and_the_machine_is_busy_where_none_does(
+    monkeypatch: pytest.MonkeyPatch, now: float, named_nodes: list[str]
+) -> None:
+    monkeypatch.setattr(supervisor, "time", SimpleNamespace(monotonic=lambda: now))
+    text = supervisor.silence({"a": 99.5, "b": min(now - 0.1, 103.3)}, 3.5)
+    assert [name for name in ("a", "b") if f"{name} has been silent" in text] == named_nodes
+
+
+def test_a_machine_that_is_busy_for_a_while_ends_no_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(supervisor, "time", SimpleNamespace(monotonic=lambda: 110.0))
+    assert supervisor.silence({"a": 100.0, "b": 100.6, "c": 99.9}, 3.5) == ""
+
+
+def test_a_node_that_is_given_time_to_start_again_makes_no_other_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(supervisor, "time", SimpleNamespace(monotonic=lambda: 100.0))
+    assert supervisor.silence({"a": 99.0, "back": 115.0}, 3.5) == ""

@@ -137,6 +137,9 @@ CONNECT_LIMIT = 20.0
 SILENCE_LIMIT = 3.5
 """A node publishes diagnostics every second; without any for this time, s, it is considered to hang."""
 
+STARVED_LIMIT = 20.0
+"""After this time, s, without a report of any node all of them are considered to hang, not the machine to be busy."""
+
 INTERRUPTED = 128
 """Offset of the exit code after a signal, whose number is added to it, as in a shell."""
 
@@ -206,7 +209,16 @@ def silence(heard_at: Mapping[str, float], limit: float) -> str:
         limit: The limit, s.
     """
     now = time.monotonic()
-    return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in heard_at.items() if now - at > limit)
+    latest = min(max(heard_at.values(), default=now), now)
+    # Where no node reports, the machine is busy, or this process was: silence counts from the latest report of any.
+    at_last = now if now - latest > STARVED_LIMIT else latest
+    return _named({name: at for name, at in heard_at.items() if at_last - at > limit})
+
+
+def _named(silent: Mapping[str, float]) -> str:
+    """The silent nodes by the times of their latest diagnostics, as the end of an error message."""
+    now = time.monotonic()
+    return "".join(f"; {name} has been silent for {now - at:.1f} s" for name, at in silent.items())
 
 
 def silent_after(listener: StatusListener, names: Collection[str], limit: float) -> str:
@@ -225,7 +237,7 @@ def silent_after(listener: StatusListener, names: Collection[str], limit: float)
     while quiet and time.monotonic() < failed_at + limit:
         listener.listen(0.05)
         quiet = {name for name in names if listener.heard_at.get(name, 0.0) <= failed_at}
-    return silence({name: listener.heard_at.get(name, failed_at) for name in sorted(quiet)}, limit)
+    return _named({name: listener.heard_at.get(name, failed_at) for name in sorted(quiet)})
 
 
 def not_discovered(limit: float) -> ExitStatus:
