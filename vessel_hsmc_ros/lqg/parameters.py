@@ -87,9 +87,9 @@ class LqgParameters:
     turn_share: float = number(
         0.4, "Share of the largest yaw acceleration that braking curves use, of instant actuators.", "", "a_s", 1.0
     )
-    velocity_noise: float = number(0.005, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
+    velocity_noise: float = number(0.007, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
     yaw_rate_noise: float = number(0.01, "Standard deviation of measured yaw rates over T/20.", "1/T", "n_r")
-    surge_walk: float = number(0.3, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
+    surge_walk: float = number(0.23, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
     sway_walk: float = number(0.005, "Change of the sway disturbance in T, as a standard deviation.", "L/T²", "q_v")
     yaw_walk: float = number(0.2, "Change of the yaw disturbance in T, as a standard deviation.", "1/T²", "q_r")
     sway_decay: float = number(2.0, "Decay rate of the sway where it is not declared.", "1/T", "a_0")
