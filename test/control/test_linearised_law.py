@@ -74,10 +74,10 @@ def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(law: str, name: st
             np.array([0.01, 0.01, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0]), ((0.0,) * 6, (0.0,) * 6), START, controller_of(law).memory
         )
         sizes = []
-        for k in range(1200):
+        for k in range(2400):  # near its margin the oscillation decays slowly
             at, _ = advance(k, at)
             sizes.append(max(abs(at.ship[3]), 32.0 * abs(at.ship[5])))
-        return max(sizes[-100:]) / max(sizes[:300])
+        return max(sizes[-100:]) / max(sizes[:100])
 
     assert deviation(0.9 * tolerated) < 0.3
     assert deviation(1.15 * tolerated) > 0.6  # its limits bound the oscillation
