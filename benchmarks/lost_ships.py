@@ -5,8 +5,8 @@ that took no part. A ship is lost whose rms position error over the last quarter
 no law could keep are left out. `vessel-hsmc campaign strangers --seed SEED` computes the same with the law's defaults and keeps
 the metrics of every run; this computes only the given variants, with the given numbers.
 
-    python benchmarks/lost_ships.py [--seed 72] [--draws 150] [--variants lqg "lqg with nothing declared"]
-        [--set controller.lqg.surge_gain=4 ...]
+    python benchmarks/lost_ships.py [--seed 72] [--draws 150] [--variants guided "guided with nothing declared"]
+        [--set controller.guided.surge_gain=4 ...]
 """
 
 import argparse
@@ -25,7 +25,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-VARIANTS = "lqg", "lqg with nothing declared", "lqg exactly declared"
+VARIANTS = "guided", "guided with nothing declared", "guided exactly declared"
 
 
 class Ship(NamedTuple):

@@ -1,4 +1,4 @@
-"""The page of measured results, docs/results.md, the tables of docs/guided_results.md and the table of README.md.
+"""The page of measured results, docs/results.md, and the table of README.md.
 
 benchmarks/results.yaml declares what is measured: a command, what of its output is a figure, and the code that it measures.
 benchmarks/results.json keeps what was measured, with date, commit and machine. The commit is the last one that changed the
@@ -30,7 +30,7 @@ from vessel_hsmc_ros.core.quantities import quantity
 
 ROOT = Path(__file__).resolve().parents[1]
 STORE = ROOT / "benchmarks" / "results.json"
-README_LAWS = ("hierarchical", "guided", "lqg", "los_pid")
+README_LAWS = ("hierarchical", "guided", "los_pid")
 """Columns of the table of README.md: named groups of the rows with `readme`."""
 GENERATED = re.compile(r"(<!-- generated: results -->\n).*?(<!-- end -->)", re.DOTALL)
 TIME_LIMIT = 4 * 3600.0
@@ -42,7 +42,7 @@ Results = dict[str, dict[str, Any]]
 
 @dataclass(frozen=True)
 class Row:
-    """What is measured: a line of docs/results.md, or a table of docs/guided_results.md."""
+    """What is measured: a line of docs/results.md."""
 
     name: str
     what: str
@@ -52,14 +52,12 @@ class Row:
     read: str = ""
     """File that the command writes and whose text belongs to its output, as a glob in the empty folder."""
     figures: str = ""
-    """Regular expression of the figures in the output; without it they are all lines of Markdown tables."""
+    """Regular expression of the figures in the output."""
     shown: str = ""
     """What the page shows, with the groups of `figures` in braces."""
     readme: str = ""
     """Name of the line in README.md."""
     quick: bool = False
-    notes: str = ""
-    table: bool = False
 
 
 def declared_rows() -> list[Row]:
@@ -150,10 +148,7 @@ def measure(row: Row) -> dict[str, Any]:
 
 
 def figures_in(row: Row, output: str) -> dict[str, str]:
-    """The figures of a command's output by the names of the groups, those of laws as lengths; of a table all its lines."""
-    if row.table:
-        table = "\n".join(line for line in output.splitlines() if line.startswith("|"))
-        return {"table": table} if table else {}
+    """The figures of a command's output by the names of the groups, those of laws as lengths."""
     found = re.search(row.figures, output, re.DOTALL | re.MULTILINE)
     figures = {name: (value or "–").strip() for name, value in found.groupdict().items()} if found else {}
     return {name: as_length(value) if name in README_LAWS else value for name, value in figures.items()}
@@ -208,12 +203,9 @@ def results_page(rows: Iterable[Row], results: Results) -> str:
         "Written by `make benchmark-page` from `benchmarks/results.yaml` and `benchmarks/results.json`; not to be edited.",
         "The commit is the last one that changed the measured code. A row is marked where that code has changed since,",
         "or where the commit is not known. The pace of the machine varies by a factor of two with the load of its host.",
-        "[The guided law's tables](guided_results.md) have a page of their own.",
     ]
     section, machines = "", list(dict.fromkeys(each["machine"] for each in results.values() if each.get("machine")))
     for row in rows:
-        if row.table:
-            continue
         if row.section != section:
             section = row.section
             text += ["", f"## {section}", "", "| what | measured | command | date, commit, machine |", "|---|---|---|---|"]
@@ -224,31 +216,14 @@ def results_page(rows: Iterable[Row], results: Results) -> str:
     return "\n".join(text)
 
 
-def tables_page(rows: Iterable[Row], results: Results) -> str:
-    """The text of docs/guided_results.md: the tables of the guided law."""
-    text = [
-        "# Results of the guided law",
-        "",
-        "Written by `make benchmark-page`, as [all results](results.md); not to be edited. Errors are rms position errors.",
-    ]
-    for row in rows:
-        if row.table:
-            result = results[row.name]
-            text += ["", f"## {row.section}", "", row.what, "", result["figures"]["table"], ""]
-            text.append(f"`{row.command}`, {result.get('date') or 'date not known'}, commit {origin(result)}.")
-            text += ["", row.notes] if row.notes else []
-    return "\n".join([*text, ""])
-
-
 def write(rows: list[Row], results: Results) -> None:
-    """Mark what is older than its code, and write results.json, both pages and the table of README.md."""
+    """Mark what is older than its code, and write results.json, the page and the table of README.md."""
     rows = [row for row in rows if row.name in results]
     results = {row.name: results[row.name] for row in rows}
     for row in rows:
         results[row.name]["older"] = is_older(results[row.name], row.code)
     STORE.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     (ROOT / "docs" / "results.md").write_text(results_page(rows, results), encoding="utf-8")
-    (ROOT / "docs" / "guided_results.md").write_text(tables_page(rows, results), encoding="utf-8")
     readme = ROOT / "README.md"
     readme.write_text(with_readme_table(readme.read_text(encoding="utf-8"), rows, results), encoding="utf-8")
 
@@ -272,7 +247,7 @@ def main() -> int:
             print(error, file=sys.stderr)
             failed = True
         else:
-            print(f"{row.name}: {'table' if row.table else shown(row, results[row.name])}", flush=True)
+            print(f"{row.name}: {shown(row, results[row.name])}", flush=True)
     write(rows, results)
     missing = [row.name for row in rows if row.name not in results]
     if missing:

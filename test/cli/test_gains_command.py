@@ -1,11 +1,8 @@
-import re
-
-import pytest
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.cli.gains import REASONS
-from vessel_hsmc_ros.guided.rule import RULES
+from vessel_hsmc_ros.core.schema import entries
+from vessel_hsmc_ros.guided.parameters import GuidedParameters
 
 
 def gains(*changes: str) -> Result:
@@ -18,46 +15,34 @@ def line_of(text: str, name: str) -> str:
     return line
 
 
-def test_every_gain_is_listed_with_its_origin_reason_and_number() -> None:
+def test_every_gain_is_listed_with_its_unit_meaning_and_value() -> None:
     result = gains("controller.law=guided", "controller.guided.position_gain=0.25")
     assert result.exit_code == 0
-    assert set(REASONS) == set(RULES)
-    for name, reason in REASONS.items():
-        assert reason in line_of(result.output, name)
-        assert ("by hand" if name == "position_gain" else "derived") in line_of(result.output, name)
-    # 0.25 1/s in units of sqrt(636e5/3e6) s is 1.15.
-    assert line_of(result.output, "position_gain").split()[-3:] == ["0.25", "1.15", "T⁻¹"]
+    for name, entry in entries(GuidedParameters).items():
+        if entry.type is float:
+            assert (entry.unit.split() or ["Share"])[0] in line_of(result.output, name)
+    assert line_of(result.output, "position_gain").split()[-1] == "0.25"
+    assert line_of(result.output, "cross_track").split()[-1] == "0.04"
 
 
 def test_margins_of_three_loops_are_printed_and_small_ones_warned_of() -> None:
     calm = gains("controller.law=guided")
     for name in ("surge force", "yaw moment", "position across"):
         assert any(line.strip().startswith(name) and "°" in line for line in calm.output.splitlines())
-    hasty = gains("controller.law=guided", "controller.guided.position_gain=3.0")
+    hasty = gains("controller.law=guided", "controller.guided.cross_track=0.002")
     assert "warning: the loop of the" in hasty.output
 
 
 def test_the_numbers_and_margins_of_another_law_are_printed() -> None:
-    shown = gains("controller.law=lqg", "controller.lqg.cross_track=0.2").output
-    assert line_of(shown, "cross_track").split()[-1] == "0.2"
+    shown = gains("controller.law=los_pid", "controller.los_pid.yaw_bandwidth=0.3").output
+    assert line_of(shown, "yaw_bandwidth").split()[-1] == "0.3"
     assert "position across" in shown
 
 
-POWERS = {"": 1, "²": 2, "⁻¹": -1, "⁻²": -2}
-
-
-@pytest.mark.parametrize("lag", [0.0, 12.0])
-def test_each_value_is_its_number_in_the_units_that_are_named(lag: float) -> None:
-    declared = [f"controller.vessel.{axis}_{what}" for axis in ("surge", "yaw") for what in ("lag", "dead_time")]
-    result = gains("controller.law=guided", *(f"{name}={lag if name.endswith('lag') else 0.1}" for name in declared)).output
-    (units,) = (line for line in result.splitlines() if line.startswith("L = "))
-    length, time = (float(re.findall(rf"{name} = ([\d.]+) ", units)[0]) for name in "LT")
-    (stretch,) = re.findall(r"times ([\d.]+) for rates", units) or ["1"]
-    assert (stretch == "1") is (lag == 0.0)
-    for name, rule in RULES.items():
-        cells = line_of(result, name).split()
-        at = next(i for i in range(len(cells) - 1, 0, -1) if cells[i][0].isdigit() or cells[i][0] == "-")
-        value, number, shown = float(cells[at - 1]), float(cells[at]), "".join(cells[at + 1 :])
-        for unit, power in re.findall(r"([LT])(²|⁻¹|⁻²)?", shown):
-            number *= (length if unit == "L" else time * (float(stretch) if rule.stretches else 1.0)) ** POWERS[power]
-        assert number == pytest.approx(value, rel=2e-2), name
+def test_the_units_are_those_of_the_ship_and_actuators_that_are_not_declared_are_named() -> None:
+    declared = {f"controller.vessel.{axis}_{what}": 0.0 for axis in ("surge", "yaw") for what in ("lag", "dead_time")}
+    rates = {"controller.vessel.surge_force_rate": ".inf", "controller.vessel.yaw_moment_rate": ".inf"}
+    known = gains("controller.law=guided", *(f"{name}={value}" for name, value in {**declared, **rates}.items())).output
+    # sqrt(636e5/3e6) s is 4.6 s.
+    assert "L = 32 m, T = 4.6 s\n" in known
+    assert "T = 4.6 s; not all of lag, rate and dead time is declared" in gains("controller.law=guided").output

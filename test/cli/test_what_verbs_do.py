@@ -14,14 +14,11 @@ from vessel_hsmc_ros.cli.campaign_row import compare_with_row
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import file_option, rate_option, workers_option
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.core.schema import entries
-from vessel_hsmc_ros.guided.parameters import by_hand_or_derived
-from vessel_hsmc_ros.guided.rule import RULES, unit_time
 from vessel_hsmc_ros.law.linear_loop import Margins
 from vessel_hsmc_ros.runs.fleet import FleetResult
 from vessel_hsmc_ros.scenario import own_ship
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.tuning.plan import Case
 
 METRICS = Metrics(*[float(number) for number in range(1, len(Metrics._fields) + 1)])
@@ -230,38 +227,15 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
     assert [each.before for each in identify._judged(runs, found, None, 7.5)] == [None, None]
 
 
-def guided(**changes: object) -> Scenario:
-    return load_scenario("case2_tracking", {"controller.law": "guided", **changes})
-
-
-def test_gains_are_listed_in_the_units_of_the_ship_and_by_their_origin() -> None:
-    scenario = guided(**{"controller.guided.approach_speed": 0.75, "controller.guided.integral_gain": 0.125})
-    rows = {row[0]: row for row in gains._gains(scenario)}
-    assert set(rows) == set(RULES)
-    assert {name for name, row in rows.items() if row[1] == "by hand"} == {"approach_speed", "integral_gain"}
-    vessel = scenario.controller.vessel.as_controlled()
-    L, T = vessel.length, unit_time(vessel)
-    used = by_hand_or_derived(scenario.controller.guided, vessel)
-    for name, row in rows.items():
-        assert float(row[4]) == pytest.approx(getattr(used, name), rel=2e-2), name
-        assert row[2] == entries(type(used))[name].unit
-    shown, powers = rows["approach_speed"][-1].split()
-    assert float(shown) == pytest.approx(0.75 / L * T, rel=1e-2)
-    assert powers == "L·T⁻¹"
-    assert f"L = {L:g} m" in gains._units(scenario)
-    assert f"T = {T:.3g} s" in gains._units(scenario)
-
-
 def test_gains_for_programs_are_those_in_use_beside_margins_by_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     loops = {"one": Margins(True, 6.5, 40.5, 1.5, 0.25), "two": Margins(False, 7.5, 50.5, 2.5, 0.75)}
     monkeypatch.setattr(gains, "shortcomings", lambda *_: ["a warning"])
-    for law in ("guided", "lqg"):
+    for law in ("guided", "los_pid"):
         scenario = load_scenario("case2_tracking", {"controller.law": law})
         content = gains._content(scenario, SimpleNamespace(loops=loops))  # type: ignore[arg-type]
         own = getattr(scenario.controller, law)
-        used = by_hand_or_derived(own, scenario.controller.vessel.as_controlled()) if law == "guided" else own
         assert content["law"] == law
-        assert content["gains"] == {name: getattr(used, name) for name in content["gains"]}
+        assert content["gains"] == {name: getattr(own, name) for name in content["gains"]}
         assert {margins["gain_db"] for margins in content["margins"].values()} == {6.5, 7.5}
         assert content["margins"]["two"] == {"stable": False, "gain_db": 7.5, "phase_deg": 50.5, "delay": 2.5, "crossover": 0.75}
         assert content["warnings"] == ["a warning"]

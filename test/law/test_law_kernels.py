@@ -29,8 +29,7 @@ NETWORKS: list[dict[str, Any]] = [{}, LISTED, {"network.basis": "as_printed"}, {
 SWITCHING: list[dict[str, Any]] = [{"switching": "saturation"}, {"switching": "tanh"}]
 SETTINGS: dict[str, list[dict[str, Any]]] = {
     "hierarchical": [*NETWORKS, *SWITCHING, {"adaptation": "as_printed"}, {"sway_weight_sign": "switched", "sway_weight": 0.5}],
-    "guided": [*NETWORKS, {"slew_time": 0.0}, {"surge_force_limit": 5e3, "yaw_moment_limit": 1e5}],
-    "lqg": [{}, {"cross_track": 0.1}, {"surge_force_limit": 5e3, "yaw_moment_limit": 1e5}],
+    "guided": [{}, {"cross_track": 0.1}, {"surge_force_limit": 5e3, "yaw_moment_limit": 1e5}],
     "course": [*NETWORKS, *SWITCHING],
     "pd": [{}],
     "los_pid": [{}, {"surge_force_limit": 5e3}, {"guidance": "alos"}],
@@ -104,7 +103,7 @@ def test_the_holder_returns_what_the_kernel_returns(name: str) -> None:
         np.testing.assert_equal([getattr(terms, field) for field in absent], [Terms._field_defaults[field] for field in absent])
 
 
-@pytest.mark.parametrize("name", ["hierarchical", "guided", "course"])
+@pytest.mark.parametrize("name", ["hierarchical", "course"])
 def test_the_weights_among_the_terms_are_copies(name: str) -> None:
     law = make_controller(name, PERIOD)
     inputs = series(1)

@@ -74,7 +74,6 @@ def test_the_laws_of_this_package_are_named_by_their_classes() -> None:
     assert list(LAWS.built_in) == [
         "hierarchical",
         "guided",
-        "lqg",
         "course",
         "pd",
         "los_pid",

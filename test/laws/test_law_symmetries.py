@@ -21,8 +21,7 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "ashrafiuon": [{}, {"surfaces": "as_printed"}],
     "backstepping": [{}, {"yaw_moment_limit": 3e5}],
     "hand_position": [{}, {"surge_force_limit": 3e4}],
-    "guided": [SYMMETRIC],
-    "lqg": [{}],
+    "guided": [{}],
     "nmpc": [{"steps": 2}],
 }
 CASES = [(law, settings) for law in SETTINGS for settings in SETTINGS[law]]

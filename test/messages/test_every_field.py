@@ -139,10 +139,10 @@ def test_the_status_of_a_node_is_that_of_the_namespace_and_of_no_task() -> None:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
     def status(name: str) -> DiagnosticStatus:
-        return DiagnosticStatus(name=name, message=f"of {name}", values=[KeyValue(key="law", value="lqg")])
+        return DiagnosticStatus(name=name, message=f"of {name}", values=[KeyValue(key="law", value="guided")])
 
     names = ["controller", "controller: timing", "alpha/controller", "alpha/controller: command", "alpha/beta/controller"]
     message = DiagnosticArray(status=[status(name) for name in names])
-    assert conv.read_status(message, "") == {"controller": {"message": "of controller", "law": "lqg"}}
-    assert conv.read_status(message, "alpha/") == {"controller": {"message": "of alpha/controller", "law": "lqg"}}
+    assert conv.read_status(message, "") == {"controller": {"message": "of controller", "law": "guided"}}
+    assert conv.read_status(message, "alpha/") == {"controller": {"message": "of alpha/controller", "law": "guided"}}
     assert conv.read_status(message, "gamma/") == {}

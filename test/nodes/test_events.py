@@ -40,17 +40,17 @@ def test_a_changed_parameter_is_an_event_with_the_stamp_of_the_last_command(benc
     bench.until(lambda: events)
     (event,) = events
     assert (event.node, event.kind) == ("controller", "parameter")
-    assert event.text == "controller.guided.position_gain: -1.0 -> 0.5"
+    assert event.text == "controller.guided.position_gain: 1.5 -> 0.5"
     assert conv.nanoseconds(event.header.stamp) == STEP
 
 
 def test_a_change_that_is_refused_or_changes_nothing_is_no_event(bench: Any, events: Any) -> None:
     connected(bench, bench.start(ControllerNode, law="guided"))
     assert not bench.set_parameters("controller", guided__position_gain=-2.0).successful
-    assert bench.set_parameters("controller", guided__position_gain=-1.0).successful
+    assert bench.set_parameters("controller", guided__position_gain=1.5).successful
     assert bench.set_parameters("controller", guided__position_gain=0.4).successful
     bench.until(lambda: events)
-    assert [event.text for event in events] == ["controller.guided.position_gain: -1.0 -> 0.4"]
+    assert [event.text for event in events] == ["controller.guided.position_gain: 1.5 -> 0.4"]
 
 
 def test_a_call_of_a_service_is_an_event(bench: Any, events: Any) -> None:
@@ -110,7 +110,7 @@ def test_an_event_from_before_a_recorder_connected_is_in_its_bag(bench: Any, tmp
     bench.until(lambda: node.status()[2]["messages"])
     node.close()
     (message,) = [message for _, _, message in open_bag(tmp_path / "bag").messages("events")]
-    assert message.text == "controller.guided.position_gain: -1.0 -> 0.4"
+    assert message.text == "controller.guided.position_gain: 1.5 -> 0.4"
     assert conv.nanoseconds(message.header.stamp) < 0, "it takes effect at the first step"
 
 

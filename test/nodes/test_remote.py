@@ -59,7 +59,7 @@ def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: 
     node = bench.start(ControllerNode, law="guided", **RATE)
     bench.start(VesselSimNode, **RATE)
     gain, force = "controller.guided.position_gain", "vessel_sim.disturbance.periodic.surge_force"
-    assert vessel_hsmc("set", f"{gain}=1", f"{force}=1e3") == (0, f"{gain}: -1.0 -> 1.0\n{force}: 1100.0 -> 1000.0\n", "")
+    assert vessel_hsmc("set", f"{gain}=1", f"{force}=1e3") == (0, f"{gain}: 1.5 -> 1.0\n{force}: 1100.0 -> 1000.0\n", "")
     assert node.parameters.guided.position_gain == 1.0
     for wrong, reason in (
         ("controller.guided.positon_gain=1", "controller.guided.positon_gain is not a parameter: did you mean"),

@@ -57,7 +57,7 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
         go_on(bench, nodes, steps)
 
     advance(5)
-    assert bench.set_parameters("controller", guided__position_gain=0.5, guided__integral_limit=0.2).successful
+    assert bench.set_parameters("controller", guided__position_gain=0.5, guided__turn_rate=0.2).successful
     advance(20)
     assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=False)).success
     advance(5)
@@ -78,7 +78,7 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
     assert not found.recorded.any(axis=1).all(), "the wrench was zero while the controller was disabled"
     assert bag.events()[0].time < 0.0
     assert bag.scenario(at=0.0).controller.guided.integral_gain == 0.01
-    assert bag.scenario(at=0.0).controller.guided.position_gain == -1.0
+    assert bag.scenario(at=0.0).controller.guided.position_gain == 1.5
     assert bag.scenario(at=found.time[-1]).controller.guided.position_gain == 0.5
 
 

@@ -16,7 +16,7 @@ PAGES = sorted(
     for path in ROOT.rglob("*.md")
     if path.parent in (ROOT, ROOT / "docs", ROOT / "docs" / "api", ROOT / "docs" / "decisions")
 )
-GENERATED_PAGES = ("boats", "claims", "guided_results", "parameters", "results")
+GENERATED_PAGES = ("boats", "claims", "parameters", "results")
 PAPER = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
 FOLDERS = ("benchmarks", "config", "docs", "launch", "msg_defs", "test", "tools", "vessel_hsmc_ros", "vessel_sim_node")
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")

@@ -1,4 +1,4 @@
-"""README.md is short, its table and the pages of results are the generated ones, and the Python example runs."""
+"""README.md is short, its table and the page of results are the generated ones, and the Python example runs."""
 
 import importlib.util
 import re
@@ -34,9 +34,8 @@ def test_the_table_of_the_readme_is_the_generated_one() -> None:
     assert page.readme_table(ROWS, RESULTS) in README
 
 
-@pytest.mark.parametrize(("name", "text"), [("results", page.results_page), ("guided_results", page.tables_page)])
-def test_the_pages_of_results_are_the_generated_ones(name: str, text: Any) -> None:
-    assert (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") == text(ROWS, RESULTS)
+def test_the_page_of_results_is_the_generated_one() -> None:
+    assert (ROOT / "docs" / "results.md").read_text(encoding="utf-8") == page.results_page(ROWS, RESULTS)
 
 
 def test_every_result_has_a_row_and_every_row_its_code() -> None:

@@ -168,11 +168,11 @@ def test_every_law_that_ran_at_another_rate_and_every_failure_is_noted() -> None
     runs = [
         replace(OUTCOME, fell_back=False),
         replace(OUTCOME, law="hierarchical", rate_hz=100.0),
-        LawRun(Row("second"), "lqg", 25.0, failure="it failed"),
+        LawRun(Row("second"), "los_pid", 25.0, failure="it failed"),
     ]
     assert comparison_page.notes(runs) == [
         "hierarchical is unstable at the requested rate and ran at 100 Hz",
-        "lqg on second: it failed",
+        "los_pid on second: it failed",
     ]
 
 
@@ -190,7 +190,7 @@ def drawn(axis: Axes) -> dict[str, list[list[float]]]:
 
 
 def test_the_figure_of_a_case_has_tracks_reference_errors_and_its_limit(pictures: list[Figure], tmp_path: Path) -> None:
-    comparison_page.draw(ROW, [OUTCOME, LawRun(ROW, "lqg", 25.0, failure="it failed")], tmp_path / "x.png")
+    comparison_page.draw(ROW, [OUTCOME, LawRun(ROW, "los_pid", 25.0, failure="it failed")], tmp_path / "x.png")
     tracks, errors = pictures[0].axes
     assert drawn(tracks)["guided"] == [[10.0 + k, 20.0 + k] for k in range(5)]
     assert drawn(tracks)["reference"] == [[30.0 + k, 40.0 + k] for k in range(5)]
@@ -225,13 +225,13 @@ def test_the_table_and_the_files_of_a_sweep_have_every_value_in_its_own_place(tm
         ["1.5", "50", "2.1 m", "4 %"],
         ["1.5", "100", "2.2 m", "6 %"],
     ]
-    assert sweep_page.notes(AXES, outcomes("lqg")) == ["lqg, a.gain = 1.5, b.rate = 20: it failed"]
-    sweep_page.write_csv(tmp_path / "x.csv", AXES, outcomes("lqg"))
+    assert sweep_page.notes(AXES, outcomes("los_pid")) == ["los_pid, a.gain = 1.5, b.rate = 20: it failed"]
+    sweep_page.write_csv(tmp_path / "x.csv", AXES, outcomes("los_pid"))
     with (tmp_path / "x.csv").open() as stream:
         read = list(csv.DictReader(stream))
     assert [(row["law"], row["a.gain"], row["b.rate"], row["failure"]) for row in read][3:5] == [
-        ("lqg", "1.5", "20", "it failed"),
-        ("lqg", "1.5", "50", ""),
+        ("los_pid", "1.5", "20", "it failed"),
+        ("los_pid", "1.5", "50", ""),
     ]
     assert [float(row["yaw_moment_at_limit"] or 0.0) for row in read] == pytest.approx([0.01, 0.03, 0.05, 0.0, 0.04, 0.06])
     document = json.loads(json.dumps(sweep_page._document(AXES, outcomes())))
@@ -280,8 +280,8 @@ def test_many_values_of_a_heat_map_have_some_ticks_of_their_own(pictures: list[F
 def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures(pictures: list[Figure], tmp_path: Path) -> None:
     axis = Axis("a.gain", (0.1, 1.0, 10.0))
     runs = [
-        Outcome(Point("s", (gain,), {}, law), "it failed" if (law, gain) == ("lqg", 10.0) else "", {NAMES[0]: size * gain})
-        for law, size in (("guided", 1.0), ("lqg", 2.0))
+        Outcome(Point("s", (gain,), {}, law), "it failed" if (law, gain) == ("los_pid", 10.0) else "", {NAMES[0]: size * gain})
+        for law, size in (("guided", 1.0), ("los_pid", 2.0))
         for gain in axis.values
     ]
     runs[-1] = replace(runs[-1], metrics={})
@@ -290,10 +290,10 @@ def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures(pictures
     assert (panel.get_xscale(), panel.get_yscale(), panel.get_xlabel()) == ("log", "log", "a.gain")
     lines = drawn(panel)
     assert lines["guided"] == [[0.1, 0.1], [1.0, 1.0], [10.0, 10.0]]
-    assert lines["lqg"][:2] == [[0.1, 0.2], [1.0, 2.0]]
-    assert [x for x, _ in lines["lqg failed"]] == [10.0]
+    assert lines["los_pid"][:2] == [[0.1, 0.2], [1.0, 2.0]]
+    assert [x for x, _ in lines["los_pid failed"]] == [10.0]
     colours = {str(line.get_label()): line.get_color() for line in panel.lines}
-    assert colours == {"guided": style.SERIES[0], "lqg": style.SERIES[1], "lqg failed": style.SERIES[1]}
+    assert colours == {"guided": style.SERIES[0], "los_pid": style.SERIES[1], "los_pid failed": style.SERIES[1]}
 
 
 @pytest.mark.parametrize(
@@ -311,10 +311,10 @@ def test_a_law_that_converges_is_judged_from_its_first_to_its_last_error() -> No
     reference = np.zeros((1001, 6))
     reference[:, 0] = 0.1 * (time > 90.0)
     run = make_run(time, state, reference=reference, wrench=np.ones((1001, 2)))
-    (found,) = conclusions([Record("lqg", run, measured(run))])
+    (found,) = conclusions([Record("los_pid", run, measured(run))])
     assert found.startswith("lqg converges to the reference: the position error falls from 20 m to 0.")
     lost = replace(run, state=state + np.array([9.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
-    (found,) = conclusions([Record("lqg", lost, measured(lost))])
+    (found,) = conclusions([Record("los_pid", lost, measured(lost))])
     assert found.endswith("while the heading error is 4e+01° at the end.")  # and no cause of another law
 
 

@@ -18,18 +18,6 @@ RENAMED = {
     "controller.vessel.drift_decay": "controller.vessel.sway_damping_rate",
     "controller.vessel.drift_ratio": "controller.vessel.coriolis_ratio",
     "controller.observer.weather_walk": "controller.observer.current_walk",
-    **{
-        f"controller.guided.{former}": f"controller.guided.{present}"
-        for former, present in {
-            "drift_gain": "integral_gain",
-            "drift_limit": "integral_limit",
-            "resting_lever": "station_keeping_lever",
-            "resting_lever_time": "station_keeping_lever_time",
-            "resting_heading_gain": "station_keeping_heading_gain",
-            "resting_speed": "station_keeping_speed",
-            "resting_push": "station_keeping_disturbance",
-        }.items()
-    },
     "controller.los_pid.drift_gain": "controller.los_pid.integral_gain",
     "controller.los_pid.resting_speed": "controller.los_pid.station_keeping_speed",
 }

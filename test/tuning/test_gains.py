@@ -1,5 +1,7 @@
 """The gains of a tuning: names and ranges from the command line."""
 
+import math
+
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
@@ -16,15 +18,15 @@ def present() -> Scenario:
 
 def test_a_range_is_linear_or_logarithmic(present: Scenario) -> None:
     linear, logarithmic = parse_gains([f"{GAIN}=0.1:0.5", "controller.guided.integral_gain=1e-3:1e-1:log"], "guided", present)
-    assert linear == Gain(GAIN, 0.1, 0.5, False, False, "1/s")
+    assert linear == Gain(GAIN, 0.1, 0.5, False, False, "1/T")
     assert logarithmic[1:4] == (1e-3, 1e-1, True)
 
 
 def test_without_a_range_it_is_a_decade_around_the_present_value_inside_the_declared_one(present: Scenario) -> None:
-    around, clipped = parse_gains(["controller.guided.approach_speed", "controller.guided.sway_share"], "guided", present)
+    around, clipped = parse_gains(["controller.guided.approach_speed", "controller.guided.approach_angle"], "guided", present)
     assert around.high / around.low == pytest.approx(10.0)
     assert around.low * around.high == pytest.approx(2.0**2)
-    assert clipped.high == 1.0
+    assert clipped.high == math.pi / 2
 
 
 def test_an_asterisk_stands_for_all_gains_that_match(present: Scenario) -> None:
@@ -43,13 +45,13 @@ def test_a_range_beside_an_asterisk_takes_precedence(present: Scenario) -> None:
         ("controller.guided.position_gian", "guided", "is not a gain of guided: did you mean controller.guided.position_gain"),
         ("position_gain", "guided", "did you mean controller.guided.position_gain"),
         (GAIN, "los_pid", "it is not a gain of los_pid"),
-        (f"{GAIN}=0.1:2e4", "guided", r"position_gain = 20000.0 is not allowed: it takes a finite number from -1 to 1000"),
+        (f"{GAIN}=0.1:2e4", "guided", r"position_gain = 20000.0 is not allowed: it takes a finite number from 0.0001 to 100"),
         (f"{GAIN}=2:1", "guided", "low takes a number below high"),
         (f"{GAIN}=1:1", "guided", "low takes a number below high"),
         (f"{GAIN}=1:x", "guided", "it takes controller.law.name"),
         (f"{GAIN}=1", "guided", "it takes controller.law.name"),
         (f"{GAIN}=1:2:lin", "guided", "it takes controller.law.name"),
-        ("controller.guided.integral_gain=0:1:log", "guided", "with log, low takes a number above 0"),
+        ("controller.los_pid.integral_gain=0:1:log", "los_pid", "with log, low takes a number above 0"),
         ("controller.hierarchical.switching", "hierarchical", "a gain is a number"),
         ("controller.observer.wave_period", "guided", "needs a range"),
         ("controller.los_pid.x*", "los_pid", "it matches none of"),

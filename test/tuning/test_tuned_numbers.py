@@ -187,10 +187,10 @@ def test_every_draw_of_a_campaign_and_every_row_of_a_suite_is_a_case_with_the_ch
     )
     changes = {"vessel_sim.duration": 7.0}
     for name, names in (("draws.yaml", ["draw 0", "draw 1", "draw 2"]), ("rows.yaml", ["one", "two"])):
-        cases = load_cases(str(tmp_path / name), changes, "lqg")
+        cases = load_cases(str(tmp_path / name), changes, "los_pid")
         assert [case.name for case in cases] == names
         assert {case.scenario.vessel_sim.duration for case in cases} == {7.0}
-        assert {case.scenario.controller.law for case in cases} == {"lqg"}
+        assert {case.scenario.controller.law for case in cases} == {"los_pid"}
     assert [len(case.limits) for case in cases] == [1, 1]
     noises = {case.scenario.vessel_sim.sensors.position_noise for case in load_cases(str(tmp_path / "draws.yaml"), {})}
     assert len(noises) == 3

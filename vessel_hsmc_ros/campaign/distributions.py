@@ -18,7 +18,6 @@ from vessel_hsmc_ros.campaign import ship_family
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import Entry, Value
-from vessel_hsmc_ros.scenario.control import values_in_use
 from vessel_hsmc_ros.scenario.parameters import VESSEL, declared, in_present_names
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -303,7 +302,7 @@ def _declaration(parameter: str, scenario: Scenario) -> tuple[Entry, Value]:
         raise ParameterError(f"draw {parameter} is not a parameter: {schema.suggestion(parameter, known)}")
     if parameter == "controller.law":
         raise ParameterError("draw controller.law is not allowed: the keys `laws` and `variants` of the file take laws")
-    return nodes[node][rest], values_in_use(scenario, node)[rest]
+    return nodes[node][rest], schema.flatten(getattr(scenario, node))[rest]
 
 
 def _factor(name: str, base: Value, relative: bool) -> float:

@@ -1,1 +1,1 @@
-"""The guided law: guidance by velocity commands, estimates of current and actuators, station keeping, gains and margins."""
+"""The guided law: one Kalman filter of the ship in the water, and one regulator of her course and distance from the track."""

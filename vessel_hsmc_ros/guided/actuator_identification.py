@@ -32,7 +32,7 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.limits import between, clip
-from vessel_hsmc_ros.guided.rule import dynamics, unit_time
+from vessel_hsmc_ros.guided.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.applied_wrench import LARGEST_CHANGE
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 

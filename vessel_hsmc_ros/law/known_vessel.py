@@ -72,9 +72,7 @@ class KnownVessel(NamedVessel):
     surge_force_limit: float = limit("surge force", "N", 2e5, 1e12)
     yaw_moment_limit: float = limit("yaw moment", "N·m", 3e6, 1e15)
     # The parameters below have no symbols: laws build their gains from those of the vessel.
-    length: float = parameter(
-        32.0, "Length of the hull, the unit of length of the guided law's gains.", unit="m", low=1e-3, high=1e4
-    )
+    length: float = parameter(32.0, "Length of the hull, the unit of length of the guided law.", unit="m", low=1e-3, high=1e4)
     sway_inertia: float = parameter(
         177.9e3, "Mass with added mass in sway, m22, for the centre of percussion.", unit="kg", low=1e-3, high=1e12
     )
@@ -105,7 +103,7 @@ class KnownVessel(NamedVessel):
     sway_damping_rate: float = parameter(
         NOT_DECLARED,
         "Decay rate of the sway velocity, for a hull with low sway damping, whose course follows its heading late; the guided law"
-        " is then slower than it. Negative: the course follows the heading at once.",
+        " expects it. Negative: not declared, so that the law learns it.",
         unit="1/s",
         low=NOT_DECLARED,
         high=1e3,

@@ -20,14 +20,12 @@ from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
 from vessel_hsmc_ros.laws.nmpc import NmpcController
 from vessel_hsmc_ros.laws.open_loop import OpenLoop
 from vessel_hsmc_ros.laws.pd import PdController
-from vessel_hsmc_ros.lqg.controller import LqgController
 
 __all__ = ["LAWS", "KnownVessel", "construct", "make_controller"]
 
 LAWS = Registry(
     HierarchicalController,
     GuidedController,
-    LqgController,
     CourseController,
     PdController,
     LosPidController,

@@ -6,14 +6,12 @@ from typing import Any
 
 from vessel_hsmc_ros.control.control_loop import ControlLoop, Fallback, Watch
 from vessel_hsmc_ros.control.controlled_point import ControlledPoint, controlled_point_of
-from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.guided.parameters import by_hand_or_derived
 from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.safety.safe_action import Authority
 from vessel_hsmc_ros.safety.supervision import Supervision
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
-from vessel_hsmc_ros.scenario.scenario import Scenario, make_law, make_observer
+from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 
 def make_controlled_point(parameters: ControllerParameters) -> ControlledPoint:
@@ -77,16 +75,3 @@ def _make_fallback(parameters: ControllerParameters) -> Fallback | None:
         return None
     safety = dataclasses.replace(parameters.safety, action="ramp")  # the fallback has none of its own
     return Fallback(make_law(dataclasses.replace(parameters, law=name, safety=safety)))
-
-
-def values_in_use(scenario: Scenario, node: str) -> dict[str, schema.Value]:
-    """The values of a node's parameters by their dotted names, with the derived gains in the place of -1.
-
-    Raises:
-        ParameterError: as `by_hand_or_derived`.
-    """
-    parameters = getattr(scenario, node)
-    if node == "controller":
-        gains = by_hand_or_derived(parameters.guided, parameters.vessel.as_controlled())
-        parameters = dataclasses.replace(parameters, guided=gains)
-    return schema.flatten(parameters)

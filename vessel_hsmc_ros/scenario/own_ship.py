@@ -1,8 +1,7 @@
 """A scenario for any ship: one of which only the main data are known, the rest by rules of thumb, or one with known hull data.
 
-The scenario is the same for a ship whose hull data are known: references follow from these by `ship_rules`, and the gains by the
-rule of the law: `lqg` where little is known of the ship, `guided` where her hull is. The templates in `config/templates` state
-the rule beside each number.
+The scenario is the same for a ship whose hull data are known: references follow from these by `ship_rules`. The
+templates in `config/templates` state the rule beside each number.
 """
 
 import json
@@ -20,7 +19,6 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.guided.rule import derived_gains
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.parameters import VESSEL
@@ -118,8 +116,7 @@ def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = Non
         layout: Its thrusters, which then drive it; their forces are its limits where the data have none.
 
     Returns:
-        A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the law for ships of which little
-        is known.
+        A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
 
     Raises:
         ParameterError: the ship is too extreme for the ranges of hull data.
@@ -139,7 +136,7 @@ def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = Non
     about = f"a ship of {given['length']} m and {given['mass']} kg"
     section = _template("hull").substitute(written).rstrip() + _declared(d.lag) + (_thrusters(layout, d.lag) if layout else "")
     data_lines = _template("data").substitute(given)
-    return _filled(name, about, data_lines, section, values | _lags(d.lag), d, "lqg", layout is not None)
+    return _filled(name, about, data_lines, section, values | _lags(d.lag), d, layout is not None)
 
 
 def scenario_for(
@@ -171,7 +168,7 @@ def scenario_for(
     changed = "".join(f", {key}: {_number(value)}" for key, value in changes.items())
     section = f"    vessel: {{name: {json.dumps(vessel)}{changed}}}" if changes else f"    vessel: {json.dumps(vessel)}"
     own = {f"{VESSEL}{key}": value for key, value in changes.items()}
-    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, around, "guided", thrusters)
+    return _filled(name, f"vessel {vessel}", data, section, {**values, **own}, around, thrusters)
 
 
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
@@ -197,7 +194,6 @@ def _filled(
     vessel: str,
     values: Mapping[str, object],
     around: MainData,
-    law: str,
     thrusters: bool = False,
 ) -> str:
     """The scenario from its template, with references scaled to a ship.
@@ -208,21 +204,18 @@ def _filled(
         vessel: The section `vessel`.
         values: Hull data by their dotted names.
         around: Its wind, current, lag and noise of positions count.
-        law: The law.
         thrusters: Whether thrusters drive the ship.
     """
     ship = ship_of(values)
     scale = scale_of(ship)
     circle = circle_for(ship, scale)
     decay = _rounded(sway_damping_rate(ship, scale, circle))
-    gains = derived_gains(known_vessel(values, ship, decay).as_controlled())
-    estimates = {**loads(scale.L, around.wind), **references(circle, scale, gains["position_gain"]), "turn_rate": scale.r_max}
+    estimates = {**loads(scale.L, around.wind), **references(circle, scale, decay), "turn_rate": scale.r_max}
     numbers = {key: _number(_rounded(value)) for key, value in estimates.items()}
     radius, speed = f"{_rounded(circle.radius / scale.L):g} lengths", f"{_rounded(circle.speed / scale.U):g} of the top speed"
     text = _template("ship").substitute(
         numbers,
         name=name,
-        law=law,
         about=about,
         data=data.rstrip(),
         vessel=vessel.rstrip(),
@@ -294,20 +287,6 @@ def _thrusters(layout: ThrusterLayout, lag: float) -> str:
     lines = [f"        names: [{', '.join(layout.names)}]", "        kinds: [fixed]"]
     lines += [f"        {key}: [{', '.join(map(_number, values))}]  # {comments[key]}" for key, values in lists.items()]
     return "\n      thrusters:\n" + "\n".join(lines)
-
-
-def known_vessel(values: Mapping[str, object], ship: ShipParameters, decay: float) -> KnownVessel:
-    """What a law knows of a ship with these hull data.
-
-    Args:
-        values: Hull data by their dotted names, with the lags and rates of the actuators.
-        ship: The same ship.
-        decay: Decay rate of its drift, or -1.
-    """
-    own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
-    known = {name: own.get(name, getattr(ship, name, None)) for name in schema.entries(KnownVessel) if name != "name"}
-    given = {name: value for name, value in known.items() if value is not None}
-    return schema.build(KnownVessel, {**given, "sway_damping_rate": decay}, "vessel")
 
 
 def _template(name: str) -> Template:

@@ -48,6 +48,9 @@ STRAIGHT = 2.0
 
 ADJUSTMENTS = 60
 
+SETTLED = 50.0
+"""Duration of a run at least, in T, or in terms of 1/a where the law must be slower than the decay of the drift."""
+
 
 class Scale(NamedTuple):
     """A ship in its own units, by the symbols above."""
@@ -203,19 +206,22 @@ def motion_limits(s: Scale) -> dict[str, float]:
     return {"acceleration": 0.25 * s.F / s.m11, "yaw_rate": s.r_max / 3.0, "yaw_acceleration": 0.25 * s.N / s.m33}
 
 
-def references(circle: Circle, s: Scale, position_gain: float) -> dict[str, float]:
+def references(circle: Circle, s: Scale, decay: float) -> dict[str, float]:
     """Circle and other references, and the limits of motions to goals, by the names of the template.
+
+    A run lasts until the error of the start has decayed, and the law knows the ship.
 
     Args:
         circle: The circle.
         s: The units of the ship.
-        position_gain: Of the law, 1/s: a run lasts until an error of the start has decayed.
+        decay: Rate at which the drift decays if the law must be slower than it, else -1, 1/s.
     """
+    time = s.T if decay < 0.0 else max(s.T, 1.0 / decay)
     return {
         "radius": circle.radius,
         "cruise": circle.speed,
         "rise_time": circle.rise_time,
-        "duration": max(4.0 * math.pi * circle.radius / circle.speed, 25.0 / position_gain),
+        "duration": max(4.0 * math.pi * circle.radius / circle.speed, SETTLED * time),
         "eight": 3.0 * circle.radius,
         "side": 2.0 * circle.radius,
         "leg": 20.0 * s.L,

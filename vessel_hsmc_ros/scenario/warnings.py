@@ -28,7 +28,9 @@ def check_scenario(scenario: Scenario) -> list[str]:
             " or have the radius path.corner_radius"
         )
     if "controller.law" not in scenario.given:
-        found.append(f"controller.law is not given: it is {scenario.controller.law}, the law of the paper; lqg suits every ship")
+        found.append(
+            f"controller.law is not given: it is {scenario.controller.law}, the law of the paper; guided suits every ship"
+        )
     return found
 
 

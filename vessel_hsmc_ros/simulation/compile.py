@@ -38,8 +38,8 @@ class Program(NamedTuple):
 
 
 OFTEN = (
-    *(Program(law, observed=True) for law in ("guided", "lqg")),
-    *(Program(law, by_thrusters=True) for law in ("guided", "lqg", "open_loop")),
+    Program("guided", observed=True),
+    *(Program(law, by_thrusters=True) for law in ("guided", "open_loop")),
 )
 """Programs that are often used, besides each law alone; `init --thrusters` takes the last one."""
 

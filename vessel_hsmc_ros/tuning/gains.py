@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import Entry
-from vessel_hsmc_ros.scenario.control import values_in_use
 from vessel_hsmc_ros.scenario.parameters import controller_parameters, in_present_names
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
@@ -67,7 +66,7 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
         ParameterError: a gain is unknown, not one of the law, not a number or given twice, or its range is not inside the
             declared one.
     """
-    values = values_in_use(present, "controller")
+    values = schema.flatten(present.controller)
     entries = schema.entries(controller_parameters())
     gains: dict[str, Gain] = {}
     for text in texts:

@@ -27,13 +27,13 @@ import yaml
 
 from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.plan_file import campaign_names
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
-from vessel_hsmc_ros.scenario.control import values_in_use
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 from vessel_hsmc_ros.tuning.gains import NODE, Gain, with_gains
@@ -302,7 +302,7 @@ class Tuning:
     @cached_property
     def present(self) -> dict[str, float]:
         """The present gains: those of the first case."""
-        values: dict[str, Any] = values_in_use(self.cases[0].scenario, "controller")
+        values: dict[str, Any] = schema.flatten(self.cases[0].scenario.controller)
         return {gain.parameter: values[gain.parameter.removeprefix(NODE)] for gain in self.gains}
 
     def definition(self) -> dict[str, Any]:

@@ -229,15 +229,10 @@ def verdict(result: Result) -> list[str]:
 
 
 def advice(present: float, tuned: float) -> list[str]:
-    """What to do where no trial is better than the present gains, whose costs are given; empty where one is.
-
-    The first trial sets the present gains by hand. Gains that are derived (-1) follow the identified actuators and may be better.
-    """
+    """What to do where no trial is better than the present gains, whose costs are given; empty where one is."""
     if tuned <= NOTABLE * present:
         return []
-    return [
-        "No trial is better: keep the present gains. Derived gains follow the identified actuators; in a trial they are fixed."
-    ]
+    return ["No trial is better: keep the present gains."]
 
 
 def _comparison(runs: str, before: float, after: float) -> str:

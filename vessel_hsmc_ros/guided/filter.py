@@ -1,4 +1,4 @@
-"""The extended Kalman filter of the LQG law: what the ship does, what acts on her, and the water that carries her.
+"""The extended Kalman filter of the guided law: what the ship does, what acts on her, and the water that carries her.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -30,7 +30,7 @@ from vessel_hsmc_ros.core.arrays import Array, add, add_outer, multiply
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import to_body
 from vessel_hsmc_ros.core.limits import between, clip
-from vessel_hsmc_ros.lqg.parameters import Gains
+from vessel_hsmc_ros.guided.parameters import Gains
 
 U, V, R, FU, FV, FR, LN_A, KAPPA, B, CE, CN = range(11)
 """Indices of the states."""

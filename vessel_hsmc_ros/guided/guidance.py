@@ -1,4 +1,4 @@
-"""Guidance of the LQG law: the course, turn and surge velocity through the water that bring the ship to her reference.
+"""Guidance of the guided law: the course, turn and surge velocity through the water that bring the ship to her reference.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -27,7 +27,7 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, to_body
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.lqg.parameters import Gains
+from vessel_hsmc_ros.guided.parameters import Gains
 
 NEAR = 0.5
 """Distance in L within which a track is followed rather than its reference pursued."""

@@ -1,4 +1,4 @@
-"""The parameters of the LQG law, dimensionless, and its constants for a ship.
+"""The parameters of the guided law, dimensionless, and its constants for a ship.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -14,7 +14,7 @@ length 1 with a largest yaw acceleration of 1. The controller reckons in the tim
     q = 1 + max(T_r + T_d + T_f/10)/T,   i = 1/(1 + (T_f/(q·T·0.8))²)
 
 because a loop through slow actuators must be slower, and a moment that rises slowly must begin to fall early. The numbers were
-searched on drawn ships; docs/lqg.md states on which.
+searched on drawn ships; docs/guided.md states on which.
 """
 
 import math
@@ -26,10 +26,10 @@ import numpy as np
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.guided.rule import dynamics, unit_time
+from vessel_hsmc_ros.guided.inputs import dynamics, unit_time
+from vessel_hsmc_ros.guided.regulator import table
 from vessel_hsmc_ros.law.applied_wrench import Channel, channel
 from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
-from vessel_hsmc_ros.lqg.regulator import table
 
 RISE, RISING = 0.1, 0.8
 """Share of T_f in the stretch q, and T_f in q·T at which braking curves use half of turn_share."""
@@ -73,7 +73,7 @@ def number(default: float, description: str, unit: str, symbol: str, high: float
 
 
 @dataclass(frozen=True)
-class LqgParameters:
+class GuidedParameters:
     """Numbers of the law in units of the ship's length L and of the time T of her turns."""
 
     cross_track: float = number(0.04, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
@@ -160,7 +160,7 @@ class Gains(NamedTuple):
     table: Array
 
 
-def gains(p: LqgParameters, vessel: KnownVessel, period: float, identified: bool = False) -> Gains:
+def gains(p: GuidedParameters, vessel: KnownVessel, period: float, identified: bool = False) -> Gains:
     """The constants of the law for a ship, whose actuators may be those that were identified, and a control period, s."""
     T, L, inputs = unit_time(vessel), vessel.length, dynamics(vessel)
     both = inputs.surge, inputs.yaw
@@ -189,7 +189,7 @@ def gains(p: LqgParameters, vessel: KnownVessel, period: float, identified: bool
     )  # fmt: skip
 
 
-def loosened(p: LqgParameters, doubt: float) -> LqgParameters:
+def loosened(p: GuidedParameters, doubt: float) -> GuidedParameters:
     """The numbers for a ship of whose actuators, or turns, as much is in doubt, from 0 to 1: each loop is slower."""
     loose = 1.0 + (LOOSE - 1.0) * doubt
     return replace(
@@ -207,7 +207,7 @@ def pivot(vessel: KnownVessel) -> float:
     return vessel.ahead / vessel.length if isinstance(vessel, ControlledVessel) else 0.0
 
 
-def prior(p: LqgParameters, vessel: KnownVessel, T: float) -> dict[str, Array | float]:
+def prior(p: GuidedParameters, vessel: KnownVessel, T: float) -> dict[str, Array | float]:
     """What the filter expects of a ship: m, x_0, P_0, Q and w_0 of `Gains`.
 
     A state that is expected with the standard deviation s and returns to that at the rate w_0 has the noise Q = 2·w_0·s².

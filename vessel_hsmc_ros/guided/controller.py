@@ -1,4 +1,4 @@
-"""The LQG law: one Kalman filter of ship and water, guidance through that water, one regulator of course and cross-track error.
+"""The guided law: one Kalman filter of ship and water, guidance through that water, a regulator of course and cross-track error.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -15,7 +15,7 @@
     tau_1 = m11·(dw_t + k_u·(w_t - u) - f_u - m·v_r·r - r·c_n)
 
 For small errors this is the regulator alpha = -K·(e_c, psi - psi_s, v_r - v_s, r - r_s). All is computed for the time at which
-the command arrives at the hull. docs/lqg.md compares it with the guided law.
+the command arrives at the hull. docs/guided.md has its figures.
 """
 
 import math
@@ -25,7 +25,16 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, to_body, tracking_error, transform
+from vessel_hsmc_ros.core.kinematics import (
+    TURN,
+    Acceleration,
+    Motion,
+    extrapolate,
+    magnitude,
+    to_body,
+    tracking_error,
+    transform,
+)
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.guided.actuator_identification import (
     BEST,
@@ -37,14 +46,13 @@ from vessel_hsmc_ros.guided.actuator_identification import (
     identify,
     with_model,
 )
-from vessel_hsmc_ros.guided.predictor import predict as moved
+from vessel_hsmc_ros.guided.filter import CE, CN, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
+from vessel_hsmc_ros.guided.guidance import Integrals, Track, braked, drift_in_turn, track
+from vessel_hsmc_ros.guided.parameters import Gains, GuidedParameters, gains
+from vessel_hsmc_ros.guided.regulator import interpolate
 from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.lqg.filter import CE, CN, FR, FU, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
-from vessel_hsmc_ros.lqg.guidance import Integrals, Track, braked, drift_in_turn, track
-from vessel_hsmc_ros.lqg.parameters import Gains, LqgParameters, gains
-from vessel_hsmc_ros.lqg.regulator import interpolate
 
 LONGEST_AGE = 2.0
 """Age of a measurement up to which the motion is predicted over it, s."""
@@ -189,7 +197,7 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
         if count == stride or i == n - 1:
             du, dv, dr = unforced(motion.u, motion.v + lever * motion.r, motion.r, motion.psi, m.x, g)
             turning = dr + sum_2 / count
-            motion = moved(motion, du + sum_1 / count, dv - lever * turning, turning, g.h * count)
+            motion = extrapolate(motion, Acceleration(du + sum_1 / count, dv - lever * turning, turning), g.h * count)
             count, sum_1, sum_2 = 0, 0.0, 0.0
     return motion, tau_1, tau_2
 
@@ -232,8 +240,7 @@ def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains
 
     Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts:
     r = (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
-    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first
-    (docs/guided_derivation.md).
+    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first.
 
     Args:
         t: The track.
@@ -273,13 +280,13 @@ def step(
     now = at_present(scaled(motion, g), lever, m, g)
     n_1, n_2 = delays(age, m, g)
     ship, tau_1, tau_2 = ahead(now, lever, n_1, n_2, m, g)
-    goal = moved(d, dd.du, dd.dv, dd.dr, g.h * max(n_1, n_2)) if max(n_1, n_2) > 0 else d
+    goal = extrapolate(d, dd, g.h * max(n_1, n_2))
 
     slope, settling = float(m.K[0]) / max(float(m.K[1]), 1e-9), math.exp(float(x[LN_A])) / max(float(x[KAPPA]), 0.1)
     t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, slope, settling, g)
     v_p = ship.v + lever * ship.r
     c = turn(t, ship, (goal.r, dd.dr), to_body(float(x[CE]), float(x[CN]), ship.psi)[1], lever, m, g)
-    du, _, dr = unforced(ship.u, v_p, ship.r, ship.psi, x, g)
+    du, dv, dr = unforced(ship.u, v_p, ship.r, ship.psi, x, g)
     demand_1, demand_2 = t.dw_t + g.k_u * (t.w_t - ship.u) - du, c.alpha - dr
     command_1 = lead(tau_1, clip(demand_1, g.surge.limit), g.surge)
     command_2 = lead(tau_2, clip(demand_2, g.yaw.limit), g.yaw)
@@ -290,12 +297,12 @@ def step(
 
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
-    later = moved(now, 0.0, 0.0, 0.0, g.h)
+    later = extrapolate(now, Acceleration(0.0, 0.0, 0.0), g.h)
     predict(x, m.P, now.psi, tau_1, tau_2, m.scratch, g)
     z_e = tracking_error(transform(motion), transform(desired))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, (ship.r - c.r_c) / g.T, (ship.u - t.w_t) * V_0, math.remainder(c.psi_c, TURN), c.r_c / g.T,
-        t.w_t * V_0, float(x[FU]) / per, float(x[FV]) / per, float(x[FR]) / (g.T * g.T),
+        t.w_t * V_0, du / per, dv / per, dr / (g.T * g.T),
         1.0 if abs(demand_1) > g.surge.limit else 0.0, 1.0 if abs(demand_2) > g.yaw.limit else 0.0,
     )  # fmt: skip
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
@@ -320,7 +327,7 @@ def outdated(memory: Memory, constants: Constants) -> bool:
     return int(memory.bank.numbers[BEST]) != constants.bank.used
 
 
-class LqgController(KernelLaw[LqgParameters]):
+class GuidedController(KernelLaw[GuidedParameters]):
     """The law with its internal state.
 
     Args:
@@ -329,18 +336,18 @@ class LqgController(KernelLaw[LqgParameters]):
         period: Control period, s.
     """
 
-    name = "lqg"
+    name = "guided"
     takes_age = True
     kernel = staticmethod(step)
     outdated = staticmethod(outdated)
     terms = StepTerms
     memory: Memory
 
-    def __init__(self, parameters: LqgParameters, vessel: KnownVessel, period: float) -> None:
+    def __init__(self, parameters: GuidedParameters, vessel: KnownVessel, period: float) -> None:
         self._models = bank(vessel, period)  # before super().__init__, which takes the gains for a model
         super().__init__(parameters, vessel, period)
 
-    def retune(self, parameters: LqgParameters) -> None:
+    def retune(self, parameters: GuidedParameters) -> None:
         """Take new numbers and keep the internal state."""
         self.parameters = parameters
         self._use(self._models.used)

@@ -1,4 +1,4 @@
-"""The track of the LQG law: when it is sailed astern, and that it does not depend on how the world is turned."""
+"""The track of the guided law: when it is sailed astern, and that it does not depend on how the world is turned."""
 
 import cmath
 import math
@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
+from vessel_hsmc_ros.guided.guidance import ASTERN, INTEGRAL, Integrals, Track, drift_in_turn, integrated, track
+from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.lqg.guidance import ASTERN, INTEGRAL, Integrals, Track, drift_in_turn, integrated, track
-from vessel_hsmc_ros.lqg.parameters import LqgParameters, gains
 
-GAINS = gains(LqgParameters(), KnownVessel(), 0.1)
+GAINS = gains(GuidedParameters(), KnownVessel(), 0.1)
 STEADY = Acceleration(0.0, 0.0, 0.0)
 FAST, SLOW = 0.3, 0.1 * ASTERN
 NONE = Integrals(0.0, 0.0, 0.0, 0.0)

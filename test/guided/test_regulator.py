@@ -1,13 +1,13 @@
-"""The regulator of the LQG law: the Riccati equation, its closed loop, and the table between whose nodes it is taken."""
+"""The regulator of the guided law: the Riccati equation, its closed loop, and the table between whose nodes it is taken."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
+from vessel_hsmc_ros.guided.regulator import DECAYS, LARGEST_HEADING_GAIN, RATIOS, SPEEDS, bounded, interpolate, regulator, table
 from vessel_hsmc_ros.law.known_vessel import INSTANT, ControlledVessel, KnownVessel
-from vessel_hsmc_ros.lqg.parameters import LqgParameters, gains
-from vessel_hsmc_ros.lqg.regulator import DECAYS, LARGEST_HEADING_GAIN, RATIOS, SPEEDS, bounded, interpolate, regulator, table
 
 E_0, R_0 = 0.1, 0.5
 
@@ -76,11 +76,11 @@ def test_beyond_the_grid_the_gains_are_those_of_its_edge():
 def distance_worth_the_moment(ahead: float, **declared: float) -> float:
     """e_0, which is 1/K_e where the gain of the heading is not bounded, of a ship with its pivot at a distance ahead, m."""
     vessel = ControlledVessel(**vars(KnownVessel(**INSTANT | declared)), ahead=ahead)
-    return float(1.0 / gains(LqgParameters(), vessel, 0.1).table[0, 0, 3, 0])
+    return float(1.0 / gains(GuidedParameters(), vessel, 0.1).table[0, 0, 3, 0])
 
 
 def test_a_track_is_followed_tightly_only_by_a_ship_of_known_actuators_whose_pivot_is_not_far_ahead():
-    tight, length = LqgParameters().cross_track, KnownVessel().length
+    tight, length = GuidedParameters().cross_track, KnownVessel().length
     assert distance_worth_the_moment(0.0) == pytest.approx(tight)
     assert [distance_worth_the_moment(0.0, **{name: -1.0}) for name in INSTANT] == pytest.approx([2.0 * tight] * len(INSTANT))
     assert [distance_worth_the_moment(share * length) for share in (0.05, 0.1, 0.2)] == pytest.approx(

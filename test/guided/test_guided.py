@@ -1,4 +1,4 @@
-"""The LQG law in closed loop: tracking, rest in a current, limits, delays, centre of percussion, and its second start."""
+"""The guided law in closed loop: tracking, rest in a current, limits, delays, centre of percussion, and its second start."""
 
 import math
 
@@ -19,7 +19,7 @@ RATES = {"surge_force_rate": math.inf, "yaw_moment_rate": math.inf}
 
 
 def error_of(scenario, over=0.25, **changes):
-    run = simulate(load_scenario(scenario, {**LIMITS, "controller.law": "lqg", **changes}))
+    run = simulate(load_scenario(scenario, {**LIMITS, "controller.law": "guided", **changes}))
     first = int((1.0 - over) * len(run.time))
     return rms(position_error(run.state[first:], run.reference[first:])) / LENGTH
 
@@ -75,7 +75,7 @@ def test_a_goal_close_astern_is_reached_astern():
     goal = {"goal.times": [5.0], "goal.poses": [-80.0, 5.0, 0.0], "goal.astern_distance": 200.0}
     calm = {f"vessel_sim.disturbance.periodic.{each}": 0.0 for each in ("surge_force", "sway_force", "yaw_moment")}
     changes = {**{f"reference_ship.{name}": value for name, value in goal.items()}, **calm, "vessel_sim.duration": 150.0}
-    run = simulate(load_scenario("goal", {"controller.law": "lqg", **changes}))
+    run = simulate(load_scenario("goal", {"controller.law": "guided", **changes}))
     assert run.reference[:, 3].min() < -0.5
     assert np.abs(run.state[:, 2]).max() < 0.3
     assert position_error(run.state, run.reference).max() < 0.05 * LENGTH
@@ -88,7 +88,7 @@ states = st.tuples(wide, wide, st.floats(-20.0, 20.0), wide, wide, wide).map(np.
 @settings(max_examples=40)
 @given(st.lists(st.tuples(states, states), min_size=1, max_size=5))
 def test_commands_are_finite_and_within_the_limits_whatever_is_measured(series):
-    law = make_controller("lqg", 0.1)
+    law = make_controller("guided", 0.1)
     for state, reference in series:
         (force, moment), _ = law.update(0.0, state, reference, np.zeros(3))
         assert abs(force) <= 2e5 * (1.0 + 1e-12)
@@ -102,7 +102,7 @@ def test_a_mirrored_world_has_mirrored_commands():
         np.array([0.01, 0.002, 0.003]),
     )
     sides = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
-    ours, theirs = make_controller("lqg", 0.1), make_controller("lqg", 0.1)
+    ours, theirs = make_controller("guided", 0.1), make_controller("guided", 0.1)
     for _ in range(20):
         wrench, _ = ours.update(0.0, state, reference, rate)
         mirrored, _ = theirs.update(0.0, sides * state, sides * reference, np.array([1.0, -1.0, -1.0]) * rate)
@@ -120,7 +120,10 @@ def test_a_scaled_ship_has_scaled_commands():
         "yaw_moment_limit": 6e3,
     }
     large = {name: value * 4.0**power for (name, value), power in zip(small.items(), (1, 3, 3, 5, 3, 4), strict=True)}
-    laws = make_controller("lqg", 0.1, **small, **INSTANT, **RATES), make_controller("lqg", 0.2, **large, **INSTANT, **RATES)
+    laws = (
+        make_controller("guided", 0.1, **small, **INSTANT, **RATES),
+        make_controller("guided", 0.2, **large, **INSTANT, **RATES),
+    )
     state, reference = np.array([1.0, 2.0, 0.3, 1.0, 0.1, 0.02]), np.array([1.5, 1.0, 0.5, 1.1, 0.05, 0.03])
     units = np.array([4.0, 4.0, 1.0, 2.0, 2.0, 0.5])
     for _ in range(20):
@@ -130,7 +133,7 @@ def test_a_scaled_ship_has_scaled_commands():
 
 
 def test_after_a_reset_it_begins_as_at_first():
-    law, rng = make_controller("lqg", 0.1), np.random.default_rng(2)
+    law, rng = make_controller("guided", 0.1), np.random.default_rng(2)
     inputs = rng.normal(size=(30, 2, 6)) * [3.0, 3.0, 0.2, 0.5, 0.1, 0.05]
 
     def wrenches():

@@ -1,4 +1,4 @@
-"""The filter of the LQG law: its Jacobian, its covariance, and what it learns of a ship in a current."""
+"""The filter of the guided law: its Jacobian, its covariance, and what it learns of a ship in a current."""
 
 import math
 
@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.guided.filter import CE, CN, FU, FV, KAPPA, LN_A, STATES, R, U, V, correct, measure, predict, unforced
+from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.lqg.filter import CE, CN, FU, FV, KAPPA, LN_A, STATES, R, U, V, correct, measure, predict, unforced
-from vessel_hsmc_ros.lqg.parameters import LqgParameters, gains
 
 PERIOD = 0.05
-G = gains(LqgParameters(), KnownVessel(), PERIOD)
+G = gains(GuidedParameters(), KnownVessel(), PERIOD)
 STATE = np.array([0.3, -0.05, 0.4, -0.5, 0.02, -0.1, 0.4, 0.7, 0.4, 0.05, -0.08])
 
 

@@ -1,1 +1,0 @@
-"""The LQG law: one Kalman filter of the ship in the water, and one regulator of her course and distance from the track."""
