@@ -5,7 +5,7 @@ allowing for a current of 0.15 of it. The table has the distance of the referenc
 limits, the residual of the sway equation and the average speed relative to that of the legs. With a folder it draws path,
 curvature, speed and, by a law in a wind of 5 m/s, the track of each boat. `--goals` checks the
 arrival at a goal, and at the end of a path against the current, in a current of 0.15 of the top speed from each of four sides,
-`--stops` how the boats leave a stop, in the wind and without, `--newcomer` a survey of a small boat, with run-ins. `--law los_pid`
+`--stops` how the boats leave a stop, in the wind and without, `--newcomer` a survey of a small boat, with run-ins. `--law`
 sails with another law than `guided`.
 """
 

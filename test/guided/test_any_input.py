@@ -94,13 +94,13 @@ def test_the_output_is_continuous_where_the_heading_wraps() -> None:
 
 @given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-math.pi, math.pi))
 def test_near_zero_speed_a_small_change_makes_a_small_difference(u: float, v: float, psi: float) -> None:
-    """Continuity near zero speed at the position of the reference, where w, u and v all vanish."""
+    """Continuity near zero speed at the position of the reference; at that very point the approach has no direction."""
 
     def wrench(nudge):
         law = controller()
         return law.update(0.0, np.array([0.0, nudge, psi, u, v, 0.0]), np.zeros(6), STILL)[0]
 
-    assert (np.abs(wrench(1e-7) - wrench(0.0)) < 1e-3 * LIMITS).all()
+    assert (np.abs(wrench(2e-7) - wrench(1e-7)) < 1e-3 * LIMITS).all()
 
 
 def test_new_gains_keep_the_internal_state_and_reset_clears_it() -> None:

@@ -15,8 +15,8 @@ from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 
-@pytest.mark.parametrize("lag", [0.7, 2.0])
-def test_a_circle_in_half_a_metre_per_second_of_current_is_tracked_to_five_centimetres(lag: float) -> None:
+def test_a_circle_in_half_a_metre_per_second_of_current_is_tracked_to_five_centimetres() -> None:
+    lag = 0.7
     changes: dict[str, object] = {f"controller.vessel.{name}": value for name, value in INSTANT.items()}
     changes |= {f"{node}.{each}_lag": lag for node in ("vessel_sim.actuators", "controller.vessel") for each in ("surge", "yaw")}
     changes |= {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}

@@ -312,7 +312,7 @@ def test_a_law_that_converges_is_judged_from_its_first_to_its_last_error() -> No
     reference[:, 0] = 0.1 * (time > 90.0)
     run = make_run(time, state, reference=reference, wrench=np.ones((1001, 2)))
     (found,) = conclusions([Record("los_pid", run, measured(run))])
-    assert found.startswith("lqg converges to the reference: the position error falls from 20 m to 0.")
+    assert found.startswith("los_pid converges to the reference: the position error falls from 20 m to 0.")
     lost = replace(run, state=state + np.array([9.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
     (found,) = conclusions([Record("los_pid", lost, measured(lost))])
     assert found.endswith("while the heading error is 4e+01° at the end.")  # and no cause of another law

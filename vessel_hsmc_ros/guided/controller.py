@@ -150,6 +150,12 @@ class Turn(NamedTuple):
 
 
 @kernel
+def bounded(m: Motion) -> Motion:
+    """A motion whose position is saturated, its heading in [-pi, pi]."""
+    return Motion(clip(m.x, LARGEST), clip(m.y, LARGEST), math.remainder(m.psi, TURN), m.u, m.v, m.r)
+
+
+@kernel
 def scaled(m: Motion, g: Gains) -> Motion:
     """A motion in units of L and T, its heading in [-pi, pi]."""
     V = g.L / g.T
@@ -299,7 +305,7 @@ def step(
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     later = extrapolate(now, Acceleration(0.0, 0.0, 0.0), g.h)
     predict(x, m.P, now.psi, tau_1, tau_2, m.scratch, g)
-    z_e = tracking_error(transform(motion), transform(desired))
+    z_e = tracking_error(transform(bounded(motion)), transform(bounded(desired)))
     terms = StepTerms(
         z_e.z1, z_e.z2, z_e.z3, (ship.r - c.r_c) / g.T, (ship.u - t.w_t) * V_0, math.remainder(c.psi_c, TURN), c.r_c / g.T,
         t.w_t * V_0, du / per, dv / per, dr / (g.T * g.T),
