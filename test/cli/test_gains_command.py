@@ -20,7 +20,8 @@ def test_every_gain_is_listed_with_its_unit_meaning_and_value() -> None:
     assert result.exit_code == 0
     for name, entry in entries(GuidedParameters).items():
         if entry.type is float:
-            assert (entry.unit.split() or ["Share"])[0] in line_of(result.output, name)
+            assert entry.unit in line_of(result.output, name)
+            assert entry.description[:20] in line_of(result.output, name)
     assert line_of(result.output, "position_gain").split()[-1] == "0.25"
     assert line_of(result.output, "cross_track").split()[-1] == "0.04"
 
@@ -29,7 +30,7 @@ def test_margins_of_three_loops_are_printed_and_small_ones_warned_of() -> None:
     calm = gains("controller.law=guided")
     for name in ("surge force", "yaw moment", "position across"):
         assert any(line.strip().startswith(name) and "°" in line for line in calm.output.splitlines())
-    hasty = gains("controller.law=guided", "controller.guided.cross_track=0.002")
+    hasty = gains("controller.law=guided", "controller.guided.surge_gain=40")
     assert "warning: the loop of the" in hasty.output
 
 

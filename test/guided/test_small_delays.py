@@ -11,7 +11,7 @@ from vessel_hsmc_ros.runs.batch import simulate_one
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 LAGS, DEAD_TIMES = (0.005, 0.02, 0.05, 0.1, 0.3), (0.005, 0.02, 0.05, 0.1, 0.3)
-"""Of both inputs, in T. benchmarks/small_delays.py has the whole grid, with both at once."""
+"""Of both inputs, in T."""
 
 DELAYS = [*((lag, 0.0) for lag in LAGS), *((0.0, dead_time) for dead_time in DEAD_TIMES)]
 

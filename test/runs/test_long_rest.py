@@ -1,4 +1,4 @@
-"""Hours at rest under noise, then under way: noise must not fill the weights with what the ship is not."""
+"""Hours at rest under noise, then under way: noise must not teach the law what the ship is not."""
 
 import math
 
@@ -56,10 +56,4 @@ def error_under_way(run: Run) -> float:
 def test_a_ship_that_has_rested_for_hours_under_noise_tracks_as_one_that_has_not() -> None:
     rest = 3600.0 * HOURS
     fresh = math.sqrt(np.mean([error_under_way(rested(SETTLED, seed)) ** 2 for seed in (1, 2, 3)]))
-    run = rested(rest, 1)
-    assert error_under_way(run) <= 1.2 * fresh
-    for axis in ("surge", "sway", "yaw"):
-        norm = run.control[f"{axis}_weight_norm"]
-        time = np.linspace(0.0, run.time[-1], len(norm))
-        early, late = (norm[(time >= hour * 3600.0) & (time < (hour + 1.0) * 3600.0)] for hour in (0.0, HOURS - 1.0))
-        assert late.max() <= 1.5 * early.max()
+    assert error_under_way(rested(rest, 1)) <= 1.2 * fresh

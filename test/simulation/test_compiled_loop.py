@@ -147,7 +147,7 @@ def test_a_batch_has_the_metrics_of_single_runs_in_any_number_of_processes() -> 
 
 
 def test_of_chosen_runs_a_batch_keeps_every_kth_row() -> None:
-    scenario = scenario_of("case2_tracking", "guided")
+    scenario = scenario_of("case2_tracking", "hierarchical")
     kept = simulate_many([scenario, scenario], keep={1}, every=10)
     assert kept[0].run is None
     assert kept[0].metrics == kept[1].metrics
