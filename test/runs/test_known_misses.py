@@ -1,19 +1,14 @@
 """What the guided law does not keep: limits that stand, each with a ship that misses it. A test that passes belongs elsewhere."""
 
-import math
-
 import numpy as np
 import pytest
-from test_rest import IDEAL, LAG, REST, coupled, error_at_rest
+from station_keeping import IDEAL, LAG, coupled, error_at_rest, rest_of_the_library
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_hsmc_ros.scenario.own_ship import scenario_for
-from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
-from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 
 def missed(reason: str) -> pytest.MarkDecorator:
@@ -66,11 +61,8 @@ def test_a_force_that_only_the_damping_of_a_circle_can_balance_is_balanced_on_a_
     ],
 )
 def test_a_vessel_of_the_library_comes_to_rest_within_two_thousandths_of_its_length_in_calm_water(name: str) -> None:
-    scenario = parse_scenario(scenario_for(read_vessel(name).values, name), name)
-    length = scenario.vessel_sim.vessel.length
-    start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0]}
-    duration = {"vessel_sim.duration": min(scenario.vessel_sim.duration, 1400.0)}
-    assert error_at_rest(scenario.changed({**REST, **start, **duration})) < 0.002 * length
+    scenario, length = rest_of_the_library(name)
+    assert error_at_rest(scenario) < 0.002 * length
 
 
 @missed("0.068 m")

@@ -85,15 +85,3 @@ def arriving(queue: Array, row: int, head: int, age: int) -> float:
     """
     column = head - age
     return float(queue[row, column if column >= 0 else column + queue.shape[1]])
-
-
-@kernel
-def slewed(command: float, last: float, largest: float) -> float:
-    """The command with its change in a period limited; it counts from the last command, because the actuator may lag behind it.
-
-    Args:
-        command: Force or moment to command.
-        last: The last command.
-        largest: Largest change in a period; 0 for no limit.
-    """
-    return last + clip(command - last, largest) if largest > 0.0 else command
