@@ -57,7 +57,7 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
         go_on(bench, nodes, steps)
 
     advance(5)
-    assert bench.set_parameters("controller", guided__position_gain=0.5, guided__turn_rate=0.2).successful
+    assert bench.set_parameters("controller", guided__position_gain=0.5, guided__approach_speed=0.4).successful
     advance(20)
     assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=False)).success
     advance(5)

@@ -15,10 +15,10 @@ def test_a_coupling_that_is_a_fifth_larger_than_declared_is_tolerated() -> None:
     assert error_at_rest(coupled(1.2e6, **{**IDEAL, "controller.vessel.sway_yaw_inertia": 0.96e6})) < 0.1
 
 
-KEPT = sorted({*vessel_names()} - {"cybership2", "cybership_enterprise"})
+MINIMUM_PHASE = sorted({*vessel_names()} - {"cybership2", "cybership_enterprise"})
 
 
-@pytest.mark.parametrize("name", KEPT)
+@pytest.mark.parametrize("name", MINIMUM_PHASE)
 def test_every_vessel_but_the_non_minimum_phase_ones_comes_to_rest_in_calm_water(name: str) -> None:
     """Where the approach is as fast as the drift decays, light hulls circle the point at 0.1 to 0.7 lengths for ever."""
     scenario, length = rest_of_the_library(name)
