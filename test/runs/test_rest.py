@@ -1,8 +1,11 @@
 """Station keeping in closed loop, compiled: a centre of percussion ahead of the origin, the vessels of the library."""
 
+import math
+
 import pytest
 from station_keeping import IDEAL, LAG, coupled, error_at_rest, rest_of_the_library
 
+from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.scenario.vessels import vessel_names
 
 
@@ -24,3 +27,11 @@ def test_every_vessel_but_the_non_minimum_phase_ones_comes_to_rest_in_calm_water
     scenario, length = rest_of_the_library(name)
     limit = 0.01 if name in ("otter", "supply_vessel") else 0.002
     assert error_at_rest(scenario) < limit * length
+
+
+@pytest.mark.parametrize("name", MINIMUM_PHASE)
+def test_they_come_to_rest_within_a_fiftieth_of_their_length_in_a_current(name: str) -> None:
+    """An integral of the error that has grown too large far from the point is unloaded: else it keeps her away for ever."""
+    scenario, length = rest_of_the_library(name)
+    current = {"vessel_sim.disturbance.current.north": 0.03 * math.sqrt(GRAVITY * length)}
+    assert error_at_rest(scenario.changed(current)) < 0.02 * length
