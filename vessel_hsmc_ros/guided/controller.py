@@ -257,7 +257,8 @@ def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains
         g: Constants.
     """
     square = (t.w_t * t.w_t + t.w_n * t.w_n) / (STATION_SPEED * STATION_SPEED)
-    share = lever / g.x_p / ((1.0 + square * square) * (1.0 + (SHORT / g.x_p) ** 8))
+    short = SHORT * SHORT / (g.x_p * g.x_p)
+    share = lever / g.x_p / ((1.0 + square * square) * (1.0 + short * short * short * short))
     rho = LEVER + float(x[KAPPA]) / a * magnitude(float(x[CE]), float(x[CN]))
     return share, clip((v_p - t.w_n) / (lever + rho), g.r_max)
 
