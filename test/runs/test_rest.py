@@ -79,11 +79,11 @@ def test_lqg_brings_every_vessel_but_the_non_minimum_phase_ones_to_rest_within_a
 
 
 @pytest.mark.parametrize("name", sorted({*vessel_names()} - {"cybership2", "cybership_enterprise"}))
-def test_lqg_brings_them_to_rest_within_a_fiftieth_of_their_length_in_a_current(name: str) -> None:
+def test_lqg_brings_them_to_rest_within_a_fortieth_of_their_length_in_a_current(name: str) -> None:
     """An integral of the error that has grown too large far from the point is unloaded: else it keeps her away for ever."""
     scenario = parse_scenario(scenario_for(read_vessel(name).values, name), name)
     length = scenario.vessel_sim.vessel.length
     start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0], "controller.law": "lqg"}
     current = {"vessel_sim.disturbance.current.north": 0.03 * math.sqrt(GRAVITY * length)}
     duration = {"vessel_sim.duration": min(scenario.vessel_sim.duration, 1400.0)}
-    assert error_at_rest(scenario.changed({**REST, **start, **current, **duration})) < 0.02 * length
+    assert error_at_rest(scenario.changed({**REST, **start, **current, **duration})) < 0.025 * length
