@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.runs.batch import simulate_one
 from vessel_hsmc_ros.scenario.own_ship import scenario_for
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
@@ -75,3 +76,14 @@ def test_lqg_brings_every_vessel_but_the_non_minimum_phase_ones_to_rest_within_a
     start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0], "controller.law": "lqg"}
     duration = {"vessel_sim.duration": min(scenario.vessel_sim.duration, 1400.0)}
     assert error_at_rest(scenario.changed({**REST, **start, **duration})) < 0.01 * length
+
+
+@pytest.mark.parametrize("name", sorted({*vessel_names()} - {"cybership2", "cybership_enterprise"}))
+def test_lqg_brings_them_to_rest_within_a_fortieth_of_their_length_in_a_current(name: str) -> None:
+    """An integral of the error that has grown too large far from the point is unloaded: else it keeps her away for ever."""
+    scenario = parse_scenario(scenario_for(read_vessel(name).values, name), name)
+    length = scenario.vessel_sim.vessel.length
+    start = {"vessel_sim.initial_pose": [-0.3 * length, -0.4 * length, math.pi / 4.0], "controller.law": "lqg"}
+    current = {"vessel_sim.disturbance.current.north": 0.03 * math.sqrt(GRAVITY * length)}
+    duration = {"vessel_sim.duration": min(scenario.vessel_sim.duration, 1400.0)}
+    assert error_at_rest(scenario.changed({**REST, **start, **current, **duration})) < 0.025 * length

@@ -186,7 +186,8 @@ def integrated(
 
     In a turn, what is constant over the earth, such as an error of the current, turns through the axes of the reference, where an
     integral cannot follow it: so there is one over the earth as well. On a straight track both would be the same, so it rests
-    there, and what no turn shows returns to zero at the rate w_0.
+    there, and what no turn shows returns to zero at the rate w_0. Far away no integral grows, but each is unloaded: one that
+    stood still there would keep the ship away for ever.
 
     Args:
         xi: The integrals.
@@ -200,10 +201,11 @@ def integrated(
     near = square / OVER_EARTH[1] ** 2
     step, kept, most = g.h * OVER_EARTH[0] * across * turning / (1.0 + near * near), 1.0 - g.w_0 * g.h, INTEGRAL[0]
     x, y = clip(kept * xi.x + step * e_x, most), clip(kept * xi.y + step * e_y, most)
-    if square > INTEGRAL[1] ** 2:
-        return Integrals(xi.along, xi.across, x, y)
     e_1, e_2 = to_body(e_x, e_y, psi)
-    return Integrals(clip(xi.along + g.h * along * e_1, most), clip(xi.across + g.h * across * e_2, most), x, y)
+    far = square > INTEGRAL[1] ** 2
+    d_1 = 0.0 if far and e_1 * xi.along > 0.0 else g.h * along * e_1
+    d_2 = 0.0 if far and e_2 * xi.across > 0.0 else g.h * across * e_2
+    return Integrals(clip(xi.along + d_1, most), clip(xi.across + d_2, most), x, y)
 
 
 @kernel
