@@ -107,10 +107,12 @@ def test_only_in_a_turn_the_error_is_integrated_over_the_earth_whatever_the_head
     assert straight[:2] == turning[:2] != start[:2]
 
 
-def test_a_ship_far_from_her_reference_integrates_no_error() -> None:
-    far = integrated(Integrals(0.01, 0.02, 0.0, 0.0), 5.0, -3.0, 0.4, 0.1, 0.05, 1.0, GAINS)
-    assert far[:2] == (0.01, 0.02)
+def test_a_ship_far_from_her_reference_integrates_no_error_but_unloads_integrals_of_the_other_sign() -> None:
+    far = integrated(Integrals(0.01, -0.02, 0.0, 0.0), 5.0, -3.0, 0.4, 0.1, 0.05, 1.0, GAINS)
+    assert far[:2] == (0.01, -0.02)
     assert far[2:] == pytest.approx((0.0, 0.0), abs=1e-7)
+    along, across, *_ = integrated(Integrals(-0.01, 0.02, 0.0, 0.0), 5.0, -3.0, 0.4, 0.1, 0.05, 1.0, GAINS)
+    assert -0.01 < along < 0.0 < across < 0.02
 
 
 def test_no_integral_exceeds_its_bound() -> None:

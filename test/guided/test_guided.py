@@ -61,6 +61,19 @@ def test_a_ship_whose_slow_actuators_are_not_declared_does_not_stay_on_a_circle_
     assert error_of("case2_tracking", **slow, **turn, **far) < 0.002
 
 
+@pytest.mark.parametrize(("to_full", "dead_time"), [(16.0, 1.5), (20.0, 0.0), (20.0, 1.5)])
+def test_turns_of_a_ship_whose_slow_actuators_are_not_declared_do_not_overshoot_for_ever(to_full, dead_time):
+    slow = {
+        "surge_force_rate": 2e5 / to_full,
+        "yaw_moment_rate": 3e6 / to_full,
+        "surge_dead_time": dead_time,
+        "yaw_dead_time": dead_time,
+    }
+    plant = {f"vessel_sim.actuators.{name}": value for name, value in slow.items()}
+    away = {"vessel_sim.initial_pose": [-60.0, 60.0, -2.0], "vessel_sim.duration": 600.0}
+    assert error_of("case2_straight", **plant, **away) < 0.01
+
+
 @pytest.mark.parametrize("circling", [True, False])
 def test_a_ship_whose_pivot_is_ahead_of_her_origin_circles_and_rests(circling):
     coupled = {"sway_yaw_inertia": 1.2e6, "sway_damping_from_yaw": 4.8e5, "yaw_damping_from_sway": 4.8e5}
