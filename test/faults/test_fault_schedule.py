@@ -81,6 +81,14 @@ def test_messages_whose_delays_differ_come_in_the_order_of_their_times() -> None
     assert due == sorted(due)
 
 
+def test_an_earlier_message_with_a_stamp_of_now_is_not_the_present_one() -> None:
+    schedule = TopicSchedule(FaultScript(), "cmd_wrench")
+    earlier, present = (schedule.take(number, 5 * PERIOD, 5 * PERIOD)[0] for number in (1, 2))
+    assert not schedule.current(earlier, 5 * PERIOD)
+    assert schedule.current(present, 5 * PERIOD)
+    assert not schedule.current(present, 6 * PERIOD)
+
+
 def test_two_faults_that_change_a_message_both_do() -> None:
     frame, weak = fault("frame", frame="map"), fault("weaken", factor=0.5)
     fields = [edit.field for edit in deliveries(frame, weak)[12][0].edits]

@@ -212,6 +212,20 @@ def test_a_node_writes_as_many_bags_as_it_may_and_no_more(monkeypatch: pytest.Mo
     assert len(boxes.written) == 3
 
 
+@pytest.mark.parametrize("code", [1, 2, -9])
+def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason(
+    monkeypatch: pytest.MonkeyPatch, code: int
+) -> None:
+    boxes, lines = Boxes(monkeypatch), []
+    log = SimpleNamespace(warning=lambda text: lines.append(("warning", text)), error=lambda text: lines.append(("error", text)))
+    monkeypatch.setattr(boxes.box._node, "get_logger", lambda: log)
+    done = SimpleNamespace(returncode=code, stdout=b"", stderr=b"no space left\n")
+    monkeypatch.setattr(black_box, "_run", lambda *_: done)
+    boxes.box.keep("/cmd_wrench", conv.new_wrench())
+    boxes.write("an error", ends=True)
+    assert lines == [("error", "the black box is not written: no space left")]
+
+
 def test_an_error_that_ends_the_node_does_not_wait_for_what_follows_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(black_box, "AFTERWARDS", 1000.0)
     boxes = Boxes(monkeypatch)
