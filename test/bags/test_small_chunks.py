@@ -7,7 +7,9 @@ import pytest
 from bag_making import CLOCK, topic
 from mcap.reader import make_reader
 
+from vessel_hsmc_ros.bags import mcap_writer
 from vessel_hsmc_ros.bags.mcap_contents import read_contents, scan
+from vessel_hsmc_ros.bags.mcap_writer import McapFile
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
@@ -46,3 +48,28 @@ def test_a_message_of_any_size_that_was_flushed_alone_is_read_and_recovered(bags
     assert [message.data for message in open_bag(bag).raw_messages()] == MESSAGES
     with (bag / NAME).open("rb") as stream:
         assert [message.data for _, _, message in make_reader(stream).iter_messages()] == MESSAGES
+
+
+def test_a_file_that_is_closed_at_once_has_the_messages_of_its_last_chunk(tmp_path: Path) -> None:
+    file = McapFile(tmp_path / NAME, "none")
+    channel = file.add_channel("/clock", file.add_schema(CLOCK, "uint8 x"), {})
+    for number, data in enumerate(MESSAGES):
+        file.add_message(channel, number, data, number)
+    file.close()
+    assert [message.data for message in open_bag(tmp_path / NAME).raw_messages()] == MESSAGES
+
+
+def test_the_summary_of_a_long_recording_that_was_killed_leads_to_most_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mcap_writer, "SUMMARY_FLOOR", 1000)
+    writer, ticks = BagWriter(tmp_path / "bag", "none"), topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    for number in range(300):
+        writer.write(ticks, bytes(12), number, number)
+        writer.flush()
+    with (tmp_path / "bag" / NAME).open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    assert summary.statistics.message_count > 200
