@@ -257,3 +257,16 @@ def test_each_flush_after_a_new_topic_brings_it_into_the_metadata(tmp_path: Path
         names = [each["topic_metadata"]["name"] for each in information["topics_with_message_count"]]
         assert names == [f"/clock_{k}" for k in range(1, count + 1)]
     writer.close()
+
+
+def test_the_tenth_file_of_a_bag_follows_the_ninth(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1.0))
+    ticks = topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    stamps = [k * 1_000_000_000 for k in range(13)]
+    for stamp in stamps:
+        writer.write(ticks, clock(stamp), stamp, stamp)
+    writer.close()
+    bag = open_bag(tmp_path / "bag")
+    assert [contents.path.name for contents in bag.files] == [f"bag_{k}.mcap" for k in range(13)]
+    assert [message.log_time for message in bag.raw_messages()] == stamps

@@ -61,6 +61,40 @@ def test_a_probability_hits_its_share_of_the_messages() -> None:
     assert sum(map(len, steps)) == pytest.approx(7000, abs=150)
 
 
+def test_a_probability_of_zero_hits_none() -> None:
+    assert deliveries(fault("drop", probability=0.0)) == deliveries()
+
+
+def test_the_delays_of_two_faults_add_up_for_messages_that_were_late_before_too() -> None:
+    schedule = TopicSchedule(FaultScript((fault("delay", delay=0.3), fault("delay", delay=0.2)), 1), "cmd_wrench")
+    assert schedule.take(1, 10 * PERIOD, 13 * PERIOD) == []
+    (pending,) = schedule._pending
+    assert pending.due == 18 * PERIOD
+
+
+def test_messages_whose_delays_differ_come_in_the_order_of_their_times() -> None:
+    schedule = TopicSchedule(FaultScript((fault("delay", delay=0.2, jitter=2.0),), 1), "cmd_wrench")
+    for number in range(10, 20):
+        schedule.take(number, number * PERIOD, number * PERIOD)
+    due = [delivery.due for delivery in schedule.due(60 * PERIOD)]
+    assert len(due) > 5
+    assert due == sorted(due)
+
+
+def test_an_earlier_message_with_a_stamp_of_now_is_not_the_present_one() -> None:
+    schedule = TopicSchedule(FaultScript(), "cmd_wrench")
+    earlier, present = (schedule.take(number, 5 * PERIOD, 5 * PERIOD)[0] for number in (1, 2))
+    assert not schedule.current(earlier, 5 * PERIOD)
+    assert schedule.current(present, 5 * PERIOD)
+    assert not schedule.current(present, 6 * PERIOD)
+
+
+def test_two_faults_that_change_a_message_both_do() -> None:
+    frame, weak = fault("frame", frame="map"), fault("weaken", factor=0.5)
+    fields = [edit.field for edit in deliveries(frame, weak)[12][0].edits]
+    assert fields == ["header.frame_id", "wrench.force.x", "wrench.torque.z"]
+
+
 def test_delayed_messages_come_before_the_one_that_is_sent_when_they_are_due() -> None:
     steps = contents(deliveries(fault("delay", delay=0.25)))
     assert steps[10:14] == [[], [], [], [10]]

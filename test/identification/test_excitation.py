@@ -47,3 +47,17 @@ def test_the_scenario_commands_the_manoeuvres_and_its_reference_is_the_same_ship
 def test_steps_of_a_manoeuvre_are_listed_as_one(otter: Scale) -> None:
     steps = excitation(otter)
     assert [steps[first].manoeuvre for first, _ in manoeuvres(steps)][:3] == ["speed steps", "coasting", "astern"]
+
+
+def test_turns_of_a_slow_ship_last_until_her_drift_is_steady(otter: Scale) -> None:
+    slow = otter._replace(U=0.05 * otter.U)
+    two_lengths = 2.0 * slow.L / slow.U
+    assert two_lengths > 5.0 * slow.T
+    spiral = [step.duration for step in excitation(slow) if step.manoeuvre == "spiral"]
+    assert spiral == pytest.approx([4.0 * two_lengths] * 6, abs=0.25)
+
+
+@pytest.mark.parametrize(("unit", "rate"), [(10.0, 5.0), (6.0, 5.0), (5.9, 10.0), (2.0, 20.0), (1.4, 50.0), (0.1, 50.0)])
+def test_the_rate_is_the_lowest_one_with_thirty_samples_in_the_unit_of_time(otter: Scale, unit: float, rate: float) -> None:
+    text = scenario_text("mine", "otter", '    vessel: "otter"', otter._replace(T=unit), excitation(otter))
+    assert parse_scenario(text, "mine").controller.rate_hz == rate

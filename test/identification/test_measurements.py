@@ -39,6 +39,13 @@ def test_a_csv_file_is_read_by_the_names_of_its_columns(tmp_path: Path) -> None:
     assert (found.wrench == (2.0, 0.0, 0.0)).all()
 
 
+def test_a_heading_in_radians_takes_precedence_over_one_in_degrees(tmp_path: Path) -> None:
+    time = np.arange(100) * 0.1
+    rows = np.column_stack([time, np.sin(time), time, 0.01 * time, 7.0 + time, 2.0 * np.ones(100)])
+    for header in ("time,x,y,heading,heading_deg,surge_force", "time,x,y,heading, heading_deg ,surge_force"):
+        np.testing.assert_allclose(from_csv(written(tmp_path, header, rows)).pose[:, 2], 0.01 * time)
+
+
 @pytest.mark.parametrize("begin", [0.0, -180.0])
 @pytest.mark.parametrize("unit", ["heading", "heading_deg"])
 def test_a_heading_goes_on_where_it_wraps_to_either_side(tmp_path: Path, unit: str, begin: float) -> None:

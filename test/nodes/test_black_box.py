@@ -77,15 +77,6 @@ def test_an_input_that_is_not_finite_writes_the_last_inputs_outputs_diagnostics_
     assert bag.parameters["/controller"]["law"] == "los_pid"
 
 
-def test_a_second_error_within_a_minute_writes_nothing(bench: Any, steering: Any, tmp_path: Path) -> None:
-    _, node = steering
-    for reason in ("first", "second"):
-        node.black_box.write(reason)
-        node.black_box.close()
-    bag = the_bag(bench, tmp_path / "boxes")
-    assert bag.recording["reason"] == "first"
-
-
 def test_the_error_that_ends_a_node_is_in_its_black_box(bench: Any, steering: Any, tmp_path: Path) -> None:
     _, node = steering
     node.fail("the law failed")
@@ -202,6 +193,14 @@ def test_every_message_of_a_black_box_reaches_its_bag_whatever_the_pieces(monkey
     assert boxes.written == [b"".join(expected)]
 
 
+def test_a_second_error_within_a_minute_writes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    boxes = Boxes(monkeypatch)
+    for number in range(3):
+        boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([number]))
+        boxes.write("an error")
+    assert boxes.written == [content.record(5, 0, bytes([0]))]
+
+
 def test_a_node_writes_as_many_bags_as_it_may_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(black_box, "LEAST_INTERVAL", -1.0)
     monkeypatch.setattr(black_box, "MOST_BAGS", 3)
@@ -210,6 +209,20 @@ def test_a_node_writes_as_many_bags_as_it_may_and_no_more(monkeypatch: pytest.Mo
     for _ in range(5):
         boxes.write("an error")
     assert len(boxes.written) == 3
+
+
+@pytest.mark.parametrize("code", [1, 2, -9])
+def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason(
+    monkeypatch: pytest.MonkeyPatch, code: int
+) -> None:
+    boxes, lines = Boxes(monkeypatch), []
+    log = SimpleNamespace(warning=lambda text: lines.append(("warning", text)), error=lambda text: lines.append(("error", text)))
+    monkeypatch.setattr(boxes.box._node, "get_logger", lambda: log)
+    done = SimpleNamespace(returncode=code, stdout=b"", stderr=b"no space left\n")
+    monkeypatch.setattr(black_box, "_run", lambda *_: done)
+    boxes.box.keep("/cmd_wrench", conv.new_wrench())
+    boxes.write("an error", ends=True)
+    assert lines == [("error", "the black box is not written: no space left")]
 
 
 def test_an_error_that_ends_the_node_does_not_wait_for_what_follows_one_before(monkeypatch: pytest.MonkeyPatch) -> None:

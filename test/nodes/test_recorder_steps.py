@@ -150,3 +150,41 @@ def test_after_the_signal_what_is_in_transit_is_recorded_then_the_final_status_a
     assert order == ["spin", "spin", "status after 6", "spin"]
     node._writer.message_count = 0
     node.close()
+
+
+def test_a_recorder_ends_after_a_while_although_messages_go_on_to_arrive(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, now = record(bench, tmp_path), [0.0]
+
+    def spin(self: Any, running: Any) -> None:
+        while running() and now[0] < 100.0:
+            now[0] += 0.1
+            node._writer.message_count += 1
+
+    monkeypatch.setattr(recorder, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(VesselNode, "spin", spin)
+    node._drain()
+    assert now[0] == pytest.approx(recorder.DRAIN_LIMIT, abs=0.15)
+    node._writer.message_count = 0
+    node.close()
+
+
+def test_a_topic_of_two_types_is_left_out_and_the_others_are_recorded(bench: Any, tmp_path: Path) -> None:
+    node = record(bench, tmp_path, topics=["thing"])
+    infos = [
+        SimpleNamespace(topic_type=kind, topic_type_hash="", qos_profile=QoSProfile(depth=1))
+        for kind in ("geometry_msgs/msg/WrenchStamped", "geometry_msgs/msg/PoseStamped")
+    ]
+    node._subscribe("/thing", infos)
+    node._subscribe("/other", infos[:1])
+    node.close()
+    assert set(open_bag(tmp_path / "bag").topics) == {"/other"}
+
+
+def test_what_a_fleet_may_lack_and_what_it_waits_for_is_known_in_each_namespace(bench: Any, tmp_path: Path) -> None:
+    topics = [f"{vessel}/{name}" for vessel in ("a", "b") for name in ("odom", "goal_pose", "cmd_wrench")]
+    node = record(bench, tmp_path, topics=topics, lockstep=False, recorded=True)
+    assert node.status()[2]["missing"] == "/a/odom, /a/cmd_wrench, /b/odom, /b/cmd_wrench"
+    assert node._awaited == {"/a/odom", "/b/odom"}
+    node.close()

@@ -5,7 +5,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from rclpy.serialization import serialize_message
 
+from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import Topic
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.messages import raw
@@ -16,10 +18,13 @@ from vessel_hsmc_ros.nodes.recorder import RecorderNode
 KIND = "geometry_msgs/msg/WrenchStamped"
 
 
-def recorder_of(bench: Any, folder: Path, awaited: bool, alone: bool = True) -> tuple[Any, Any]:
+def recorder_of(
+    bench: Any, folder: Path, awaited: bool, alone: bool = True, name: str = "/cmd_wrench", **parameters: Any
+) -> tuple[Any, Any]:
     """A recorder, for which the publishers of a topic wait, and its callback for that topic."""
-    node = bench.start(RecorderNode, lockstep=False, directory=str(folder / "bag"), recorded=awaited)
-    topic = Topic("/cmd_wrench", KIND, definition(KIND), "", [])
+    given = {"lockstep": False, "recorded": awaited, **parameters}
+    node = bench.start(RecorderNode, directory=str(folder / "bag"), **given)
+    topic = Topic(name, KIND, definition(KIND), "", [])
     node._writer.add_topic(topic)
     record = node._recorder_of(topic, raw.message_class(KIND), alone)
 
@@ -72,6 +77,28 @@ def test_of_several_publishers_no_gap_counts(bench: Any, tmp_path: Path) -> None
     receive(1, 5, 2, 9)
     assert node.status()[2]["dropped"] == 0
     node.close()
+
+
+def test_no_gap_counts_on_a_topic_of_other_programs(bench: Any, tmp_path: Path) -> None:
+    node, receive = recorder_of(bench, tmp_path, True, name="/goal_pose")
+    receive(4, 9)
+    assert node.status()[2]["dropped"] == 0
+    node.close()
+
+
+def test_in_lockstep_a_message_has_its_stamp_for_both_of_its_times_and_the_wall_clock_for_none(
+    bench: Any, tmp_path: Path
+) -> None:
+    node, _ = recorder_of(bench, tmp_path, True, lockstep=True)
+    topic = node._writer._topics[0]
+    record, message = node._recorder_of(topic, raw.message_class(KIND), True), conv.new_wrench()
+    message.header.stamp = conv.time_message(7_250_000_000)
+    record(
+        serialize_message(message), {"publication_sequence_number": 1, "received_timestamp": 10**18, "source_timestamp": 10**18}
+    )
+    node.close()
+    (found,) = open_bag(tmp_path / "bag").raw_messages()
+    assert (found.log_time, found.publish_time) == (7_250_000_000, 7_250_000_000)
 
 
 def test_a_black_box_writes_again_after_a_minute_and_no_more_bags_than_allowed(

@@ -64,6 +64,30 @@ def test_each_message_has_the_present_stamp_the_frame_and_its_share_of_both_valu
     assert made.node.status()[2] == {"share": 0.0, "stopped": False}
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_each_limit_holds_on_either_side(make: Any, side: float) -> None:
+    made = make(surge_force_limit=50.0, yaw_moment_limit=4.0)
+    for _ in range(2):
+        made.wait(0.05)
+        made.command(side * 60.0, side * 5.0)
+        assert conv.read_wrench(made.sent[-1][1]) == (side * 50.0, side * 4.0)
+
+
+def test_what_is_refused_during_a_stop_is_not_passed_on_during_it_or_after(make: Any) -> None:
+    made = make()
+    made.command(100.0, -7.0)
+    made.node._latch._stop(Trigger.Request(), Trigger.Response())
+    for refused in ({"force": math.nan}, {"force": 500.0, "frame": "map"}):
+        made.wait(0.05)
+        assert not made.command(**refused)
+        made.node._on_timer()
+        assert conv.read_wrench(made.sent[-1][1]) == (0.0, 0.0)
+    made.node._latch._rearm(Trigger.Request(), Trigger.Response())
+    made.wait(0.1)
+    made.node._on_timer()
+    assert abs(conv.read_wrench(made.sent[-1][1])[0]) <= 10.0 + 1e-9
+
+
 def test_the_first_command_is_passed_on_whole(make: Any) -> None:
     made = make(ramp_time=10.0)
     made.wait(0.02)

@@ -41,6 +41,8 @@ def jumps(**values: object) -> Jumps:
         (at(0.0, psi=0.9), Verdict.TAKE),
         (at(0.0, u=31.0), Verdict.HOLD),
         (at(0.0, r=-7.0), Verdict.HOLD),
+        (at(0.0, r=-5.9), Verdict.TAKE),
+        (at(0.0, r=5.9), Verdict.TAKE),
     ],
 )
 def test_a_motion_that_no_ship_makes_is_held_out(motion: Motion, verdict: Verdict) -> None:

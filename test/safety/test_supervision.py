@@ -18,6 +18,7 @@ STEP = (2.0, 0.8)
 """Largest change in a period: the limits in 5 s."""
 
 GOOD = (60.0, -20.0)
+STEP_TO_GOOD = (2.0, -0.8)
 OK = Reason.NONE
 
 
@@ -60,6 +61,57 @@ def test_activation_leads_from_zero_to_the_law_at_the_bounded_rate() -> None:
     assert commands(s, 29, GOOD, OK)[-1] == pytest.approx(60.0)
     assert s.step(GOOD, OK, T) == GOOD
     assert s.reason is OK
+
+
+def test_each_activation_after_standby_leads_from_zero() -> None:
+    s = controller(active=False)
+    for _ in range(2):
+        s.activate()
+        assert s.step(GOOD, OK, T) == STEP_TO_GOOD
+        commands(s, 60, GOOD, OK)
+        s.standby()
+        assert s.step(GOOD, OK, T) == s.command == (0.0, 0.0)
+    s.activate()
+    commands(s, 60, GOOD, OK)
+    s.stop()
+    assert s.step(GOOD, OK, T) == s.command == (0.0, 0.0)
+    s.rearm()
+    s.activate()
+    assert s.step(GOOD, OK, T) == STEP_TO_GOOD
+
+
+def test_a_change_of_law_or_gains_is_no_violation_of_the_rate_of_the_law_each_time() -> None:
+    s = running(surge_force_rate=50.0, yaw_moment_rate=50.0)
+    for demand in ((-60.0, 20.0), GOOD):
+        s.handover()
+        assert s.step(demand, OK, T) != demand, "it is bounded"
+        assert (s.operation, s.violations) == (Operation.ACTIVE, {})
+        commands(s, 80, demand, OK)
+        assert s.command == demand
+
+
+def test_a_change_during_a_handover_begins_another_one() -> None:
+    s, switching = running(), [(-100.0, 0.0), (100.0, 0.0)]
+
+    def largest_change(count: int) -> float:
+        forces = [s.command[0], *(s.step(switching[k % 2], OK, T)[0] for k in range(count))]
+        return max(abs(b - a) for a, b in pairwise(forces))
+
+    s.handover()
+    assert largest_change(90) <= 2.0 + 1e-9, "for twice the time of a ramp, which is 5 s"
+    s.handover()
+    assert largest_change(90) <= 2.0 + 1e-9
+
+
+def test_the_fallback_law_is_wanted_during_the_safe_action_alone() -> None:
+    s = running(action="fallback")
+    assert not s.wants_fallback
+    s.step(None, Reason.OVERDUE, T)
+    assert s.wants_fallback
+    s.standby()
+    assert not s.wants_fallback
+    s.stop()
+    assert not s.wants_fallback
 
 
 def test_an_activation_that_is_not_ready_is_refused_with_its_reason() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
-from vessel_hsmc_ros.safety.monitors import Alarm, Velocities
+from vessel_hsmc_ros.safety.monitors import Alarm, Compared, Velocities, compared, explained
 from vessel_hsmc_ros.safety.parameters import MonitorParameters
 
 LENGTH, SPEED = 4.0, 1.2
@@ -106,6 +106,24 @@ def test_an_interruption_begins_the_comparison_anew() -> None:
     for k in range(200):
         t = 0.05 * k + 3.0 * (k // 80)
         assert monitor.step(round(t * 1e9), WRONG["not filled in"][0](true_motion(t), None), 0.05) is Alarm.OK
+
+
+def test_velocities_that_neither_fit_nor_contradict_end_the_time_of_a_warning_that_has_not_come_yet() -> None:
+    monitor, parameters = Velocities(MonitorParameters(), LENGTH), MonitorParameters()
+    rates = np.tile([[[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]], (7, 1, 1))
+    wrong, unclear = rates.copy(), rates.copy()
+    wrong[:, 1, 0], unclear[:, 1, 0] = 0.1, 0.58
+    monitor.step(0, REST, 0.1)
+    for _ in range(5):
+        for each, periods in ((wrong, parameters.velocity_warning - 0.15), (unclear, 0.1)):
+            monitor._found = compared(each, monitor._slow)
+            assert [monitor.step(0, REST, 0.1) for _ in range(round(periods / 0.1))][-1] is Alarm.OK
+
+
+def test_a_twist_that_lacks_one_velocity_only_is_not_taken_for_one_that_is_not_filled_in() -> None:
+    found = Compared(np.array([0.3, 1.0, 0.0]), np.array([0.0, 0.9, 0.0]), True, True, 0)
+    assert "not filled in" not in explained(found)
+    assert "not filled in" in explained(found._replace(measured=np.array([0.05, -0.05, 0.0])))
 
 
 def test_after_a_clock_that_was_set_back_the_comparison_begins_anew_at_once() -> None:

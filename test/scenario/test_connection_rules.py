@@ -134,6 +134,10 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     "clock ahead": (columns(stamp=lambda c: c["stamp"] + 3.0), "ahead of the clock here"),
     "clock a little ahead": (columns(stamp=lambda c: c["stamp"] + 0.15), "ahead of the clock here"),
     "stamps go back": (columns(stamp=lambda c: c["stamp"] - 0.1 * (np.arange(len(c["x"])) % 2)), "stamps that go back"),
+    "some stamps go back": (
+        columns(stamp=lambda c: c["stamp"] - 0.1 * (np.arange(len(c["x"])) % 40 == 7)),
+        "stamps that go back",
+    ),
     "stamps repeat": (columns(stamp=lambda c: np.repeat(c["stamp"][::2], 2)[: len(c["x"])]), "repeats its stamps"),
     "frame": (columns(frame=text("world")), "'world', and 'odom' or 'map' is accepted"),
     "child frame": (columns(child=text("imu_link")), "odometry.body_frames"),
@@ -141,8 +145,13 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     "changing frame": (columns(frame=alternating), "changes between the frames"),
     "no orientation": (columns(norm=lambda c: 0.0 * c["norm"]), "orientations of zeros"),
     "angle as quaternion": (columns(norm=lambda c: 57.0 * c["norm"]), "is an angle in place of a quaternion"),
+    "half a quaternion": (columns(norm=lambda c: 0.6 * c["norm"]), "is an angle in place of a quaternion"),
     "FRD body": (columns(up=lambda c: -c["up"]), "upside down"),
     "negative covariance": (columns(least_variance=lambda c: c["variance"] - 1.0), "covariances that are negative"),
+    "a covariance that is not finite": (
+        columns(variance=lambda c: np.where(np.arange(len(c["x"])) == 7, np.nan, c["variance"])),
+        "covariances that are negative or not finite",
+    ),
     "not finite": (columns(x=lambda c: c["x"] * np.nan), "not finite: x"),
     "degrees for positions": (
         columns(x=lambda c: 59.9 + c["x"] / 111e3, y=lambda c: 10.7 + c["y"] / 56e3),
@@ -178,6 +187,8 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     "steering reversed": (columns("/cmd_wrench", moment=lambda c: -c["moment"]), "positive yaw moment drives to starboard"),
     "local time": (columns(stamp=lambda c: c["stamp"] + 7200.0), "in local time?"),
     "local time of half hours": (columns(stamp=lambda c: c["stamp"] - 19800.0), "in local time?"),
+    "the smallest zone and half a minute": (columns(stamp=lambda c: c["stamp"] - 1770.0), "in local time?"),
+    "the largest zone and half a minute": (columns(stamp=lambda c: c["stamp"] + 50_430.0), "in local time?"),
     "GPS time": (columns(stamp=lambda c: c["stamp"] + 18.0), "GPS time, which is 18 s ahead of UTC"),
     "stamps since boot": (columns(stamp=lambda c: c["stamp"] - 1.7e9), "counted from a start, or of a simulation"),
     "stamps step ahead": (columns(stamp=lambda c: c["stamp"] + 5.0 * second_half(c["stamp"])), "of /odom have stepped by 5 s"),
@@ -203,6 +214,10 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     "positions in mm": (columns(x=lambda c: 1e3 * c["x"], y=lambda c: 1e3 * c["y"]), "are the positions in mm?"),
     "feet per second": (columns(u=lambda c: c["u"] / 0.3048, v=lambda c: c["v"] / 0.3048), "in feet per second?"),
     "simulated time": (simulated, "no node publishes /clock"),
+    "simulated time of a node that has ended": (
+        lambda connection: simulated(connection)._replace(topics={**connection.topics, "/clock": Topic("/clock")}),
+        "no node publishes /clock",
+    ),
 }
 
 
@@ -218,6 +233,76 @@ def test_each_planted_mistake_is_named(mistake: str) -> None:
     plant, expected = MISTAKES[mistake]
     wrong = of(judge(plant(healthy())), WRONG)
     assert any(expected in each for each in wrong), wrong
+
+
+def test_velocities_in_the_frame_of_the_pose_are_right_where_they_are_declared_so_and_wrong_otherwise() -> None:
+    parent, child = MISTAKES["twist in the world"][0](healthy())._replace(twist_frame="parent"), healthy()
+    assert of(judge(parent), WRONG) == []
+    (wrong,) = of(judge(child._replace(twist_frame="parent")), WRONG)
+    assert "are they along the hull already?" in wrong
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_velocities_of_a_topic_of_its_own_are_taken_at_the_times_of_the_poses(every: int) -> None:
+    odometry, reference, command = (healthy().topics[name] for name in ("/odom", "/reference", "/cmd_wrench"))
+    later = odometry.received[10:]
+    pose = {name: values for name, values in odometry.columns.items() if name not in ("child", "u", "v", "r")}
+    twist = {name: odometry.columns[name][10:][::every] for name in ("stamp", "frame", "u", "v", "r")}
+    topics = {
+        "/pose": Topic("/pose", (Endpoint("driver", types.POSE),), (), odometry.received, pose),
+        "/twist": Topic("/twist", (Endpoint("driver", types.TWIST_STAMPED),), (), later[::every], twist),
+        "/reference": reference,
+        "/cmd_wrench": command,
+    }
+    values = values_of(None, {"controller": {**SHIP, "odometry.form": "pose_twist"}})
+    found = judge(connection_of(values, {}, topics=topics, events=("stop",), reasons=("OVERDUE",)))
+    assert of(found, WRONG) + of(found, TODO) == []
+    spoilt = topics["/twist"]._replace(columns={**twist, "u": -twist["u"]})
+    found = judge(connection_of(values, {}, topics={**topics, "/twist": spoilt}))
+    assert any("is u positive astern?" in text for text in of(found, WRONG))
+
+
+def test_velocities_that_the_observer_does_not_need_may_be_left_out_but_not_be_wrong() -> None:
+    empty = MISTAKES["twist not filled in"][0](healthy())._replace(uses_observer=True)
+    assert of(judge(empty), WRONG) == []
+    wrong = MISTAKES["surge astern"][0](healthy())._replace(uses_observer=True)
+    assert any("is u positive astern?" in text for text in of(judge(wrong), WRONG))
+
+
+@pytest.mark.parametrize(("offset", "side"), [(0.35, "port"), (-0.35, "starboard")])
+def test_a_heading_that_is_off_a_little_is_named_with_its_side_and_what_corrects_it(offset: float, side: str) -> None:
+    (text,) = (each for each in of(judge(columns(psi=lambda c: c["psi"] + offset)(healthy())), TODO) if "of the way" in each)
+    assert f"deg to {side} of the way of the positions" in text
+    given = float(text.split("larger by ")[1].split()[0])
+    assert given == pytest.approx(-offset, abs=0.06)
+
+
+def test_a_boat_that_lies_still_before_its_first_command_repeats_nothing() -> None:
+    connection = healthy()
+    before = 5.0
+    for name in ("/odom", "/cmd_wrench"):
+        topic = connection.topics[name]
+        count = round(before / float(np.median(np.diff(topic.received))))
+        early = {"stamp", "received"}
+        still: dict[str, Any] = {k: np.concatenate((np.repeat(v[:1], count), v)) for k, v in topic.columns.items()}
+        times: dict[str, Any] = {"stamp": topic.columns["stamp"], "received": topic.received}
+        longer = {k: np.concatenate((times[k][0] - before + before / count * np.arange(count), times[k])) for k in early}
+        still |= {
+            k: np.concatenate((np.zeros(count), v)) for k, v in topic.columns.items() if k in ("force", "moment", "u", "v", "r")
+        }
+        still["stamp"] = longer["stamp"]
+        connection = changed(connection, name, received=longer["received"], columns=still)
+    found = judge(connection)
+    assert of(found, WRONG) + of(found, TODO) == []
+
+
+def test_a_repeated_motion_without_sway_and_without_a_command_is_found_too() -> None:
+    def without_commands(c: Any, name: str) -> Any:
+        return np.where(np.arange(len(c[name])) < len(c[name]) // 2 - 5, c[name], 0.0)
+
+    changes: Any = {name: lambda c, name=name: without_commands(c, name) for name in ("force", "moment")}
+    repeated = columns("/cmd_wrench", **changes)(MISTAKES["repeated motion"][0](columns(v=lambda c: 0.0 * c["v"])(healthy())))
+    assert any("does the driver repeat its last message?" in text for text in of(judge(repeated), WRONG))
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -260,6 +345,23 @@ def test_a_state_that_comes_late_leaves_the_signs_as_they_are(late: float) -> No
     assert of(found, WRONG) + of(found, TODO) == []
 
 
+def test_stamps_that_are_as_old_as_gps_time_is_ahead_are_not_in_gps_time() -> None:
+    (wrong,) = of(judge(columns(stamp=lambda c: c["stamp"] - 18.0)(healthy())), WRONG)
+    assert "s old" in wrong
+    assert "GPS time" not in wrong
+
+
+@pytest.mark.parametrize("count", range(16))
+def test_a_connection_of_few_messages_is_judged_too(count: int) -> None:
+    connection = healthy()
+    short = {
+        name: topic._replace(received=topic.received[:count], columns={k: v[:count] for k, v in topic.columns.items()})
+        for name, topic in connection.topics.items()
+    }
+    found = judge(connection._replace(topics=short))
+    assert bool(of(found, WRONG)) is (count == 0)
+
+
 @pytest.mark.parametrize("begin", [0.3, 0.9])
 def test_messages_that_come_late_for_a_while_are_no_step_of_a_clock(begin: float) -> None:
     """A computer without time for the node for 2 s, and then all at once."""
@@ -297,11 +399,22 @@ def test_signs_of_commanded_velocities_are_judged_as_those_of_a_wrench(sign: flo
     assert {f.about for f in found if f.level == level} >= {"sign of speed", "sign of rate"}
 
 
-@pytest.mark.parametrize(("last", "level"), [((90.0, 0.0), OK), ((0.0, 60.0), OK), ((0.0, 0.0), TODO)])
-def test_an_output_that_goes_to_zero_without_commands_shows_the_time_out(last: tuple[float, float], level: str) -> None:
+@pytest.mark.parametrize(
+    ("last", "output", "level"),
+    [
+        ((90.0, 0.0), (0.0, 0.0), OK),
+        ((0.0, 60.0), (0.0, 0.0), OK),
+        ((0.0, 0.0), (0.0, 0.0), TODO),
+        ((90.0, 5.0), (0.4, 0.0), TODO),
+        ((90.0, 5.0), (0.0, 0.1), TODO),
+    ],
+)
+def test_an_output_that_goes_to_zero_without_commands_shows_the_time_out(
+    last: tuple[float, float], output: tuple[float, float], level: str
+) -> None:
     command = healthy().topics["/cmd_wrench"]
     force, moment = (np.append(command.columns[name][:-1], value) for name, value in zip(("force", "moment"), last, strict=True))
-    ended = {"u": np.append(force[:-1], 0.0), "r": np.append(moment[:-1], 0.0), "stamp": command.columns["stamp"]}
+    ended = {"u": np.append(force[:-1], output[0]), "r": np.append(moment[:-1], output[1]), "stamp": command.columns["stamp"]}
     topics = {
         "/cmd_wrench": command._replace(columns={**command.columns, "force": force, "moment": moment}),
         "/cmd_vel": command._replace(name="/cmd_vel", columns=ended),
@@ -309,6 +422,21 @@ def test_an_output_that_goes_to_zero_without_commands_shows_the_time_out(last: t
     values = values_of(None, {"controller": SHIP, "drive": {"form": "cmd_vel"}})
     found = judge(connection_of(values, {}, topics={**healthy().topics, **topics}))
     assert [f.level for f in found if f.about == "time-out"] == [level]
+
+
+@pytest.mark.parametrize(("reason", "level"), [("OVERDUE", OK), ("STAMP_OLD", OK), ("JUMP", TODO)])
+def test_each_safe_action_for_want_of_a_state_shows_the_time_out(reason: str, level: str) -> None:
+    found = judge(healthy()._replace(reasons=(reason,)))
+    assert [f.level for f in found if f.about == "time-out"] == [level]
+
+
+@pytest.mark.parametrize(("wrong", "name"), [(0, "force"), (1, "moment")])
+def test_the_size_of_each_effect_is_that_of_its_own_inertia(wrong: int, name: str) -> None:
+    inertias = [550.0, 700.0]
+    inertias[wrong] *= 20.0
+    (text,) = of(judge(healthy()._replace(inertias=(inertias[0], inertias[1]))), WRONG)
+    assert f"{name} has" in text
+    assert ("surge_inertia", "yaw_inertia")[wrong] in text
 
 
 @pytest.mark.parametrize("late", [0, 1, 2])

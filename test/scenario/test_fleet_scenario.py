@@ -8,6 +8,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, dump_fleet, make_fleet
+from vessel_hsmc_ros.scenario.parameters_file import read_parameters
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
 
 CASE = load_scenario("case2_tracking", {"vessel_sim.seed": 7})
@@ -47,12 +48,29 @@ def test_goals_and_waypoints_of_a_scenario_are_shifted_too() -> None:
     assert second.goal.poses == (50.0, 40.0, 0.5)
 
 
+@pytest.mark.parametrize("times", [(0.0, 4.0), (0.0,), (2.0, 7.5, 9.0)])
+def test_every_goal_is_shifted_in_y_alone_also_one_at_the_start(times: tuple[float, ...]) -> None:
+    poses = tuple(float(10 * k + part) for k in range(len(times)) for part in (1, 2, 3))
+    changes = {"reference_ship.mode": "goal", "reference_ship.goal.times": times, "reference_ship.goal.poses": poses}
+    base = load_scenario("case2_tracking", changes)
+    third = make_fleet(base, 3, spacing=30.0).vessels["vessel_3"].reference_ship
+    expected = [value + (60.0 if k % 3 == 1 else 0.0) for k, value in enumerate(base.reference_ship.goal.poses)]
+    assert third.goal.poses == tuple(expected)
+
+
 def test_the_parameters_file_gives_each_vessel_its_scenario() -> None:
     fleet = make_fleet(CASE, 3)
     text = dump_fleet(fleet)
     for name, scenario in fleet.vessels.items():
         assert parse_scenario(text, CASE.name, namespace=f"/{name}/") == scenario
         assert scenario.controller.frame_prefix == f"{name}/"
+
+
+def test_a_vessel_takes_nothing_of_one_whose_namespace_begins_like_its_own() -> None:
+    names = ("vessel_1", "vessel_10", "vessel_1/tender")
+    text = "".join(f"/{name}/controller: {{ros__parameters: {{rate_hz: {10.0 * k}}}}}\n" for k, name in enumerate(names, 1))
+    for k, name in enumerate(names, 1):
+        assert read_parameters(text, {"controller": ()}, "a file", f"/{name}/") == {"controller": {"rate_hz": 10.0 * k}}
 
 
 def test_one_recorder_records_the_topics_of_every_vessel() -> None:

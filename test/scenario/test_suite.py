@@ -1,5 +1,6 @@
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,19 @@ def test_the_position_error_is_evaluated_in_the_window_of_the_row() -> None:
     verdict = judge(Row("h", over="last_half"), run)
     assert verdict.rms == pytest.approx(np.sqrt((25 * 16.0 + 26 * 4.0) / 51))
     assert verdict.largest == 4.0
+
+
+def test_the_window_of_a_run_that_does_not_begin_at_zero_is_that_of_its_own_time() -> None:
+    run = run_with(lambda t: 8.0 if t < 50.0 else 4.0 if t < 75.0 else 2.0)
+    for begin in (-30.0, 1000.0):
+        shifted = replace(run, time=run.time + begin)
+        for over in ("last_quarter", "last_half"):
+            assert judge(Row("r", over=over), shifted) == judge(Row("r", over=over), run)
+
+
+def test_the_excursion_is_that_of_the_entire_run() -> None:
+    run = run_with(lambda t: 2.0 if t < 20.0 else 6.0 if t < 30.0 else 1.0)
+    assert judge(Row("r", excursion=2.9), run)[2:] == (3.0, math.inf, False)
 
 
 @pytest.mark.parametrize(

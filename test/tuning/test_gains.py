@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
@@ -29,6 +30,24 @@ def test_without_a_range_it_is_a_decade_around_the_present_value_inside_the_decl
     assert clipped.high == math.pi / 2
 
 
+def test_without_a_range_a_whole_gain_has_the_decade_around_it_rounded_outwards_and_is_one_at_least() -> None:
+    scenario = load_scenario("case2_tracking", {"controller.law": "nmpc"})
+    steps, iterations = parse_gains(["controller.nmpc.steps", "controller.nmpc.iterations"], "nmpc", scenario)
+    assert (scenario.controller.nmpc.steps, scenario.controller.nmpc.iterations) == (8, 1)
+    assert steps[1:5] == (2, 26, True, True)
+    assert iterations[1:5] == (1, 4, True, True)
+
+
+def test_no_value_of_a_range_lies_beyond_it_by_rounding() -> None:
+    random = np.random.default_rng(1)
+    for low, high in np.sort(random.uniform(0.01, 50.0, (500, 2))).tolist():
+        for logarithmic in (False, True):
+            gain = Gain(GAIN, low, high, logarithmic)
+            assert all(low <= gain.at(share) <= high for share in (0.0, 1.0, np.nextafter(1.0, 0.0)))
+            assert gain.at(0.0) == pytest.approx(low)
+            assert gain.at(1.0) == pytest.approx(high)
+
+
 def test_an_asterisk_stands_for_all_gains_that_match(present: Scenario) -> None:
     gains = parse_gains(["controller.los_pid.yaw_*"], "los_pid", present)
     assert [gain.name for gain in gains] == ["yaw_bandwidth", "yaw_damping", "yaw_integral_gain"]
@@ -52,6 +71,8 @@ def test_a_range_beside_an_asterisk_takes_precedence(present: Scenario) -> None:
         (f"{GAIN}=1", "guided", "it takes controller.law.name"),
         (f"{GAIN}=1:2:lin", "guided", "it takes controller.law.name"),
         ("controller.los_pid.integral_gain=0:1:log", "los_pid", "with log, low takes a number above 0"),
+        (f"{GAIN}=1:2:3:4", "guided", "it takes controller.law.name"),
+        (f"{GAIN}=1:2:log:log", "guided", "it takes controller.law.name"),
         ("controller.hierarchical.switching", "hierarchical", "a gain is a number"),
         ("controller.observer.wave_period", "guided", "needs a range"),
         ("controller.los_pid.x*", "los_pid", "it matches none of"),
@@ -72,6 +93,7 @@ def test_gains_change_the_controller_only(present: Scenario) -> None:
     assert changed.controller.guided.position_gain == 0.2
     assert changed.controller.guided.approach_speed == 2.0
     assert changed.vessel_sim == present.vessel_sim
+    assert changed.given == present.given | {GAIN}
 
 
 def test_an_unstable_gain_is_an_error(present: Scenario) -> None:

@@ -13,8 +13,8 @@ from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.tuning.files import MAX_LISTED_RUNS, _cases, summary
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.tuning.plan import Case, Cost, Evaluation, Objective, Tuning
-from vessel_hsmc_ros.tuning.result import Result, front_of, tune
+from vessel_hsmc_ros.tuning.plan import Case, Cost, Evaluation, Objective, Tuning, chosen_objective, load_cases
+from vessel_hsmc_ros.tuning.result import Result, _repair, front_of, tune
 from vessel_hsmc_ros.tuning.search import Trial
 
 
@@ -83,3 +83,35 @@ def test_a_trial_that_another_one_equals_in_effort_and_beats_in_cost_is_not_on_t
     costs = [(3.0, 1.0), (2.0, 1.0), (1.0, 2.0), (1.5, 2.0)]
     front = front_of([Trial(k, {}, Cost(*each, 0)) for k, each in enumerate(costs)])
     assert [trial.number for trial in front] == [2, 1]
+
+
+def test_of_two_trials_of_one_cost_the_one_with_more_effort_is_not_on_the_front() -> None:
+    trials = [Trial(0, {}, Cost(1.0, 3.0, 0)), Trial(1, {}, Cost(1.0, 2.0, 0)), Trial(2, {}, Cost(2.0, 1.0, 0))]
+    assert [trial.number for trial in front_of(trials)] == [1, 2]
+
+
+def test_what_a_killed_process_leaves_is_repaired_and_a_whole_journal_stays_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "journal.log"
+    lock = tmp_path / "journal.log.lock"
+    for content, expected in ((b'{"a": 1}\n{"b": 2}\n', b'{"a": 1}\n{"b": 2}\n'), (b'{"a": 1}\n{"b"', b'{"a": 1}\n'), (b"", b"")):
+        path.write_bytes(content)
+        lock.symlink_to(path)
+        _repair(path)
+        assert path.read_bytes() == expected
+        assert not lock.is_symlink()
+    path.unlink()
+    _repair(path)
+    assert not path.exists()
+
+
+def test_the_effort_is_by_default_another_metric_than_the_cost() -> None:
+    assert chosen_objective("position_error_rms").second == "yaw_moment_rms"
+    assert chosen_objective("yaw_moment_rms").second == "surge_force_rms"
+    assert not chosen_objective("yaw_moment_rms").two
+
+
+def test_the_law_that_is_chosen_takes_precedence_over_that_of_changes() -> None:
+    (case,) = load_cases("case2_tracking", {"controller.law": "pd"}, "los_pid")
+    assert case.scenario.controller.law == "los_pid"
+    (case,) = load_cases("case2_tracking", {"controller.law": "pd"})
+    assert case.scenario.controller.law == "pd"

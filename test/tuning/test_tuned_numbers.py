@@ -196,3 +196,13 @@ def test_every_draw_of_a_campaign_and_every_row_of_a_suite_is_a_case_with_the_ch
     assert len(noises) == 3
     (tmp_path / "alone.yaml").write_text((tmp_path / "draws.yaml").read_text().replace("laws: [guided, los_pid]\n", ""))
     assert [case.name for case in load_cases(str(tmp_path / "alone.yaml"), {})] == ["draw 0", "draw 1", "draw 2"]
+
+
+@pytest.mark.parametrize(("before", "overfitted"), [(0.9, True), (1.01, True), (1.03, False)])
+def test_gains_that_hardly_help_unseen_runs_are_overfitted(before: float, overfitted: bool) -> None:
+    unseen = replace(
+        RESULT,
+        held_out_present=evaluation([9.5], Cost(before, 1.0, 0)),
+        held_out_tuned=evaluation([9.0], Cost(1.0, 1.0, 0)),
+    )
+    assert ("The gains are overfitted to the runs of the tuning." in verdict(unseen)) is overfitted

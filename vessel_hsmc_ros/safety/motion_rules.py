@@ -48,9 +48,9 @@ def motions_of(connection: Connection) -> Samples | None:
     return Samples(times[keep], motions)
 
 
-def along_hull(motions: Array) -> Array:
-    """Motions whose u and v are along x and y, with those along the hull."""
-    c, s = np.cos(motions[:, 2]), np.sin(motions[:, 2])
+def along_hull(motions: Array, back: bool = False) -> Array:
+    """Motions whose u and v are along x and y, with those along the hull; the other way round if `back`."""
+    c, s = np.cos(motions[:, 2]), np.sin(motions[:, 2]) * (-1.0 if back else 1.0)
     u, v = motions[:, 3], motions[:, 4]
     return np.column_stack((motions[:, :3], c * u + s * v, -s * u + c * v, motions[:, 5]))
 
@@ -171,7 +171,7 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     if not found.known:
         yield Finding(TODO, "velocities", f"the boat moves at {np.median(speeds):.2g} m/s: check again while it sails turns")
     elif found.wrong and not (connection.uses_observer and not samples.motions[:, 3:].any()):
-        yield Finding(WRONG, "velocities", named(samples, moved, found.about) or explained(found))
+        yield Finding(WRONG, "velocities", named(samples, moved, found.about, connection.twist_frame) or explained(found))
     else:
         yield from judge_drift_angle(samples, moved, measured, slow)
 
@@ -299,6 +299,11 @@ SPEEDS: dict[str, Callable[[Array], Array]] = {
 }
 """What may be wrong with u and v, and what undoes it."""
 
+ALONG_HULL: dict[str, Callable[[Array], Array]] = {
+    "are they along the hull already? controller.odometry.twist_frame: child takes that": lambda m: along_hull(m, back=True)
+}
+"""What may be wrong with u and v besides, where they are taken to be along x and y."""
+
 TURNS = {
     "is the yaw rate in degrees per second? It takes rad/s": math.radians(1.0),
     "is the heading in degrees? It takes rad": math.degrees(1.0),
@@ -307,13 +312,14 @@ TURNS = {
 """What may be wrong with r, and the factor that undoes it."""
 
 
-def named(samples: Samples, moved: Array, about: int) -> str:
+def named(samples: Samples, moved: Array, about: int, twist_frame: str = "child") -> str:
     """The hypothesis that fits best, with numbers; empty if none does.
 
     Args:
         samples: Measured motions.
         moved: Rates of x, y and psi by the positions.
         about: 0 for the velocity, 1 for the yaw rate.
+        twist_frame: Frame of the velocities as declared: child, or parent.
     """
     part = slice(2, 3) if about else slice(0, 2)
 
@@ -321,8 +327,9 @@ def named(samples: Samples, moved: Array, about: int) -> str:
         return rms((moved - rates(Samples(samples.times, motions))[1])[:, part])
 
     motions = samples.motions
+    speeds = SPEEDS | (ALONG_HULL if twist_frame == "parent" else {})
     tried = (
-        {text: with_columns(motions, r=f) for text, f in TURNS.items()} if about else {t: f(motions) for t, f in SPEEDS.items()}
+        {text: with_columns(motions, r=f) for text, f in TURNS.items()} if about else {t: f(motions) for t, f in speeds.items()}
     )
     errors = {text: misfit(each) for text, each in tried.items()}
     best = min(errors, key=lambda text: errors[text])
