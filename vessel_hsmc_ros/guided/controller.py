@@ -371,7 +371,8 @@ class GuidedController(KernelLaw[GuidedParameters]):
         """Take the gains for a model of the actuators."""
         self._models, self._known = self._models._replace(used=model), with_model(self.vessel, model)
         every = self._models.every if self.parameters.actuator_identification else 0
-        found = gains(self.parameters, self._known, self.period, identified=model > 0)
+        # Both tables of the regulator are computed at the start, because a period is too short for one.
+        _, found = (gains(self.parameters, with_model(self.vessel, m), self.period, m > 0) for m in (1, model))
         self.constants = Constants(found, self._models._replace(every=every))
 
     @property

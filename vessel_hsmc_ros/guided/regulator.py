@@ -17,9 +17,9 @@ When is a linear control system optimal?, Journal of Basic Engineering 86, 1964)
 """
 
 from functools import lru_cache
-from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
@@ -34,34 +34,36 @@ LARGEST_HEADING_GAIN = 20.0
 """Largest K_psi, 1/T²: a faster loop answers to the unmodelled more than to its errors."""
 
 
-def regulator(W: float, a: float, kappa: float, e_0: float, r_0: float) -> Array:
-    """The gains K of alpha = -K·(e, psi, v, r), shape (4,), from the stable subspace of the Hamiltonian matrix."""
-    A = np.array([[0.0, W, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 0.0, -a, -kappa * W], [0.0, 0.0, 0.0, 0.0]])
-    B = np.diag([0.0, 0.0, 0.0, 1.0])
-    Q = np.diag([1.0 / e_0**2, 0.0, 0.0, 1.0 / r_0**2])
-    values, vectors = np.linalg.eig(np.block([[A, -B], [-Q, -A.T]]))
-    stable = vectors[:, np.argsort(values.real)[:4]]
-    P = np.real(stable[4:] @ np.linalg.inv(stable[:4]))
-    return np.asarray(P[3])
+def regulator(W: ArrayLike, a: ArrayLike, kappa: ArrayLike, e_0: ArrayLike, r_0: float) -> Array:
+    """The gains K of alpha = -K·(e, psi, v, r), shape (..., 4), from the stable subspaces of the Hamiltonian matrices."""
+    W, a, kappa, e_0 = np.broadcast_arrays(*map(np.asarray, (W, a, kappa, e_0)))
+    H = np.zeros((*W.shape, 8, 8))
+    H[..., 0, 1], H[..., 0, 2], H[..., 1, 3], H[..., 2, 2], H[..., 2, 3] = W, 1.0, 1.0, -a, -kappa * W
+    H[..., 4:, 4:] = -np.swapaxes(H[..., :4, :4], -1, -2)
+    H[..., 3, 7], H[..., 4, 0], H[..., 7, 3] = -1.0, -1.0 / e_0**2, -1.0 / r_0**2
+    values, vectors = np.linalg.eig(H)
+    stable = np.take_along_axis(vectors, np.argsort(values.real)[..., None, :4], axis=-1)
+    P = np.real(stable[..., 4:, :] @ np.linalg.inv(stable[..., :4, :]))
+    return np.ascontiguousarray(P[..., 3, :])
 
 
-def bounded(W: float, a: float, kappa: float, e_0: float, r_0: float) -> Array:
-    """The gains K, shape (4,), of the least e_0, in steps of a quarter, at which K_psi is at most LARGEST_HEADING_GAIN.
+def bounded(W: ArrayLike, a: ArrayLike, kappa: ArrayLike, e_0: float, r_0: float) -> Array:
+    """The gains K, shape (..., 4), of the least e_0, in steps of a quarter, at which K_psi is at most LARGEST_HEADING_GAIN.
 
     At speed the track is worth less, because K_psi grows with it: K_e = 1/e_0 whatever W, a and kappa.
     """
     K = regulator(W, a, kappa, e_0, r_0)
-    while K[1] > LARGEST_HEADING_GAIN:
+    W, a, kappa = np.broadcast_arrays(W, a, kappa)
+    while (large := K[..., 1] > LARGEST_HEADING_GAIN).any():
         e_0 *= 1.25
-        K = regulator(W, a, kappa, e_0, r_0)
+        K[large] = regulator(W[large], a[large], kappa[large], e_0, r_0)
     return K
 
 
 @lru_cache(maxsize=16)
 def table(e_0: float, r_0: float) -> Array:
     """The gains on the grid, shape (9, 9, 13, 4); they are the same for every ship with the same e_0."""
-    rows = [bounded(W, a, kappa, e_0, r_0) for W, a, kappa in product(SPEEDS, DECAYS, RATIOS)]
-    found = np.reshape(rows, (len(SPEEDS), len(DECAYS), len(RATIOS), 4))
+    found = bounded(*np.meshgrid(SPEEDS, DECAYS, RATIOS, indexing="ij"), e_0, r_0)
     found.flags.writeable = False
     return found
 
