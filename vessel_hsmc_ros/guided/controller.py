@@ -5,20 +5,18 @@
 | psi_s, r_s | heading of the track, which is its course turned round astern, and its yaw rate | rad, 1/T |
 | v_r, v_s | sway velocity through the water, and that which goes with the turn | L/T |
 | r_c | commanded yaw rate | 1/T |
-| alpha, alpha_x | yaw acceleration at present, and what of it is beyond that of the track | 1/T² |
-| T_a | time in which the moment falls from its limit to zero, or a share of it | T |
 | s | way of the track: 1 ahead, -1 astern | - |
 | K | gains of the regulator on e_c, psi, v and r | 1/(L·T²), 1/T², 1/(L·T), 1/T |
 | w_t | commanded surge velocity over ground | L/T |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m |
 
     r_c = r_s + braked(psi_s - theta_c - psi - s·K_v/K_psi·(v_r - v_s)),   theta_c = K_e/K_psi·e_c, limited
-    tau_2 = m33·(dr_s + K_r·(r_c - r - T_a/2·alpha_x·|alpha_x|) - f_r),   alpha_x = alpha - dr_s
+    tau_2 = m33·(dr_s + braked(r_c - r) - f_r)
     tau_1 = m11·(dw_t + k_u·(w_t - u) - f_u - m·v_r·r - r·c_n)
 
-For small errors this is the regulator alpha = -K·(e_c, psi - psi_s, v_r - v_s, r - r_s). A moment that rises slowly falls
-slowly: what it still turns until it is back at zero counts as turned, else large turns overshoot, and oscillate for ever. All is
-computed for the time at which the command arrives at the hull. docs/guided.md has its figures.
+For small errors this is the regulator alpha = -K·(e_c, psi - psi_s, v_r - v_s, r - r_s). Large ones are braked: heading by the
+yaw acceleration, and yaw rate by the rate of the moment, because a moment that rises slowly falls slowly, and large turns would
+oscillate for ever. All is computed for the time at which the command arrives at the hull. docs/guided.md has its figures.
 """
 
 import math
@@ -212,9 +210,7 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
 
 
 @kernel
-def turn(
-    t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, alpha: float, lever: float, m: Memory, g: Gains
-) -> Turn:
+def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, lever: float, m: Memory, g: Gains) -> Turn:
     """The yaw acceleration of the track.
 
     Args:
@@ -222,7 +218,6 @@ def turn(
         ship: The motion of her controlled point.
         of_reference: Yaw rate r_d of the reference, and its rate of change.
         c_n: Current across her hull.
-        alpha: Her yaw acceleration.
         lever: Distance of the pivot ahead of that point.
         m: Internal state.
         g: Constants.
@@ -243,9 +238,8 @@ def turn(
     if lever > 0.0:
         share, pivoting = on_the_spot(t, v_p, a, lever, m.x, g)
         r_c += share * (pivoting - r_c)
-    excess = alpha - dr_d - dr_s
-    coming = 0.5 * g.T_a * excess * abs(excess)
-    return Turn(psi_c, r_c, dr_d + dr_s + K_r * (r_c - ship.r - coming), beta, r_s, dr_s)
+    alpha = dr_d + dr_s + braked(r_c - ship.r, K_r, g.a_r, LARGEST)
+    return Turn(psi_c, r_c, alpha, beta, r_s, dr_s)
 
 
 @kernel
@@ -300,8 +294,8 @@ def step(
     slope, settling = float(m.K[0]) / max(float(m.K[1]), 1e-9), math.exp(float(x[LN_A])) / max(float(x[KAPPA]), 0.1)
     t = track(ship, goal, dd, float(x[CE]), float(x[CN]), m.xi, slope, settling, g)
     v_p = ship.v + lever * ship.r
+    c = turn(t, ship, (goal.r, dd.dr), to_body(float(x[CE]), float(x[CN]), ship.psi)[1], lever, m, g)
     du, dv, dr = unforced(ship.u, v_p, ship.r, ship.psi, x, g)
-    c = turn(t, ship, (goal.r, dd.dr), to_body(float(x[CE]), float(x[CN]), ship.psi)[1], dr + tau_2, lever, m, g)
     demand_1, demand_2 = t.dw_t + g.k_u * (t.w_t - ship.u) - du, c.alpha - dr
     command_1 = lead(tau_1, clip(demand_1, g.surge.limit), g.surge)
     command_2 = lead(tau_2, clip(demand_2, g.yaw.limit), g.yaw)

@@ -109,12 +109,12 @@ def to_earth(x: float, y: float, psi: float) -> tuple[float, float]:
 
 @kernel
 def braked(epsilon: float, c: float, a: float, largest: float) -> float:
-    """A rate for an error of heading or distance: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
+    """A rate for an error of heading, distance or yaw rate: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
 
-    The square root is the braking curve of a constant deceleration a: the positive root of rate²/(2·a) + rate/c = |epsilon|
-    joins both limits smoothly.
+    The square root is the braking curve of a constant deceleration a, which may be infinite: the positive root of
+    rate²/(2·a) + rate/c = |epsilon| joins both limits smoothly.
     """
-    rate = a / c * (math.sqrt(1.0 + 2.0 * c * c * abs(epsilon) / a) - 1.0)
+    rate = 2.0 * c * abs(epsilon) / (1.0 + math.sqrt(1.0 + 2.0 * c * c * abs(epsilon) / a))
     return math.copysign(min(rate, largest), epsilon)
 
 

@@ -32,11 +32,11 @@ from vessel_hsmc_ros.law.applied_wrench import Channel, channel
 from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
 
 RISE, RISING, FALLING = 0.1, 1.2, 0.5
-"""Share of T_f in the stretch q, T_f in q·T at which braking curves use half of turn_share, and T_a in T_f: with all of it turns
-would be slower than they have to be where T_f is only assumed."""
+"""Share of T_f in the stretch q, T_f in q·T at which braking curves use half of turn_share, and share of T_f in which the moment is
+to fall to zero: with all of it turns would be slower than they have to be where T_f is only assumed."""
 
 ASSUMED_FULL = 2.0
-"""T_f in T where not all of the actuators is declared, for braking curves and T_a alone."""
+"""T_f in T where not all of the actuators is declared, for braking curves alone."""
 
 POSE_FILTER = 6.9, 13.8
 """Bandwidths of the correction of position and heading, 1/T."""
@@ -117,7 +117,7 @@ class Gains(NamedTuple):
         x_p, x_d, U_s: Distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
             behind the pivot; speed at which half of it is controlled.
         k_p, v_max, a_p, k_i, k_u, theta: Of the guidance, with q.
-        a_max, r_max, T_a: Of the braking curves of turns and of yaw rates.
+        a_max, r_max, a_r: Of the braking curves of heading and yaw rate.
         q: Stretch of the regulator's unit of time.
         m: m22/m11.
         R_u, R_r: Variances of a measured velocity and yaw rate.
@@ -145,7 +145,7 @@ class Gains(NamedTuple):
     theta: float
     a_max: float
     r_max: float
-    T_a: float
+    a_r: float
     q: float
     m: float
     R_u: float
@@ -168,6 +168,7 @@ def gains(p: GuidedParameters, vessel: KnownVessel, period: float, identified: b
     both = inputs.surge, inputs.yaw
     q = 1.0 + max(each.remaining + each.dead_time + RISE * each.full for each in both) / T
     least = 0.0 if inputs.declared else ASSUMED_FULL
+    fall = FALLING * max(least, inputs.yaw.full / T)
     early = 1.0 / (1.0 + (max(least, *(each.full / T for each in both)) / (q * RISING)) ** 2)
     units = vessel.surge_inertia * L / T**2, vessel.yaw_inertia / T**2
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
@@ -183,7 +184,7 @@ def gains(p: GuidedParameters, vessel: KnownVessel, period: float, identified: b
         x_p=pivot(vessel), x_d=CENTRE * pivot(vessel), U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
         k_p=p.position_gain / q**2, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
         k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
-        a_max=p.turn_share * early, r_max=(0.4 + early) / q, T_a=FALLING * max(least, inputs.yaw.full / T),
+        a_max=p.turn_share * early, r_max=(0.4 + early) / q, a_r=1.0 / fall if fall > 0.0 else math.inf,
         R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
         z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-TURN_FILTER * h / q),
         surge=surge, yaw=yaw, table=table(p.cross_track, p.turn_rate),
