@@ -109,7 +109,7 @@ def to_earth(x: float, y: float, psi: float) -> tuple[float, float]:
 
 @kernel
 def braked(epsilon: float, c: float, a: float, largest: float) -> float:
-    """A rate for an error of heading, distance or yaw rate: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
+    """A rate for an error of what it changes: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
 
     The square root is the braking curve of a constant deceleration a, which may be infinite: the positive root of
     rate²/(2·a) + rate/c = |epsilon| joins both limits smoothly.

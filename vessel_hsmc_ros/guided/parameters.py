@@ -32,8 +32,8 @@ from vessel_hsmc_ros.law.applied_wrench import Channel, channel
 from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
 
 RISE, RISING, FALLING = 0.1, 1.2, 0.5
-"""Share of T_f in the stretch q, T_f in q·T at which braking curves use half of turn_share, and share of T_f in which the moment is
-to fall to zero: with all of it turns would be slower than they have to be where T_f is only assumed."""
+"""Share of T_f in the stretch q, T_f in q·T at which braking curves use half of turn_share, and share of T_f in which the moment
+is to fall to zero: with all of it turns would be slower than they have to be where T_f is only assumed."""
 
 ASSUMED_FULL = 2.0
 """T_f in T where not all of the actuators is declared, for braking curves alone."""
