@@ -15,7 +15,7 @@ from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 KIND = RECORDED_TOPICS[EVENTS]
 FIRST = 100 * PERIOD
 MADE = [
-    (FIRST + 50 * PERIOD, "controller", "parameter", "controller.guided.position_gain: -1.0 -> 0.5"),
+    (FIRST + 50 * PERIOD, "controller", "parameter", "controller.guided.position_gain: 1.5 -> 0.5"),
     (FIRST + 150 * PERIOD, "vessel_sim", "parameter", "vessel_sim.disturbance.periodic.surge_force: 1100.0 -> 1e-05"),
     (FIRST + 20 * PERIOD, "vessel_sim", "pause", "paused"),
 ]
@@ -55,11 +55,11 @@ def test_a_bag_without_the_topic_has_no_events(tmp_path: Path) -> None:
     assert open_bag(tmp_path / "bag").events() == []
 
 
-@pytest.mark.parametrize(("at", "gain", "force"), [(0.0, -1.0, 1100.0), (0.5, 0.5, 1100.0), (1.6, 0.5, 1e-5)])
+@pytest.mark.parametrize(("at", "gain", "force"), [(0.0, 1.5, 1100.0), (0.5, 0.5, 1100.0), (1.6, 0.5, 1e-5)])
 def test_the_scenario_at_a_time_has_the_parameters_changed_until_then(bag: Path, at: float, gain: float, force: float) -> None:
     opened = open_bag(bag)
     scenario = opened.scenario(at=at)
     assert scenario.controller.guided.position_gain == gain
     assert scenario.vessel_sim.disturbance.periodic.surge_force == force
-    assert opened.scenario().controller.guided.position_gain == -1.0
+    assert opened.scenario().controller.guided.position_gain == 1.5
     assert opened.scenario({"controller.guided.position_gain": 0.7}, at=at).controller.guided.position_gain == 0.7

@@ -72,8 +72,8 @@ def test_the_loop_converges_within_its_margins(name: str) -> None:
     assert max(errors) < CONVERGED
 
 
-@pytest.mark.parametrize("gain_db", [-4.5, 4.5])
-def test_with_rate_limits_the_loop_converges_within_three_quarters_of_the_margin(gain_db: float) -> None:
+@pytest.mark.parametrize("gain_db", [-4.0, 4.0])
+def test_with_rate_limits_the_loop_converges_within_two_thirds_of_the_margin(gain_db: float) -> None:
     """Rates are not in the linear loop: with half the gain, inputs that take 10 s to full no longer settle in time."""
     outcome = next(iter(simulate_many([perturbed(circle(**(FAST | LAG | RATES)), 10.0 ** (gain_db / 20.0))])))
     assert outcome.metrics is not None

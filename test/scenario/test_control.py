@@ -5,9 +5,8 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.scenario.control import make_control_loop, may_intervene, values_in_use
+from vessel_hsmc_ros.scenario.control import make_control_loop, may_intervene
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
-from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 
 def parameters(**safety: Any) -> ControllerParameters:
@@ -59,11 +58,3 @@ def test_the_law_of_the_safe_action_is_the_chosen_one() -> None:
     assert loop.fallback is not None
     assert (loop.law.name, loop.fallback._law.name) == ("guided", "pd")
     assert make_control_loop(parameters(fallback_law="pd"), supervised=True).fallback is None
-
-
-def test_the_gains_in_use_are_derived_whatever_the_law() -> None:
-    for law in ("guided", "los_pid"):
-        scenario = load_scenario("case2_tracking", {"controller.law": law})
-        assert scenario.controller.guided.position_gain == -1.0
-        assert float(str(values_in_use(scenario, "controller")["guided.position_gain"])) > 0.0
-        assert values_in_use(scenario, "vessel_sim")["rate_hz"] == scenario.vessel_sim.rate_hz

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.tuning.search import Trial
 SHORT = {"vessel_sim.duration": 1.0, "vessel_sim.sensors.position_noise": 0.1} | {
     f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")
 }
-GAINS = ("controller.guided.position_gain=0.05:0.5:log", "controller.guided.approach_speed=0.5:2")
+GAINS = ("controller.guided.position_gain=0.5:5:log", "controller.guided.approach_speed=0.2:2")
 STABLE = {"controller.hierarchical.surge_reaching_gain": 10.0, "controller.hierarchical.yaw_reaching_gain": 10.0}
 """Gains of the paper's law that are stable at 20 Hz."""
 

@@ -173,7 +173,8 @@ def track(
     w_t, w_n = v_t - k_t * e_t, v_n - k * e_n
     dw_t = to_body(ax - k_t * (ux - vx), ay - k_t * (uy - vy), ship.psi)[0] + ship.r * w_n
     # A regulator that is slow across the track needs slow integrals.
-    across = min(g.k_i, ACROSS * (W * slope) ** 2)
+    rate = W * slope
+    across = min(g.k_i, ACROSS * rate * rate)
     xi = integrated(xi, e_x, e_y, goal.psi, moving * g.k_i, moving * across, turning, g)
     return Track(W, chi, growth, dchi, way, e_c, w_t, w_n, dw_t, xi)
 
@@ -198,11 +199,11 @@ def integrated(
         g: Constants.
     """
     square = e_x * e_x + e_y * e_y
-    near = square / OVER_EARTH[1] ** 2
+    near = square / (OVER_EARTH[1] * OVER_EARTH[1])
     step, kept, most = g.h * OVER_EARTH[0] * across * turning / (1.0 + near * near), 1.0 - g.w_0 * g.h, INTEGRAL[0]
     x, y = clip(kept * xi.x + step * e_x, most), clip(kept * xi.y + step * e_y, most)
     e_1, e_2 = to_body(e_x, e_y, psi)
-    far = square > INTEGRAL[1] ** 2
+    far = square > INTEGRAL[1] * INTEGRAL[1]
     d_1 = 0.0 if far and e_1 * xi.along > 0.0 else g.h * along * e_1
     d_2 = 0.0 if far and e_2 * xi.across > 0.0 else g.h * across * e_2
     return Integrals(clip(xi.along + d_1, most), clip(xi.across + d_2, most), x, y)
