@@ -9,7 +9,7 @@ import pytest
 from vessel_hsmc_ros.campaign.ship_expansion import expand
 from vessel_hsmc_ros.campaign.ship_family import ShipFamily
 from vessel_hsmc_ros.guided.actuator_identification import BEST, Bank, bank, first_state, grid, identify, with_model
-from vessel_hsmc_ros.guided.inputs import unit_time
+from vessel_hsmc_ros.law.inputs import unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law

@@ -32,8 +32,8 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.limits import between, clip
-from vessel_hsmc_ros.guided.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.applied_wrench import LARGEST_CHANGE
+from vessel_hsmc_ros.law.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 LAGS, DEAD_TIMES = (0.0, 0.06, 0.15, 0.3, 0.6), (0.0, 0.06, 0.14, 0.25, 0.4)

@@ -4,6 +4,7 @@
 |---|---|---|
 | psi_s, r_s | heading of the track, which is its course turned round astern, and its yaw rate | rad, 1/T |
 | v_r, v_s | sway velocity through the water, and that which goes with the turn | L/T |
+| r_f | r_s beyond the yaw rate of the reference, filtered | 1/T |
 | r_c | commanded yaw rate | 1/T |
 | s | way of the track: 1 ahead, -1 astern | - |
 | K | gains of the regulator on e_c, psi, v and r | 1/(L·T²), 1/T², 1/(L·T), 1/T |
@@ -94,7 +95,7 @@ class Memory(NamedTuple):
         tau_1, tau_2: Accelerations by the wrench since the last step, as modelled.
         head: Column of the present period in `queue`.
         beta: Drift angle of the track.
-        r_s, dr_s: Its turn beyond that of the reference, filtered, and the rate of change of that.
+        r_f, dr_f: Its turn beyond that of the reference, filtered, and the rate of change of that.
         xi: Integrals of the position error.
         queue: The last commands, (2, n + 1), written in place.
         K, scratch: Working memory, shapes (4,) and (20, 15).
@@ -111,8 +112,8 @@ class Memory(NamedTuple):
     tau_2: float
     head: int
     beta: float
-    r_s: float
-    dr_s: float
+    r_f: float
+    dr_f: float
     xi: Integrals
     queue: Array
     K: Array
@@ -146,8 +147,8 @@ class Turn(NamedTuple):
     r_c: float
     alpha: float
     beta: float
-    r_s: float
-    dr_s: float
+    r_f: float
+    dr_f: float
 
 
 @kernel
@@ -227,8 +228,8 @@ def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, 
     beta, dbeta = drift_in_turn(m.beta, t, a, kappa, float(m.x[FV]), g.h)
     turning, v_s = t.dchi - clip(dbeta, 1.0 / q), t.way * t.W * math.sin(beta)
     # Its derivative is that of a filter, because the turn of the track may jump; of the reference it is known.
-    r_s = m.r_s + g.step_f * (turning - r_d - m.r_s)
-    dr_s = m.dr_s + g.step_f * ((r_s - m.r_s) / g.h - m.dr_s)
+    r_f = m.r_f + g.step_f * (turning - r_d - m.r_f)
+    dr_f = m.dr_f + g.step_f * ((r_f - m.r_f) / g.h - m.dr_f)
     interpolate(t.W * q, a * q, kappa, g.table, K)
     of = K.tolist()
     K_e, K_psi, K_v, K_r = of[0] / (q * q), of[1] / (q * q), of[2] / q, of[3] / q
@@ -238,8 +239,8 @@ def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, 
     if lever > 0.0:
         share, pivoting = on_the_spot(t, v_p, a, lever, m.x, g)
         r_c += share * (pivoting - r_c)
-    alpha = dr_d + dr_s + braked(r_c - ship.r, K_r, g.a_r, LARGEST)
-    return Turn(psi_c, r_c, alpha, beta, r_s, dr_s)
+    alpha = dr_d + dr_f + braked(r_c - ship.r, K_r, g.a_r, LARGEST)
+    return Turn(psi_c, r_c, alpha, beta, r_f, dr_f)
 
 
 @kernel
@@ -316,7 +317,7 @@ def step(
     )  # fmt: skip
     head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
     left = Memory(
-        True, (later.x, later.y, later.psi), x, m.P, m.noise, tau_1, tau_2, head, c.beta, c.r_s, c.dr_s, t.xi, m.queue, m.K,
+        True, (later.x, later.y, later.psi), x, m.P, m.noise, tau_1, tau_2, head, c.beta, c.r_f, c.dr_f, t.xi, m.queue, m.K,
         m.scratch, m.bank, m.W,
     )  # fmt: skip
     return wrench, terms, left
@@ -325,8 +326,7 @@ def step(
 @kernel
 def delays(age: float, m: Memory, g: Gains) -> tuple[int, int]:
     """The periods from a measurement until the present commands of force and moment arrive; its age counts as dead time, s."""
-    late, most = int(age / (g.h * g.T) + 0.5), m.queue.shape[1] - 1 - max(g.surge.delay, g.yaw.delay)
-    late = late if late < most else most
+    late = min(int(age / (g.h * g.T) + 0.5), m.queue.shape[1] - 1 - max(g.surge.delay, g.yaw.delay))
     return g.surge.delay + late, g.yaw.delay + late
 
 
@@ -355,18 +355,24 @@ class GuidedController(KernelLaw[GuidedParameters]):
     def __init__(self, parameters: GuidedParameters, vessel: KnownVessel, period: float) -> None:
         self._models = bank(vessel, period)  # before super().__init__, which takes the gains for a model
         super().__init__(parameters, vessel, period)
+        self._prepare()
 
     def retune(self, parameters: GuidedParameters) -> None:
         """Take new numbers and keep the internal state."""
         self.parameters = parameters
+        self._prepare()
         self._use(self._models.used)
+
+    def _prepare(self) -> None:
+        """Compute the tables of the regulator for declared and identified actuators: a period is too short for one."""
+        for model in (0, 1):
+            gains(self.parameters, with_model(self.vessel, model), self.period, identified=model > 0)
 
     def _use(self, model: int) -> None:
         """Take the gains for a model of the actuators."""
         self._models, self._known = self._models._replace(used=model), with_model(self.vessel, model)
         every = self._models.every if self.parameters.actuator_identification else 0
-        # Both tables of the regulator are computed at the start, because a period is too short for one.
-        _, found = (gains(self.parameters, with_model(self.vessel, m), self.period, m > 0) for m in (1, model))
+        found = gains(self.parameters, self._known, self.period, identified=model > 0)
         self.constants = Constants(found, self._models._replace(every=every))
 
     @property

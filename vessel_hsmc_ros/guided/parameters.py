@@ -26,9 +26,9 @@ import numpy as np
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.guided.inputs import dynamics, unit_time
 from vessel_hsmc_ros.guided.regulator import table
 from vessel_hsmc_ros.law.applied_wrench import Channel, channel
+from vessel_hsmc_ros.law.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.known_vessel import ControlledVessel, KnownVessel
 
 RISE, RISING, FALLING = 0.1, 1.2, 0.5

@@ -33,7 +33,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.guided.inputs import unit_time
+from vessel_hsmc_ros.law.inputs import unit_time
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.law import gain

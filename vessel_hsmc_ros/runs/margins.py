@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.guided.inputs import dynamics
+from vessel_hsmc_ros.law.inputs import dynamics
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.law.linear_loop import Margins, margins
 from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
