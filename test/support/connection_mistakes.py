@@ -1,4 +1,4 @@
-"""Mistakes of wiring: what plants each into a connection, and what the rules are to say of it."""
+"""Mistakes of wiring: what plants each into a connection, and the text by which the rules name it."""
 
 import math
 from collections.abc import Callable
