@@ -51,6 +51,15 @@ def test_the_end_of_a_process_is_described_by_signal_or_last_error(tmp_path: Pat
     assert process.describe_exit() == (f"recorder failed: exit code 1, see {process.log}" if code == 1 else text)
 
 
+def test_a_process_whose_work_was_done_when_the_middleware_did_not_let_it_go_has_not_failed(tmp_path: Path) -> None:
+    nodes = group(tmp_path, {"recorder": -signal.SIGALRM})
+    (process,) = nodes.processes
+    assert process.describe_exit() == "recorder failed: at last"  # the work failed, then it hung
+    assert nodes.failed() is process
+    process.log.write_text("[ERROR] [1.0] [recorder]: for a while\nTimeout\n")
+    assert (process.code, nodes.failed()) == (0, None)
+
+
 def test_of_ended_processes_those_count_that_are_not_left_out_and_only_errors_as_failures(tmp_path: Path) -> None:
     nodes = group(tmp_path, {"a": None, "b": 0, "c": 3, "d": -9})
 

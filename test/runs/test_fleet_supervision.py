@@ -19,7 +19,7 @@ def wait(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[ExitStatus, lis
 
     def call(*times: dict[str, float], apart: float) -> tuple[ExitStatus, list[float]]:
         now, turns, reached = 0.0, iter(times), list[float]()
-        plants = [SimpleNamespace(name=name, popen=SimpleNamespace(returncode=None, poll=lambda: None)) for name in PLANTS]
+        plants = [SimpleNamespace(name=name, code=None, popen=SimpleNamespace(poll=lambda: None)) for name in PLANTS]
         listener = SimpleNamespace(status={}, heard_at={})
 
         def listen(_: float) -> None:
@@ -28,7 +28,7 @@ def wait(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[ExitStatus, lis
             turn = next(turns, None)
             if turn is None:
                 for plant in plants:
-                    plant.popen = SimpleNamespace(returncode=0, poll=lambda: 0)
+                    plant.code, plant.popen = 0, SimpleNamespace(poll=lambda: 0)
             else:
                 listener.status = {f"{vessel}/vessel_sim": {"simulated_time": str(time)} for vessel, time in turn.items()}
 

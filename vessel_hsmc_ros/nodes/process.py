@@ -8,7 +8,7 @@ import signal
 import sys
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -35,10 +35,11 @@ STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 FAILED, CANNOT_START = 1, 2
 """Exit codes: the node failed at work; it could not start, for instance because a parameter is not allowed."""
 
-DESTROYED_WITHIN = 20.0
-"""Time after which a process ends whose middleware does not let the node be destroyed, s, with the stacks and exit code 1.
+DESTROYED_WITHIN = 3.0
+"""Time after which a process ends by SIGALRM whose middleware does not let the node be destroyed, s, with the stacks.
 
 Fast DDS 2.14 can block itself while publishers with a liveliness lease leave: discovery waits for a timer, which waits for it.
+The node's work is done by then, its last messages are published: a run that ends so has not failed (runs/processes.py).
 """
 
 
@@ -128,10 +129,20 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
         return _work(node, running)
     finally:
         # By now the node has left the ship without a command, and published its last messages.
-        faulthandler.dump_traceback_later(DESTROYED_WITHIN, exit=True)
-        node.destroy_node()
-        rclpy.shutdown(uninstall_handlers=False)
-        faulthandler.cancel_dump_traceback_later()
+        with bounded_end(DESTROYED_WITHIN):
+            node.destroy_node()
+            rclpy.shutdown(uninstall_handlers=False)
+
+
+@contextmanager
+def bounded_end(limit: float) -> Iterator[None]:
+    """End the process by SIGALRM, with the stacks of all threads, where the block takes longer than a limit, s."""
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    with suppress(OSError, RuntimeError):  # a standard error that is not a file, or none
+        faulthandler.register(signal.SIGALRM, chain=True)  # neither needs the interpreter's lock, which the middleware may hold
+    signal.setitimer(signal.ITIMER_REAL, limit)
+    yield
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def _work(node: VesselNode, running: Callable[[], bool]) -> int:

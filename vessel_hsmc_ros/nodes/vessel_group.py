@@ -20,7 +20,15 @@ from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.node_list import LOOP, PLANT, RECORDER
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
-from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED, STOP_SIGNALS, spare_collections, trace_crashes
+from vessel_hsmc_ros.nodes.process import (
+    CANNOT_START,
+    DESTROYED_WITHIN,
+    FAILED,
+    STOP_SIGNALS,
+    bounded_end,
+    spare_collections,
+    trace_crashes,
+)
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 
 CLASSES = {name: program for name, program in LOOP.items() if name != RECORDER}
@@ -64,9 +72,10 @@ def main(arguments: list[str] | None = None) -> int:
     finally:
         for number in STOP_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
-        for node in nodes:
-            node.destroy_node()
-        rclpy.shutdown(uninstall_handlers=False)
+        with bounded_end(2.0 * DESTROYED_WITHIN):
+            for node in nodes:
+                node.destroy_node()
+            rclpy.shutdown(uninstall_handlers=False)
 
 
 def _class_of(name: str) -> Any:

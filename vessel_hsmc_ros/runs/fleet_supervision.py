@@ -95,7 +95,7 @@ def _monitor(
         if interrupted := interrupts.status():
             return interrupted
         running = [process for process in nodes.processes if process.popen.poll() is None]
-        if not any(plant in running for plant in plants) and all(plant.popen.returncode == 0 for plant in plants):
+        if not any(plant in running for plant in plants) and all(plant.code == 0 for plant in plants):
             return ExitStatus(0)
         if failure := _failure(nodes, plants, running):
             return ExitStatus(1, failure + silent_after(listener, _reporting(running, listener), 0.2 * SILENCE_LIMIT))
@@ -112,8 +112,8 @@ def _failure(nodes: NodeGroup, plants: Sequence[NodeProcess], running: Sequence[
     """How the first node ended that should still run; empty if there is none. A plant may end before the others."""
     ended = [process for process in nodes.processes if process not in running]
     # Errors first: a node that lost its partner may have ended in order.
-    ended.sort(key=lambda process: process.popen.returncode == 0)
-    return next((p.describe_exit() for p in ended if p.popen.returncode or p not in plants), "")
+    ended.sort(key=lambda process: process.code == 0)
+    return next((p.describe_exit() for p in ended if p.code or p not in plants), "")
 
 
 def _reporting(running: Sequence[NodeProcess], listener: StatusListener) -> set[str]:

@@ -41,6 +41,7 @@ LOG_RESERVE = 16 * 1024
 
 _PR_SET_PDEATHSIG = 1
 _FALLOC_FL_KEEP_SIZE = 1
+_FATAL_LINE = re.compile(r"^\[FATAL\]", re.MULTILINE)
 _ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\].*?\]: (.*)$", re.MULTILINE)
 
 
@@ -52,14 +53,24 @@ class NodeProcess:
     popen: subprocess.Popen[bytes]
     log: Path
 
+    @property
+    def code(self) -> int | None:
+        """Its exit code, None while it runs; 0 also where the node had done its work and the middleware did not let it go."""
+        code: int | None = self.popen.returncode
+        let_go = code != -signal.SIGALRM or _FATAL_LINE.search(self._text())
+        return code if let_go else 0
+
+    def _text(self) -> str:
+        return self.log.read_text(encoding="utf-8", errors="replace")
+
     def describe_exit(self) -> str:
         """How the process ended, as an error message."""
-        code = self.popen.returncode
-        if code < 0:  # Popen gives the negative number of the signal
+        code = self.code or 0
+        if code < 0 and code != -signal.SIGALRM:  # Popen gives the negative number of the signal
             return f"{self.name} was killed by {signal.Signals(-code).name}"
         if code == 0:
             return f"{self.name} exited before the end of the run"
-        errors = _ERROR_LINE.findall(self.log.read_text(encoding="utf-8", errors="replace"))
+        errors = _ERROR_LINE.findall(self._text())
         return f"{self.name} failed: {errors[-1] if errors else f'exit code {code}, see {self.log}'}"
 
 
@@ -141,7 +152,7 @@ class NodeGroup:
 
     def failed(self, but: Collection[str] = ()) -> NodeProcess | None:
         """The first process that ended with an error, if any, except those of some nodes."""
-        return next((p for p in self.processes if p.popen.returncode and p.name not in but), None)
+        return next((p for p in self.processes if p.code and p.name not in but), None)
 
     def stop(self) -> None:
         """Send SIGINT to all nodes but the recorder, then to the recorder; kill those that do not end in time."""

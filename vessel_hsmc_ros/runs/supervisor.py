@@ -373,7 +373,7 @@ def _monitor(
         if interrupted := interrupts.status():
             return interrupted
         if ended := nodes.ended(but=faults.affected) or relay.ended():
-            if ended.name == "vessel_sim" and ended.popen.returncode == 0:
+            if ended.name == "vessel_sim" and ended.code == 0:
                 return ExitStatus(0)
             others = [node.name for node in nodes.processes if node.popen.poll() is None] if _simulated(listener) else []
             return ExitStatus(1, ended.describe_exit() + silent_after(listener, {*others} - faults.affected, 0.5 * SILENCE_LIMIT))
