@@ -79,6 +79,25 @@ def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
         scenario = found["scenario"]
         assert (scenario.name, scenario.vessel_sim.duration, found["parent"]) == ("case2_straight", 2.5, Path("there"))
         assert found["with_bag"] is with_bag
+        assert found["with_page"]
+
+
+@pytest.mark.parametrize(
+    ("more", "target", "name"),
+    [
+        ((), "runs.scenario_run.run_nodes", "with_page"),
+        (("--vessels", "2"), "cli.run.run_fleet", "with_page"),
+        (("--vessels", "2", "--spacing", "9"), "cli.run.run_vessels", "output"),
+    ],
+)
+def test_a_run_without_a_page_requests_none(
+    reach: Reach, monkeypatch: pytest.MonkeyPatch, more: tuple[str, ...], target: str, name: str
+) -> None:
+    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.cli.run.reserve_namespaces", lambda *_: nullcontext())
+    for options, with_page in (("--no-page",), False), ((), True):
+        found = reach(f"vessel_hsmc_ros.{target}", "run", "case2_straight", *more, *options)[name]
+        assert (found.with_page if name == "output" else found) is with_page
 
 
 def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,7 +137,7 @@ def test_a_script_of_faults_replaces_that_of_the_scenario(reach: Reach, monkeypa
 def test_run_with_vessels_takes_number_and_spacing(reach: Reach) -> None:
     options = "--vessels", 3, "--spacing", -40, "--namespace", "boat", "--output", "there", "--set", f"{DURATION}=2.5"
     found = reach("vessel_hsmc_ros.cli.run.run_vessels", "run", "case2_straight", *options)
-    assert (found["count"], found["spacing"], found["namespace"], found["output"]) == (3, -40.0, "boat", Path("there"))
+    assert (found["count"], found["spacing"], found["namespace"], found["output"]) == (3, -40.0, "boat", (Path("there"), True))
     assert found["base"].vessel_sim.duration == 2.5
 
 

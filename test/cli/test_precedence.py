@@ -99,6 +99,8 @@ CASES = [
     Case(f"simulate calm.yaml --set @more.yaml {SEED_0}", OFFLINE, of_run, (8.0, 0, "pd")),
     Case("simulate calm.yaml --set controller.law=los_pid", OFFLINE, of_run, (9.0, 4, "los_pid")),
     Case("simulate calm.yaml --no-bag", OFFLINE, named("with_bag"), (False,)),
+    Case("simulate calm.yaml --no-page", OFFLINE, named("with_bag", "with_page"), (True, False)),
+    Case("run mine.yaml --no-page", NODES, named("with_page"), (False,)),
     Case("simulate --campaign there --run 0", ROW, named("folder", "run"), (Path("there"), 0)),
     Case(f"run mine.yaml {SEED_0} --set @more.yaml", NODES, of_run, (8.0, 5, "pd")),
     Case("run mine.yaml --set vessel_sim.duration=0", NODES, of_run, (0.0, 4, "pd")),

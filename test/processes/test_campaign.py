@@ -124,6 +124,6 @@ def test_a_row_is_repeated_by_the_nodes_bit_identically(start: Start, tmp_path: 
         **{"laws": ["guided"], "runs": 3},
     }
     folder = run_campaign(campaign_file(tmp_path, scenario="realistic", draw=draw, **changes), tmp_path / "out", workers=1)
-    command = start("vessel-hsmc", "run", "--campaign", folder, "--run", "2")
+    command = start("vessel-hsmc", "run", "--campaign", folder, "--run", "2", "--no-page")
     assert command.wait(120.0) == 0, command.text
     assert "all metrics are bit-identical to those of row 2 of the campaign" in command.text

@@ -10,7 +10,7 @@ SHORT = """
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.runs import demonstration
 
-demonstration.DURATION = 3.0
+demonstration.DURATION = 2.0
 cli(["demo"])
 """
 
@@ -23,7 +23,7 @@ def test_both_laws_run_over_nodes_and_end_in_one_page_and_one_table(tmp_path: Pa
     (folder,) = (tmp_path / "runs").glob("*_demo")
     for law in ("hierarchical", "guided"):
         summary = json.loads((folder / law / "run.json").read_text())
-        assert (summary["mode"], summary["steps"], summary["missed_periods"]) == ("lockstep", 300, 0)
+        assert (summary["mode"], summary["steps"], summary["missed_periods"]) == ("lockstep", 200, 0)
         assert 0.0 < summary["start_up"] < 60.0
         assert (folder / law / "report.html").is_file()
     assert (folder / "report.html").is_file()

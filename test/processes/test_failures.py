@@ -68,7 +68,7 @@ def check_nothing_left(pids: Any) -> Any:
     assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
 
 
-@pytest.mark.parametrize("name", ["vessel_sim", "reference_ship", "controller", "recorder"])
+@pytest.mark.parametrize("name", ["controller", "recorder"])
 def test_a_killed_node_ends_the_run_and_is_named(start: Any, name: str) -> None:
     command, folder = started(start)
     nodes = nodes_of(command)

@@ -48,7 +48,7 @@ faults:
   - {at: 2.0, duration: 0.5, kind: reverse, topic: cmd_wrench}
 """
     first, summary = carried_out(script)
-    second, _ = carried_out(script)
+    second, _ = carried_out(script, "--no-page")
     topics = ("/odom", "/relayed/odom", "/relayed/reference", "/relayed/cmd_wrench", "/applied_wrench")
     assert contents(first, *topics) == contents(second, *topics)
     assert contents(first, "/odom") != contents(first, "/relayed/odom")
@@ -66,7 +66,7 @@ faults:
 
 
 def test_a_silent_input_leads_to_the_safe_action_and_back_in_lockstep(carried_out: Any) -> None:
-    bag, _ = carried_out("faults: [{at: 0.5, duration: 1.0, kind: drop, topic: odom}]")
+    bag, _ = carried_out("faults: [{at: 0.5, duration: 1.0, kind: drop, topic: odom}]", "--no-page")
     found = operations(bag)
     left = [at for at, operation in found.items() if operation != 1]
     assert 1.0 <= left[0] <= 1.1 + 1e-6

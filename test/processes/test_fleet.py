@@ -108,7 +108,7 @@ def test_a_killed_node_of_a_vessel_ends_the_run_and_is_named_with_it(start: Star
 
 def test_vessels_in_real_time_keep_to_the_wall_clock(start: Start) -> None:
     changes = ["--set", "controller.law=guided", "--set", "vessel_sim.duration=1"]
-    command = start("vessel-hsmc", "run", "case2_tracking", "--vessels", "2", "--real-time", *changes)
+    command = start("vessel-hsmc", "run", "case2_tracking", "--vessels", "2", "--real-time", "--no-page", *changes)
     assert command.wait(COMMAND_LIMIT) == 0, command.text
     folder = run_folder(command.output.parent / "runs")
     assert folder is not None

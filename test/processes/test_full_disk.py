@@ -18,8 +18,8 @@ Start = Callable[..., Command]
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A file system of three megabytes; skips the test where mounting is not permitted."""
-    with mounted(tmp_path / "disk", megabytes=3) as disk:
+    """A file system of two megabytes; skips the test where mounting is not permitted."""
+    with mounted(tmp_path / "disk", megabytes=2) as disk:
         yield disk
 
 
@@ -45,7 +45,7 @@ def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(start: Start, 
     bag = folder / "bag"
     if suddenly:
         recording = bag / "bag_0.mcap"
-        command.until(lambda: recording.exists() and recording.stat().st_blocks * 512 > MEGABYTE, 60.0)
+        command.until(lambda: recording.exists() and recording.stat().st_blocks * 512 > MEGABYTE // 2, 60.0)
         fill(small_disk)
     assert command.wait(60.0) == 1
     reason = f"bag {bag} cannot be written: {NO_SPACE}"

@@ -35,7 +35,9 @@ def free_port() -> Any:
 
 def live_run(folder: Any, port: Any) -> Any:
     changes = ("--set", f"vessel_sim.duration={DURATION}")
-    return Command([BIN / "vessel-hsmc", "run", "case2_tracking", *changes, "--live", "--live-port", port], folder, {})
+    return Command(
+        [BIN / "vessel-hsmc", "run", "case2_tracking", *changes, "--no-page", "--live", "--live-port", port], folder, {}
+    )
 
 
 def connect(port: Any, command: Any, end: Any) -> Any:

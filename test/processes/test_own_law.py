@@ -64,7 +64,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("own")
     shutil.copy(EXAMPLE, folder)
     (folder / "circle.yaml").write_text(SCENARIO)
-    done = vessel_hsmc(folder, "run", "circle.yaml", *LAW_FILE)
+    done = vessel_hsmc(folder, "run", "circle.yaml", "--no-page", *LAW_FILE)
     assert done.returncode == 0, done.stderr
     return folder
 

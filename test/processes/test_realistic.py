@@ -13,13 +13,13 @@ from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
-DURATION = 4.0
+DURATION = 3.0
 
 
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Bag:
     folder = tmp_path_factory.mktemp("realistic")
-    command = [str(BIN / "vessel-hsmc"), "run", "realistic", "--set", f"vessel_sim.duration={DURATION}"]
+    command = [str(BIN / "vessel-hsmc"), "run", "realistic", "--set", f"vessel_sim.duration={DURATION}", "--no-page"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 0, done.stderr
     return open_bag(next((folder / "runs").iterdir()) / "bag")
@@ -34,13 +34,13 @@ def test_nodes_and_offline_loop_are_bit_identical(bag: Bag) -> None:
     for name, values in offline.control.items():
         np.testing.assert_array_equal(recorded.control[name], values, err_msg=name)
     assert not np.array_equal(offline.measured, offline.state)
-    assert offline.control["estimate"].shape == (201, 6)
+    assert offline.control["estimate"].shape == (151, 6)
 
 
 def test_the_true_state_and_dynamics_are_recorded_at_every_step(bag: Bag) -> None:
     counts = {name: series.count for name, series in bag.topics.items()}
-    assert counts["/odom"] == counts["/odom/truth"] == counts["/dynamics/truth"] == counts["/disturbance"] == 401
-    assert counts["/controller/estimate"] == 201
+    assert counts["/odom"] == counts["/odom/truth"] == counts["/dynamics/truth"] == counts["/disturbance"] == 301
+    assert counts["/controller/estimate"] == 151
 
 
 def test_the_messages_are_bit_identical_to_those_of_the_offline_bag(bag: Bag, tmp_path: Path) -> None:

@@ -116,9 +116,9 @@ def witness() -> Any:
     made.close()
 
 
-@pytest.mark.parametrize("turn", range(2))
-def test_after_sigkill_every_reader_finds_all_but_the_last_second(start: Any, witness: Any, turn: Any) -> None:
-    moment = random.Random(turn).uniform(2.0, 8.0)  # noqa: S311
+def test_after_sigkill_every_reader_finds_all_but_the_last_second(start: Any, witness: Any) -> None:
+    """At one moment; benchmarks/kills.py takes twenty."""
+    moment = random.Random(0).uniform(2.0, 6.0)  # noqa: S311
     command = start("vessel-hsmc", "run", "case2_tracking")
     witness.until(command, int(moment * 1e9))
     nodes = children(command.popen.pid)

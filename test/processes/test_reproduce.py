@@ -10,7 +10,7 @@ from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.cases import CASES
 
 SHORT = [
-    dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": 3.0})
+    dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": 1.5})
     for case in CASES
     if case.name in ("course_pd_disturbed", "circle", "circle_exact")
 ]

@@ -255,7 +255,7 @@ def test_a_run_of_nodes_has_its_own_end_else_that_of_its_evaluation_and_its_summ
 ) -> None:
     evaluated: list[float] = []
 
-    def evaluate(_result: Any, _origin: Any, requested_at: float) -> None:
+    def evaluate(_result: Any, _origin: Any, requested_at: float, _with_page: bool) -> None:
         evaluated.append(requested_at)
         if error:
             raise error

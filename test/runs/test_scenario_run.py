@@ -61,6 +61,12 @@ def test_an_interrupted_run_is_recorded_up_to_there(tmp_path: Path, monkeypatch:
     assert open_bag(folder)["odom"].count == 51
 
 
+def test_without_a_page_there_are_bag_and_metrics_and_a_report_is_made_later(tmp_path: Path) -> None:
+    _, folder = simulated(tmp_path, *SHORT, "--no-page")
+    assert {path.name for path in folder.iterdir()} == {"bag", "params.yaml", "run.json"}
+    assert json.loads((folder / "run.json").read_text())["metrics"]["position_error_rms"] > 0.0
+
+
 def test_without_a_bag_page_and_metrics_are_still_written(tmp_path: Path) -> None:
     done, folder = simulated(tmp_path, *SHORT, "--no-bag")
     assert done.exit_code == 0

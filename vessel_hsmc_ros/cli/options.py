@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 import yaml
@@ -115,6 +115,24 @@ output_option = click.option(
     show_default=True,
     help="Folder in which a new folder for the results is created.",
 )
+
+
+class Output(NamedTuple):
+    """Where a run is written, and whether with page and figures."""
+
+    parent: Path
+    with_page: bool
+
+
+def run_output_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options --output and --no-page to a verb, which takes them as `output`."""
+
+    @functools.wraps(command)
+    def taking(output: Path, no_page: bool, **options: Any) -> Any:
+        return command(output=Output(output, not no_page), **options)
+
+    no_page = click.option("--no-page", is_flag=True, help="Write no page and no figures, which take seconds.")
+    return output_option(no_page(taking))
 
 
 def file_option(help_text: str, metavar: str = "PATH") -> Callable[[Callable[..., Any]], Callable[..., Any]]:

@@ -12,13 +12,14 @@ import click
 from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import print_error, print_line, print_status, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import (
+    Output,
     checked_namespace,
     law_file_option,
     live_options,
     load_checked,
     optional_scenario_argument,
-    output_option,
     parse_changes,
+    run_output_options,
     set_option,
     vessel_option,
 )
@@ -66,12 +67,12 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return number(spacing(taking))
 
 
-def run_vessels(base: Scenario, output: Path, namespace: str, count: int, spacing: float) -> int:
+def run_vessels(base: Scenario, output: Output, namespace: str, count: int, spacing: float) -> int:
     """Run a scenario with several vessels and print the result; returns the exit code.
 
     Args:
         base: The scenario of the first vessel.
-        output: Folder in which the run folder is created.
+        output: Where the run folder is created, and whether with a page.
         namespace: What their namespaces begin with; empty for the default.
         count: Number of vessels.
         spacing: Distance in y between two neighbours, m.
@@ -81,11 +82,11 @@ def run_vessels(base: Scenario, output: Path, namespace: str, count: int, spacin
         RunError: ROS is not installed, another run uses a namespace, or files cannot be written.
     """
     fleet = make_fleet(base, count, namespace, spacing)
-    check_writable(output)
+    check_writable(output.parent)
     with reserve_namespaces(fleet):
-        folder = make_run_folder(output, base.name)
+        folder = make_run_folder(output.parent, base.name)
         with progress_bar(f"running {base.name} with {count} vessels", base.vessel_sim.duration) as update:
-            result = run_fleet(fleet, folder, update)
+            result = run_fleet(fleet, folder, update, output.with_page)
     _print(result)
     return result.exit_code
 
@@ -111,7 +112,7 @@ def _print(result: FleetResult) -> None:
 @campaign_row_options
 @set_option
 @law_file_option
-@output_option
+@run_output_options
 @click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
 @vessel_option
 @fleet_options
@@ -127,7 +128,7 @@ def run(
     campaign: Path | None,
     row: int | None,
     changes: tuple[str, ...],
-    output: Path,
+    output: Output,
     real_time: bool,
     namespace: str,
     fleet: tuple[int, float] | None,
@@ -156,14 +157,16 @@ def run(
     script = load_script(faults) if faults else loaded.faults
     if script is not None:
         check_script(script, loaded)
-    check_writable(output)
+    check_writable(output.parent)
     if live_port is not None:
         scenario_run.check_live_port(live_port)
         print_status(f"live view: ws://localhost:{live_port}, layout config/live/foxglove.json")
     # Before the folder is created: a run that is refused leaves nothing behind.
     with scenario_run.reserve_namespace(namespace, loaded.controller.lockstep):
-        folder = make_run_folder(output, loaded.name)
+        folder = make_run_folder(output.parent, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
-            result = scenario_run.run_nodes(loaded, folder, namespace, update, live_port, faults=script)
+            result = scenario_run.run_nodes(
+                loaded, folder, namespace, update, live_port, faults=script, with_page=output.with_page
+            )
     print_result(result)
     sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)

@@ -8,12 +8,13 @@ import click
 from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.options import (
+    Output,
     interpreted_option,
     law_file_option,
     load_checked,
     optional_scenario_argument,
-    output_option,
     parse_changes,
+    run_output_options,
     set_option,
 )
 from vessel_hsmc_ros.cli.results import print_result
@@ -27,10 +28,15 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable
 @set_option
 @interpreted_option
 @law_file_option
-@output_option
-@click.option("--no-bag", is_flag=True, help="Write no bag: only the parameters, the metrics, the page and the figures.")
+@run_output_options
+@click.option("--no-bag", is_flag=True, help="Write no bag, which a page and a replay would need later.")
 def simulate(
-    scenario: str | None, campaign: Path | None, row: int | None, changes: tuple[str, ...], output: Path, no_bag: bool
+    scenario: str | None,
+    campaign: Path | None,
+    row: int | None,
+    changes: tuple[str, ...],
+    output: Output,
+    no_bag: bool,
 ) -> None:
     """Simulate a scenario quickly, without ROS.
 
@@ -40,8 +46,8 @@ def simulate(
     """
     chosen = of_row(scenario, campaign, row, bool(changes))
     loaded = chosen.scenario() if chosen else load_checked(scenario or "", parse_changes(changes))
-    check_writable(output)
+    check_writable(output.parent)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
-        result = scenario_run.run_offline(loaded, output, update, with_bag=not no_bag)
+        result = scenario_run.run_offline(loaded, output.parent, update, with_bag=not no_bag, with_page=output.with_page)
     print_result(result)
     sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)

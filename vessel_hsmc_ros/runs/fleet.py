@@ -44,13 +44,14 @@ def reserve_namespaces(fleet: Fleet) -> Iterator[None]:
         yield
 
 
-def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress) -> FleetResult:
+def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress, with_page: bool = True) -> FleetResult:
     """Run a fleet by the real nodes over ROS 2 and record it into one bag.
 
     Args:
         fleet: The scenarios of its vessels.
         folder: The run folder.
         progress: Called with the simulated time that every vessel has reached.
+        with_page: Whether to write page and figures.
 
     Returns:
         The result; a failed run is a result with a nonzero exit code.
@@ -70,7 +71,7 @@ def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress) -> FleetResul
     try:
         _summarise(result, origin)
         if not result.failure:
-            _evaluate(result, origin)
+            _evaluate(result, origin, with_page)
     except (BagError, ReportError, RunError) as error:
         result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
         with suppress(RunError):
@@ -78,17 +79,19 @@ def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress) -> FleetResul
     return result
 
 
-def _evaluate(result: FleetResult, origin: Mapping[str, Any]) -> None:
-    """Evaluate the bag, and write summary, page and figures."""
+def _evaluate(result: FleetResult, origin: Mapping[str, Any], with_page: bool) -> None:
+    """Evaluate the bag, and write the summary, and page and figures if they are wanted."""
     from vessel_hsmc_ros import report  # takes longer to import than the nodes take to start
     from vessel_hsmc_ros.bags.reader import open_bag
-    from vessel_hsmc_ros.report import figures
 
     shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
     result.records = report.of_fleet(open_bag(result.folder.bag), shown)
     _summarise(result, origin)
-    report.write(result.folder.report, result.records, f"{origin['scenario']}, {len(result.records)} vessels")
-    figures.draw(result.records, result.folder.figures)
+    if with_page:
+        from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
+
+        report.write(result.folder.report, result.records, f"{origin['scenario']}, {len(result.records)} vessels")
+        figures.draw(result.records, result.folder.figures)
 
 
 def _summarise(result: FleetResult, origin: Mapping[str, Any]) -> None:

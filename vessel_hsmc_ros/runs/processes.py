@@ -57,8 +57,8 @@ class NodeProcess:
     def code(self) -> int | None:
         """Its exit code, None while it runs; 0 also where the node had done its work and the middleware did not let it go."""
         code: int | None = self.popen.returncode
-        let_go = code != -signal.SIGALRM or _FATAL_LINE.search(self._text())
-        return code if let_go else 0
+        judged = code != -signal.SIGALRM or _FATAL_LINE.search(self._text())
+        return code if judged else 0
 
     def _text(self) -> str:
         return self.log.read_text(encoding="utf-8", errors="replace")

@@ -95,6 +95,7 @@ def run_nodes(
     live_port: int | None = None,
     requested_at: float | None = None,
     faults: FaultScript | None = None,
+    with_page: bool = True,
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
@@ -108,6 +109,7 @@ def run_nodes(
         live_port: Port of the live view; None for no live view.
         requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
         faults: Faults to carry out, checked against the scenario; None for a run without a relay.
+        with_page: Whether to write page and figures.
 
     Returns:
         The result; a failed run is a result with a nonzero exit code.
@@ -127,7 +129,7 @@ def run_nodes(
     try:
         _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted
         if not result.failure:
-            _evaluate_bag(result, origin, requested_at or _process_start())
+            _evaluate_bag(result, origin, requested_at or _process_start(), with_page)
     except (BagError, ReportError, RunError) as error:  # a full disk must not hide why the run failed
         result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
         with suppress(RunError):
@@ -135,7 +137,7 @@ def run_nodes(
     return result
 
 
-def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True) -> Result:
+def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True, with_page: bool = True) -> Result:
     """Run a scenario in this process, without ROS, and write a run folder with its bag.
 
     A run that fails or is interrupted is recorded up to there, but no page and no figures are made.
@@ -145,6 +147,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
         parent: Folder in which the run folder is created.
         progress: Called with the simulated time.
         with_bag: Whether to write a bag.
+        with_page: Whether to write page and figures.
 
     Returns:
         The result; a failed run is a result with a nonzero exit code.
@@ -162,7 +165,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
         _write_bag(loop, result, scenario)
     _write_summary(result, origin)  # before the page, which takes seconds and may be interrupted
     if not result.failure:
-        _evaluate_run(result, scenario, loop.result(), origin)
+        _evaluate_run(result, scenario, loop.result(), origin, with_page)
     return result
 
 
@@ -220,37 +223,39 @@ def supervisor_module() -> Any:
     return supervisor
 
 
-def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float) -> None:
-    """Evaluate the bag of the nodes, and write page and figures."""
+def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float, with_page: bool) -> None:
+    """Evaluate the bag of the nodes, and write page and figures if they are wanted."""
     from vessel_hsmc_ros import report  # takes longer to import than the nodes take to start
 
     record = report.of_bag(result.folder.bag, origin["namespace"])
     start_up = record.facts.get("first_command_at", 0.0) - requested_at
     result.facts = {**record.facts, "start_up": start_up if start_up > 0.0 else None}
-    _write_report(result, record, origin)
+    _write_report(result, record, origin, with_page)
 
 
-def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any]) -> None:
-    """Evaluate a run that was computed in this process, and write page and figures."""
+def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any], with_page: bool) -> None:
+    """Evaluate a run that was computed in this process, and write page and figures if they are wanted."""
     from vessel_hsmc_ros import report
     from vessel_hsmc_ros.report.record import measured, planned
 
     metrics = measured(run, scenario)
     record = report.with_verdict(report.Record(scenario.name, run, metrics, scenario=scenario, track=planned(scenario)))
-    _write_report(result, record, origin)
+    _write_report(result, record, origin, with_page)
 
 
-def _write_report(result: Result, record: "Record", origin: Mapping[str, Any]) -> None:
-    """Write the page and the figures of a run."""
+def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], with_page: bool) -> None:
+    """Write the summary of a run, and its page and figures if they are wanted."""
     from vessel_hsmc_ros import report
-    from vessel_hsmc_ros.report import figures
 
     shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
     record = replace(record, facts=result.facts, provenance={**shown, **record.provenance})
     result.metrics = record.metrics
     _write_summary(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
-    report.write(result.folder.report, [record], record.name)
-    figures.draw([record], result.folder.figures)
+    if with_page:
+        from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
+
+        report.write(result.folder.report, [record], record.name)
+        figures.draw([record], result.folder.figures)
 
 
 def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
