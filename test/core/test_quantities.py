@@ -23,6 +23,8 @@ from vessel_hsmc_ros.core.quantities import quantity, scaled
         (99.96, "%", "100 %"),
         (40001, "", "40001"),
         (0.0, "N", "0 N"),
+        (-0.0, "N", "0 N"),
+        (-1234.5, "", "-1234"),
         (3.2e-16, "m", "3.2e-16 m"),
         (1e30, "m", "1e+30 m"),
         (float("inf"), "N", "–"),

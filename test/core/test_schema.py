@@ -1,5 +1,5 @@
 import math
-from dataclasses import FrozenInstanceError, dataclass
+from dataclasses import FrozenInstanceError, dataclass, replace
 
 import numpy as np
 import pytest
@@ -87,3 +87,60 @@ def test_symbols_of_one_level() -> None:
 def test_instances_are_frozen() -> None:
     with pytest.raises(FrozenInstanceError):
         Outer().rate_hz = 1.0  # type: ignore[misc]
+
+
+@dataclass(frozen=True)
+class Deep:
+    value: float = parameter(1.0, "A value.", unit="m", low=-2.0, high=3.0, symbol="v", remedy="less", former="worth")
+    kind: str = parameter("new", "A kind.", choices=("new", "other"), former={"old": "new"})
+    many: tuple[float, ...] = parameter((1.0, 2.0), "Two.", low=0.0, high=9.0, length=2, tunable=True)
+
+
+@dataclass(frozen=True)
+class Middle:
+    deep: Deep = group(Deep)
+    live: Deep = group(Deep, tunable=True)
+
+
+@dataclass(frozen=True)
+class Top:
+    middle: Middle = group(Middle)
+    all_live: Middle = group(Middle, tunable=True)
+
+
+@pytest.mark.parametrize("path", ["middle.deep", "middle.live", "all_live.deep", "all_live.live"])
+def test_a_declaration_is_the_same_in_every_group_but_for_its_name_and_whether_it_may_change_at_run_time(path: str) -> None:
+    own, nested = schema.entries(Deep), schema.entries(Top)
+    live = "live" in path
+    for name, entry in own.items():
+        assert nested[f"{path}.{name}"] == replace(entry, name=f"{path}.{name}", tunable=live or entry.tunable)
+
+
+@pytest.mark.parametrize("path", ["middle.deep", "middle.live", "all_live.deep", "all_live.live"])
+def test_a_change_by_a_dotted_name_changes_that_value_alone(path: str) -> None:
+    before = schema.flatten(Top())
+    for name, value in (("value", 2.5), ("kind", "other"), ("many", (3.0, 4.0))):
+        assert schema.flatten(schema.build(Top, {f"{path}.{name}": value}, "node")) == {**before, f"{path}.{name}": value}
+
+
+@pytest.mark.parametrize("path", ["middle.deep", "all_live.live"])
+def test_former_names_and_choices_are_read_with_a_warning_that_names_both(path: str) -> None:
+    with pytest.warns(FutureWarning, match=rf"node\.{path}\.worth is now called value; the next release"):
+        assert schema.flatten(schema.build(Top, {f"{path}.worth": 2.5}, "node"))[f"{path}.value"] == 2.5
+    with pytest.warns(FutureWarning, match=rf"node\.{path}\.kind = old is now called new; the next release"):
+        assert schema.flatten(schema.build(Top, {f"{path}.kind": "old"}, "node"))[f"{path}.kind"] == "new"
+    with pytest.raises(ParameterError, match=rf"node\.{path}\.worth is the former name of {path}\.value, which is given too"):
+        schema.build(Top, {f"{path}.worth": 2.5, f"{path}.value": 2.0}, "node")
+
+
+@pytest.mark.parametrize("length", [0, 1, 3])
+def test_a_list_is_neither_shorter_nor_longer_than_declared(length: int) -> None:
+    with pytest.raises(ParameterError, match=r"node\.many = \[.*\] is not allowed: it takes a list of 2 finite numbers"):
+        schema.build(Deep, {"many": [1.0] * length}, "node")
+
+
+def test_the_limits_themselves_are_allowed_and_the_remedy_ends_the_error() -> None:
+    for value in (-2.0, 3.0):
+        assert schema.build(Deep, {"value": value}, "node").value == value
+        with pytest.raises(ParameterError, match=r"it takes a finite number from -2 to 3 m; less$"):
+            schema.build(Deep, {"value": value * 1.001}, "node")

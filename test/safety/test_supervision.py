@@ -300,6 +300,15 @@ def test_commands_of_a_law_without_limits_are_cut_to_those_of_the_ship_where_act
     assert (s.operation, s.reason) == (Operation.SAFE, Reason.COMMAND_NOT_FINITE)
 
 
+def test_a_law_that_stays_beyond_the_limits_of_the_ship_does_not_change_what_the_actuators_are_given() -> None:
+    s = running(Authority(LIMITS, (10.0, 20.0), bounded=False, clips=True), surge_force_rate=50.0, yaw_moment_rate=50.0)
+    for force in (64.0, 69.0, 74.0, 79.0, 84.0, 89.0, 94.0, 99.0, 500.0, 1e7, 1e7, 120.0, 97.0):
+        assert s.step((force, GOOD[1]), OK, T) == (min(force, LIMITS[0]), GOOD[1])
+    assert (s.operation, s.violations) == (Operation.ACTIVE, {})
+    s.step((91.0, GOOD[1]), OK, T)
+    assert s.reason is Reason.COMMAND_RATE
+
+
 @pytest.mark.parametrize("action", ACTIONS)
 def test_a_second_fault_is_answered_like_the_first(action: str) -> None:
     s = running(action=action, hold_time=0.3, fresh_samples=2)

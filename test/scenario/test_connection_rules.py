@@ -30,6 +30,18 @@ def test_each_planted_mistake_is_named(mistake: str) -> None:
     assert any(expected in each for each in wrong), wrong
 
 
+@pytest.mark.parametrize("column", ["frame", "child"])
+@pytest.mark.parametrize(
+    ("name", "is_down"),
+    [("map_ned", True), ("MAP_NED", True), ("Odom_Ned", True), ("FRD", True), ("base_link_FRD", True), ("burned_map", False)],
+)
+def test_a_frame_of_x_north_or_z_down_is_named_however_it_is_written(column: str, name: str, is_down: bool) -> None:
+    new: Any = {column: lambda c: np.array([name] * len(c["x"]), dtype=object)}
+    wrong = of(judge(columns(**new)(healthy())), WRONG)
+    (text,) = (each for each in wrong if repr(name) in each)
+    assert ("a frame of x north or z down" in text) is is_down
+
+
 def test_velocities_in_the_frame_of_the_pose_are_right_where_they_are_declared_so_and_wrong_otherwise() -> None:
     parent, child = MISTAKES["twist in the world"][0](healthy())._replace(twist_frame="parent"), healthy()
     assert of(judge(parent), WRONG) == []

@@ -4,40 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from connections import SHIP, healthy, of
+from connections import of, with_sensors
 
-from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.safety.connection import WRONG, Connection, Endpoint, Topic
+from vessel_hsmc_ros.safety.connection import WRONG
 from vessel_hsmc_ros.safety.connection_rules import judge
-from vessel_hsmc_ros.scenario.connection import connection_of, values_of
-
-
-def with_sensors(heading: str = "imu", **changes: Any) -> Connection:
-    """The healthy connection with navsat_odom and its inputs beside the odometry, some of whose columns are changed."""
-    connection = healthy()
-    odometry = connection.topics["/odom"]
-    n, c = len(odometry.received), odometry.columns
-    stamped = {"stamp": c["stamp"]}
-    place = {"latitude": 59.9 + c["y"] / 111.4e3, "longitude": 10.7 + c["x"] / 55.9e3, "status": np.zeros(n)}
-    sent = {
-        "fix": (types.FIX, {**stamped, **place}),
-        "imu": (types.IMU, {**stamped, "psi": c["psi"], "norm": c["norm"], "up": c["up"], "r": c["r"], "az": np.full(n, 9.8)}),
-        "course": (types.NUMBER, {"value": np.linspace(0.0, 6.0, n)}),
-        "speed": (types.NUMBER, {"value": np.full(n, 1.5)}),
-    }
-    topics = {
-        f"/{name}": Topic(
-            f"/{name}",
-            (Endpoint("driver", kind),),
-            (),
-            odometry.received,
-            {**made, **{k: f(made) for k, f in changes.get(name, {}).items()}},
-        )
-        for name, (kind, made) in sent.items()
-    }
-    values = values_of(None, {"controller": SHIP, "navsat_odom": {"velocity": "course", "heading": heading}})
-    return connection_of(values, {}, topics={**connection.topics, **topics}, events=("stop",), reasons=("OVERDUE",))
-
 
 SENSORS: dict[str, tuple[dict[str, Any], str]] = {
     "no fix": ({"fix": {"status": lambda c: c["status"] - 1}}, "no satellite fix"),

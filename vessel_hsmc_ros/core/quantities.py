@@ -65,5 +65,5 @@ def number(value: float) -> str:
 
 
 def _rounded(value: float) -> float:
-    """The value to three significant digits, so that 999.9996 N is 1 kN and not 1000 N."""
-    return float(f"{value:.3g}")
+    """The value to three significant digits, so that 999.9996 N is 1 kN and not 1000 N; zero has no sign."""
+    return float(f"{value:.3g}") + 0.0

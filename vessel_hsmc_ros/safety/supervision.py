@@ -162,7 +162,7 @@ class Supervision:
         if self.operation is Operation.SAFE:
             self._recover(fault)
         if demand is not None and self.operation is Operation.ACTIVE:
-            self.command = self._towards_law(self.authority.within(demand) if self.authority.clips else demand, period)
+            self.command = self._towards_law(self._given(demand), period)
         else:
             self.command = self._safe(period, motion, fallback)
         return self.command
@@ -175,10 +175,15 @@ class Supervision:
             return reason
         p = self.parameters
         rates = (p.surge_force_rate, p.yaw_moment_rate) if self._follows_own else UNBOUNDED
-        found = violation(demand, self.command, (self._limits[0], self._limits[1]), rates, period)
+        found = violation(demand, self.command, (self._limits[0], self._limits[1]), UNBOUNDED, period)
+        found = found or violation(self._given(demand), self.command, UNBOUNDED, rates, period)
         if found:
             self.violations[found] += 1
         return found
+
+    def _given(self, demand: Pair) -> Pair:
+        """What the actuators are given of the law's wrench."""
+        return self.authority.within(demand) if self.authority.clips else demand
 
     def _recover(self, fault: Reason) -> None:
         self._good = 0 if fault else self._good + 1
