@@ -11,6 +11,8 @@ from safety_sequences import FRESH_SAMPLES, Machine
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist
 from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -119,6 +121,23 @@ def test_a_controller_that_is_disabled_before_its_start_does_not_begin_by_itself
         machine.node._begun = False
         machine.step("good", "good", "slow")
         assert begun
+
+
+@pytest.mark.parametrize("periods", range(5))
+def test_at_its_end_after_it_was_disabled_it_leaves_zero_unless_it_has_done_so(
+    periods: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(VesselNode, "close", lambda _: None)
+    machine = Machine(0)
+    with machine.node.on_its_clock():
+        machine.begin(active=True)
+        machine.order("standby")
+        for _ in range(periods):
+            machine.step("good", "good", "slow")
+        machine.node.take_sent()
+        machine.node.close()
+    wrenches = [wrench for _, wrench in machine.node.take_sent()]
+    assert wrenches == [(0.0, 0.0)] * (LAST_COMMANDS if periods < LAST_COMMANDS else 0)
 
 
 def test_each_standstill_of_a_simulated_clock_is_named_after_its_time_until_the_clock_goes_on() -> None:
