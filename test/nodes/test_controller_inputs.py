@@ -207,3 +207,26 @@ def test_after_each_step_of_the_system_clock_the_period_has_a_new_timer_which_wa
             node.timer._check()  # by the wall timer, which waits on no clock
             periods = [made for made in node.running if made[1] == "_on_timer"]
             assert periods == [(0.1, "_on_timer", node.ros_time)]
+
+
+@pytest.mark.parametrize("order", ["step ahead", "step back"])
+def test_the_step_of_the_clock_is_the_reason_until_there_are_new_inputs_and_of_no_later_outage(order: str) -> None:
+    machine = Machine(0)
+
+    def reason() -> Reason:
+        return machine.node.loop.supervision.reason
+
+    with machine.node.on_its_clock():
+        machine.begin(active=True)
+        for _ in range(2):
+            machine.order(order)
+            machine.step("none", "none", "slow")
+            machine.step("none", "none", "slow")
+            assert reason() is (Reason.CLOCK_AHEAD if order == "step ahead" else Reason.CLOCK_BACKWARD)
+            for _ in range(2 * FRESH_SAMPLES + 4):
+                machine.step("good", "good", "slow")
+            for _ in range(4):
+                machine.step("none", "good", "slow")
+            assert reason() is Reason.OVERDUE
+            for _ in range(2 * FRESH_SAMPLES + 4):
+                machine.step("good", "good", "slow")
