@@ -9,7 +9,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.nodes import vessel_group
-from vessel_hsmc_ros.nodes.process import FAILED
+from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED
 
 
 class Node:
@@ -99,3 +99,10 @@ def test_a_node_that_fails_at_its_end_keeps_no_other_from_ending(group: Group) -
     assert group.run() == FAILED
     assert failing.failure == "alpha/controller: no command came"
     assert [node.closed for node in group.nodes.values()] == [True, False, True, True]
+
+
+def test_a_file_that_cannot_be_read_is_one_line_and_no_start(capfd: pytest.CaptureFixture[str]) -> None:
+    assert vessel_group.main(["vessel_sim", "alpha", "--law-file", "/no/such/law.py"]) == CANNOT_START
+    error = capfd.readouterr().err
+    assert "/no/such/law.py" in error
+    assert "Traceback" not in error
