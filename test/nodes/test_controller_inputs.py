@@ -1,6 +1,9 @@
 """The inputs of the controller by themselves: frames after a reset, and a pose and a twist that come apart."""
 
+import math
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,7 +16,8 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS
-from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist
+from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist, read_odometry
+from vessel_hsmc_ros.nodes.controller_steps import Lockstep
 from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.safety.samples import Sample
@@ -230,3 +234,39 @@ def test_the_step_of_the_clock_is_the_reason_until_there_are_new_inputs_and_of_n
             assert reason() is Reason.OVERDUE
             for _ in range(2 * FRESH_SAMPLES + 4):
                 machine.step("good", "good", "slow")
+
+
+@pytest.mark.parametrize("x", [0.0, 4.0, math.nan])
+@pytest.mark.parametrize("y", [0.0, 9.0, math.nan])
+def test_the_variance_of_odometry_is_the_larger_one_in_the_plane_and_no_number_where_one_of_them_is_none(
+    x: float, y: float
+) -> None:
+    message = conv.new_odometry()
+    message.pose.pose.orientation.w = 1.0
+    message.pose.covariance[:] = [1e9] * 36
+    message.pose.covariance[0], message.pose.covariance[7] = x, y
+    found = read_odometry(message).sample.covariance
+    assert found == max(x, y) if math.isfinite(x + y) else math.isnan(found)
+
+
+def test_in_lockstep_the_pending_odometry_is_the_first_one_since_each_command() -> None:
+    """As of a plant that does not wait: the check of the inputs compares the pending one with that of the check before."""
+    served: list[int] = []
+    loop = SimpleNamespace(due=lambda _: True, step=lambda stamp, *_: served.append(stamp))
+    node: Any = SimpleNamespace(
+        connected=True,
+        stamp=-1,
+        loop=loop,
+        timed=nullcontext,
+        publish_period=lambda *_: None,
+        inputs=SimpleNamespace(monitor=SimpleNamespace(receive=lambda *_: None)),
+    )
+    steps = Lockstep(node)
+    assert steps.pending is None
+    for first in (10, 20):
+        for stamp in range(first, first + 5):
+            steps.take_odometry(Measured(Sample(stamp, "odom", "base_link", AT_REST), AT_REST))
+            assert steps.pending == first
+        steps.take_reference(Desired(Sample(first + 4, "odom", "", AT_REST), AT_REST, Acceleration(0.0, 0.0, 0.0)))
+        assert served[-1] == first + 4
+        assert steps.pending is None

@@ -110,6 +110,19 @@ def test_a_saturated_law_is_stated_with_its_share(health: ControlDiagnostics) ->
     assert of(health, "saturation") == DiagnosticTask("saturation", OK, "30% of the last minute at a limit", {"share": 0.3})
 
 
+@pytest.mark.parametrize(
+    ("surge", "yaw", "share"), [(4, 0, 0.4), (0, 4, 0.4), (4, 4, 0.4), (4, 7, 0.7), (10, 10, 1.0), (0, 0, 0.0)]
+)
+def test_a_period_with_any_part_of_the_command_at_its_limit_counts_once(
+    health: ControlDiagnostics, surge: int, yaw: int, share: float
+) -> None:
+    health.stepped(Terms(surge_saturated=True, yaw_saturated=True))
+    of(health, "saturation")  # the counting begins
+    for k in range(10):
+        health.stepped(Terms(surge_saturated=k < surge, yaw_saturated=k < yaw))
+    assert of(health, "saturation").values == {"share": share}
+
+
 def test_a_monitor_that_warns_is_a_warning_and_one_that_demands_the_safe_action_an_error() -> None:
     assert reporting.saturation(0.5, lasting=True).level == WARN
     assert monitors({Reason.NOT_MOVING: Alarm.OK, Reason.SATURATED: Alarm.OK}).level == OK

@@ -10,6 +10,7 @@ from std_msgs.msg import Float64
 from vessel_hsmc_msgs.msg import Event
 
 from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.messages import raw
 
 pytest.importorskip("foxglove", exc_type=ImportError)
 
@@ -113,3 +114,20 @@ def test_the_time_that_is_shown_stands_for_a_message_out_of_order_and_goes_back_
         made.node._broadcast_time()
         made.node._broadcast_time()
     assert [time / SECOND for time in times] == [20, 21, 22, 0, 1, 13, 2], "each time once"
+
+
+@pytest.mark.parametrize("error", [ImportError("no module"), AttributeError("no such message")])
+def test_a_topic_whose_type_is_not_installed_is_left_out_and_the_others_are_shown(
+    view: Any, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    """A package that is missing, and one of another version that has no such message."""
+    made = view(True)
+
+    def fail(_kind: str) -> Any:
+        raise error
+
+    with monkeypatch.context() as missing:
+        missing.setattr(raw, "message_class", fail)
+        assert not made.node._offer("/thing", "geometry_msgs/msg/WrenchStamped")
+    assert made.node._offer("/other", "geometry_msgs/msg/WrenchStamped")
+    assert "/thing" not in made.node._channels

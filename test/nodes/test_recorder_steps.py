@@ -11,6 +11,8 @@ from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, Reliabilit
 from recording import record, recorded_topics
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.nodes import recorder
 from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.recorder import TopicChoice
@@ -188,3 +190,24 @@ def test_what_a_fleet_may_lack_and_what_it_waits_for_is_known_in_each_namespace(
     assert node.status()[2]["missing"] == "/a/odom, /a/cmd_wrench, /b/odom, /b/cmd_wrench"
     assert node._awaited == {"/a/odom", "/b/odom"}
     node.close()
+
+
+@pytest.mark.parametrize("error", [ImportError("no module"), AttributeError("no such message"), BagError("no definition")])
+def test_a_topic_whose_type_is_not_installed_is_left_out_and_the_others_are_recorded(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    """A package that is missing, and one of another version that has no such message."""
+    node = record(bench, tmp_path, topics=["thing", "other"])
+
+    def fail(_kind: str) -> Any:
+        raise error
+
+    kind = "geometry_msgs/msg/WrenchStamped"
+    infos = [SimpleNamespace(topic_type=kind, topic_type_hash="", qos_profile=QoSProfile(depth=1))]
+    owner, name = (recorder, "definition") if isinstance(error, BagError) else (raw, "message_class")
+    with monkeypatch.context() as missing:
+        missing.setattr(owner, name, fail)
+        node._subscribe("/thing", infos)
+    node._subscribe("/other", infos)
+    node.close()
+    assert set(open_bag(tmp_path / "bag").topics) == {"/other"}

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes import replay as replay_module
 from vessel_hsmc_ros.nodes.replay import Playing, ReplayNode
@@ -168,3 +169,21 @@ def test_each_pause_on_the_way_delays_what_follows_and_no_more(bench: Any, bag: 
     usual = [gap for gap in gaps if gap < 1.0]
     assert max(usual) < 0.025, "nothing catches up, and nothing is later"
     assert min(usual) > 0.015
+
+
+@pytest.mark.parametrize("error", [ImportError, AttributeError])
+def test_a_topic_whose_type_is_not_installed_is_left_out_and_the_others_are_replayed(
+    bench: Any, bag: Any, monkeypatch: pytest.MonkeyPatch, error: type[Exception]
+) -> None:
+    """A package that is missing, and one of another version that has no such message."""
+
+    def installed(kind: str) -> Any:
+        if kind == "vessel_hsmc_msgs/msg/ControlState":
+            raise error
+        return message_class(kind)
+
+    monkeypatch.setattr(replay_module, "message_class", installed)
+    node = replay(bench, bag, rate=1000.0)
+    node.play(lambda: True)
+    assert set(node._outputs) == set(bag.topics) - {"/controller/state"}
+    assert node.published == bag.count - bag["controller/state"].count

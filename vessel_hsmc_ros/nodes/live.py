@@ -103,7 +103,7 @@ class LiveNode(VesselNode):
         try:
             schema = foxglove.Schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
             message_type = raw.message_class(kind)
-        except (BagError, ImportError):
+        except (BagError, ImportError, AttributeError):  # the last: of a package of another version
             return False
         channel = foxglove.Channel(name, schema=schema, message_encoding="cdr", context=self._client_context)
         self._channels[name] = channel, message_type

@@ -227,7 +227,7 @@ class MavlinkNode(VesselNode):
     # -- takeover -----------------------------------------------------------------------------------------------------
 
     def _give_back(self) -> None:
-        """Send zero and give the channels back to the radio; `_on_timer` repeats the latter, as a packet may be lost."""
+        """Send zero and give the channels back to the radio; `_on_timer` sends the end again, as a packet may be lost."""
         self._latch.share, self._zeros, self._releases = 0.0, LAST_COMMANDS, LAST_COMMANDS - 1
         self._commands.send(self._commands.nothing)
         self._commands.give_back()

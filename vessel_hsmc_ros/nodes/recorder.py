@@ -162,7 +162,7 @@ class RecorderNode(VesselNode):
         try:
             topic = Topic(name, kinds[0], definition(kinds[0]), str(publishers[0].topic_type_hash), _offered(publishers))
             kind = raw.message_class(kinds[0])
-        except (BagError, ImportError) as error:
+        except (BagError, ImportError, AttributeError) as error:  # the last: of a package of another version
             self.get_logger().warning(f"{name} is not recorded: {error}")
             return
         profile = qos.recorded([info.qos_profile for info in publishers])
