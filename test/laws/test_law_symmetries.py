@@ -100,6 +100,23 @@ def test_the_wrench_does_not_depend_on_origin_and_axes_of_the_earth_fixed_frame(
     agree(wrenches(made(law, settings), elsewhere), np.array(wrenches(made(law, settings), inputs)))
 
 
+ENDS_ALIKE = ("los_pid", "ashrafiuon", "guided", "nmpc")
+"""Laws for which bow and stern are alike: those that control a point ahead of the origin, or errors from the origin, are not."""
+
+
+@pytest.mark.parametrize("speed", [2.0, -2.0])
+@pytest.mark.parametrize(("law", "settings"), [case for case in CASES if case[0] in ENDS_ALIKE])
+def test_astern_a_ship_gets_the_opposite_force_and_the_same_moment_as_one_ahead_with_the_ends_exchanged(
+    law: str, settings: Any, speed: float
+) -> None:
+    def exchanged(m: Motion) -> Motion:
+        return Motion(m.x, m.y, m.psi + math.pi, -m.u, -m.v, m.r)
+
+    inputs = walk(7, speed)
+    others = [(exchanged(ship), exchanged(desired), Acceleration(-a.du, -a.dv, a.dr)) for ship, desired, a in inputs]
+    agree(wrenches(made(law, settings), others), np.multiply(wrenches(made(law, settings), inputs), [-1.0, 1.0]))
+
+
 @pytest.mark.parametrize("speed", [2.0, 0.0])
 @pytest.mark.parametrize(("law", "settings"), CASES)
 def test_a_law_that_ran_and_was_reset_is_bit_identical_to_a_new_one(law: str, settings: Any, speed: float) -> None:
