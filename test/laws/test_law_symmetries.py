@@ -13,11 +13,19 @@ from vessel_hsmc_ros.laws import LAWS, make_controller
 PERIOD, STEPS = 0.02, 12
 # Centres around zero, so that the network of a ship and that of its mirror image are the same.
 SYMMETRIC: dict[str, Any] = {"network.center": 0.0}
+# Integrals that grow fast, and no saturation that hides them.
+STRONG: dict[str, Any] = {"stretch": 1.0, "adaptation_gain": 0.3, "surge_force_limit": 1e9, "yaw_moment_limit": 1e12}
 SETTINGS: dict[str, list[dict[str, Any]]] = {
     "hierarchical": [{**SYMMETRIC, "yaw_reaching_gain": 20.0, "surge_reaching_gain": 10.0, "yaw_adaptation_gain": 0.3}],
     "course": [{**SYMMETRIC, "reaching_gain": 20.0, "adaptation_gain": 0.3, "surge_force": 3e4}],
     "pd": [{"surge_force": 3e4}],
-    "los_pid": [{}, {"guidance": "alos"}, {"surge_force_limit": 3e4}, {"yaw_moment_limit": 3e5}],
+    "los_pid": [
+        {},
+        {**STRONG, "guidance": "alos"},
+        {**STRONG, "integral_gain": 30.0},
+        {"yaw_moment_limit": 3e5},
+        {"surge_force_limit": 3e4},
+    ],
     "ashrafiuon": [{}, {"surfaces": "as_printed"}],
     "backstepping": [{}, {"yaw_moment_limit": 3e5}],
     "hand_position": [{}, {"surge_force_limit": 3e4}],
