@@ -6,8 +6,18 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from vessel_hsmc_ros.campaign.distributions import Choice, Grid, Lognormal, Normal, Uniform, parse_distribution
+from vessel_hsmc_ros.campaign.distributions import (
+    Choice,
+    Continuous,
+    Grid,
+    Lognormal,
+    Normal,
+    Uniform,
+    make_drawn,
+    parse_distribution,
+)
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 U = (1e-9, 0.1, 0.5, 0.9, 1.0 - 1e-9)
 
@@ -76,3 +86,31 @@ def test_a_grid_includes_its_ends() -> None:
 def test_another_form_is_refused_with_the_allowed_one(given: object, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         parse_distribution(given)
+
+
+HEADING = "reference_ship.lawnmower.heading"
+
+
+@pytest.mark.parametrize("base", [3.0, -3.0])
+@pytest.mark.parametrize(
+    ("given", "low", "high"),
+    [
+        ({"uniform": [0.5, 1.5]}, 0.5, 1.5),
+        ({"uniform": [0.5, 4.0]}, 0.5, 2.1),
+        ({"uniform": [-4.0, 1.0]}, -2.1, 1.0),
+        ({"loguniform": [0.25, 4.0]}, 0.25, 2.1),
+        ({"normal": [1.0, 2.0]}, -2.1, 2.1),
+        ({"lognormal": [1.0, 2.0]}, 0.0, 2.1),
+    ],
+)
+def test_factors_on_a_base_value_of_either_sign_stay_in_the_range_of_the_parameter(
+    base: float, given: dict[str, list[float]], low: float, high: float
+) -> None:
+    """The parameter takes -6.3 to 6.3."""
+    drawn = make_drawn(HEADING, {**given, "relative": True}, load_scenario("case2_tracking", {HEADING: base}))
+    assert isinstance(drawn.distribution, Continuous)
+    ends = [drawn.value(drawn.distribution.quantile(u)) for u in (0.0, 1.0)]
+    assert ends == pytest.approx([base * low, base * high])
+    values = [drawn.value(drawn.distribution.quantile(u)) / base for u in U]
+    assert values == sorted(values)
+    assert len(set(values)) == len(U)

@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from campaigns import campaign
 
+from vessel_hsmc_ros.campaign.report import _subtitle
 from vessel_hsmc_ros.campaign.results import ALWAYS, LENGTH, Results
 from vessel_hsmc_ros.campaign.sampling import noise_seed
 
@@ -39,3 +41,10 @@ def test_a_metric_with_a_limit_in_lengths_is_in_those_of_the_hull_that_was_drawn
     rows = {"run": np.arange(2), ALWAYS[0]: np.array([1.0, -1.0]), "ended_early": np.zeros(2, bool)}
     assert Results(plan, {**rows, LENGTH: np.array([5.0, 20.0])}).cost(ALWAYS[0]).tolist() == [0.2, 0.05]
     assert Results(plan, rows).cost(ALWAYS[0]).tolist() == [1.0 / plan.base.vessel_sim.vessel.length] * 2
+
+
+@pytest.mark.parametrize(("rows", "shown"), [(1, "1 of 10 runs so far"), (5, "5 of 10"), (9, "9 of 10"), (10, "10 runs (")])
+def test_a_campaign_of_several_laws_is_complete_with_the_rows_of_all(tmp_path: Path, rows: int, shown: str) -> None:
+    plan = campaign(tmp_path)
+    assert (plan.draws, plan.runs) == (5, 10)
+    assert _subtitle(Results(plan, {"run": np.arange(rows)})).startswith(shown)

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.campaign.feasibility import demand, infeasible
+from vessel_hsmc_ros.campaign.feasibility import Demand, _exceeded, demand, infeasible
 from vessel_hsmc_ros.campaign.ship_expansion import expand
 from vessel_hsmc_ros.campaign.ship_family import REFERENCES, ShipFamily
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
@@ -62,3 +63,31 @@ def test_slow_actuators_make_a_fast_slalom_infeasible() -> None:
 def test_a_current_as_fast_as_the_reference_leaves_no_way() -> None:
     family = replace(ShipFamily(), reference="straight", speed=0.3, has_current=True, current=0.3, current_direction=0.0)
     assert infeasible(scenario(family)) == "the ship has no way through the water"
+
+
+SURGE, YAW = (1.0, 0.1), (0.5, 0.4)
+"""Amplitude [N, N·m] and frequency [rad/s] of what the inputs have to do."""
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, ""),
+        ({"surge_force_limit": 1.05}, "the surge force takes 0.95"),
+        ({"yaw_moment_limit": 0.52}, "the yaw moment takes 0.96"),
+        ({"surge_force_rate": 0.105}, "the rate of the surge force takes 0.95"),
+        ({"yaw_moment_rate": 0.21}, "the rate of the yaw moment takes 0.95"),
+        ({"surge_lag": 30.0}, "the command of the surge force takes 1.05"),
+        ({"yaw_lag": 30.0}, "the command of the yaw moment takes 1.5"),
+    ],
+)
+def test_each_input_is_judged_by_its_own_limit_rate_and_lag(changes: dict[str, float], expected: str) -> None:
+    time = np.arange(0.0, 400.0, 0.05)
+    force, moment = (size * np.sin(omega * time) for size, omega in (SURGE, YAW))
+    rest = np.zeros(len(time))
+    wide = ActuatorParameters(
+        surge_force_limit=3.0, yaw_moment_limit=4.0, surge_force_rate=1.0, yaw_moment_rate=2.0, surge_lag=0.5, yaw_lag=2.0
+    )
+    actuators = replace(wide, **changes)  # type: ignore[arg-type]
+    assert _exceeded(Demand(rest, rest, force, moment), actuators, 0.05).startswith(expected)
+    assert bool(expected) == bool(_exceeded(Demand(rest, rest, -force, -moment), actuators, 0.05))

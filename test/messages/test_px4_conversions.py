@@ -33,3 +33,38 @@ def test_the_motion_of_a_heeled_boat_is_that_of_its_track_and_heading(seed: int,
     expected = (7.0, 3.0, 0.5 * np.pi - yaw, in_earth[:2] @ ahead, -in_earth[:2] @ starboard, -0.2)
     assert [*motion[:2], *motion[3:]] == pytest.approx([*expected[:2], *expected[3:]], abs=1e-6)
     assert np.exp(1j * motion.psi) == pytest.approx(np.exp(1j * expected[2]))
+
+
+@pytest.mark.parametrize("length", [0.8, 1.0, 1.5])
+def test_the_length_of_the_quaternion_does_not_matter_for_the_attitude(length: float) -> None:
+    roll, pitch, yaw = 0.3, -0.4, 2.0
+    x, y, z, w = length * Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat()
+    found = px4.attitude_of([w, x, y, z], (0.1, 0.2, 0.3))
+    assert (found.roll, found.pitch, found.yaw) == pytest.approx((roll, pitch, yaw))
+    assert (found.p, found.q, found.r) == (0.1, 0.2, 0.3)
+
+
+@pytest.mark.parametrize("pose", range(5))
+@pytest.mark.parametrize("velocity", range(5))
+def test_only_a_velocity_of_the_frame_of_the_pose_or_of_the_body_makes_a_motion(pose: int, velocity: int) -> None:
+    message = SimpleNamespace(
+        position=[0.0] * 3,
+        q=[1.0, 0.0, 0.0, 0.0],
+        velocity=[1.0, 0.0, 0.0],
+        angular_velocity=[0.0] * 3,
+        pose_frame=pose,
+        velocity_frame=velocity,
+    )
+    fits = pose in (px4.NED, px4.FRD) and velocity in (pose, px4.BODY)
+    assert bool(px4.problem(message)) is not fits
+    if not fits:
+        assert px4.problem(message).startswith(f"frames {pose} and {velocity} are not allowed")
+
+
+@pytest.mark.parametrize("name", ["position", "q", "velocity", "angular_velocity"])
+@pytest.mark.parametrize("index", range(3))
+def test_each_number_that_is_not_finite_is_named_except_the_depth(name: str, index: int) -> None:
+    parts = {"position": [0.0] * 3, "q": [1.0, 0.0, 0.0, 0.0], "velocity": [0.0] * 3, "angular_velocity": [0.0] * 3}
+    parts[name][index] = np.nan
+    message = SimpleNamespace(**parts, pose_frame=px4.NED, velocity_frame=px4.NED)
+    assert px4.problem(message) == ("" if (name, index) == ("position", 2) else f"{name} not finite")

@@ -3,11 +3,13 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
@@ -131,3 +133,15 @@ def test_no_pulse_beside_another_publisher(bench: Any) -> None:
     bench.start(ControllerNode, lockstep=False, law="guided")
     with served(bench), Remote() as remote, pytest.raises(RunError, match="while controller publishes /cmd_wrench: end it"):
         LiveConnection(remote).pulse(10.0, 5.0)
+
+
+@pytest.mark.parametrize("namespace", ["", "alpha"])
+def test_warnings_and_errors_are_those_of_the_nodes_of_the_vessel_itself(namespace: str) -> None:
+    own = f"{namespace}/" if namespace else ""
+    made = LiveConnection.__new__(LiveConnection)
+    made._remote = SimpleNamespace(name=lambda relative: f"/{own}{relative}")  # type: ignore[assignment] # stands for it
+    made._statuses = {}
+    names = [f"{own}controller", f"{own}drive", "beta/controller", f"{own}controller: guard", f"{own}some_node"]
+    for level in (b"\2", b"\1"):
+        made._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name=n, level=level, message=n) for n in names]))
+        assert made._statuses == {"controller": (level, f"{own}controller"), "drive": (level, f"{own}drive")}

@@ -11,6 +11,8 @@ from safety_sequences import FRESH_SAMPLES, Machine
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist
 from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -121,6 +123,23 @@ def test_a_controller_that_is_disabled_before_its_start_does_not_begin_by_itself
         assert begun
 
 
+@pytest.mark.parametrize("periods", range(5))
+def test_at_its_end_after_it_was_disabled_it_leaves_zero_unless_it_has_done_so(
+    periods: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(VesselNode, "close", lambda _: None)
+    machine = Machine(0)
+    with machine.node.on_its_clock():
+        machine.begin(active=True)
+        machine.order("standby")
+        for _ in range(periods):
+            machine.step("good", "good", "slow")
+        machine.node.take_sent()
+        machine.node.close()
+    wrenches = [wrench for _, wrench in machine.node.take_sent()]
+    assert wrenches == [(0.0, 0.0)] * (LAST_COMMANDS if periods < LAST_COMMANDS else 0)
+
+
 def test_each_standstill_of_a_simulated_clock_is_named_after_its_time_until_the_clock_goes_on() -> None:
     node = ControllerWithoutRos(True, True, {})
     with node.on_its_clock():
@@ -188,3 +207,26 @@ def test_after_each_step_of_the_system_clock_the_period_has_a_new_timer_which_wa
             node.timer._check()  # by the wall timer, which waits on no clock
             periods = [made for made in node.running if made[1] == "_on_timer"]
             assert periods == [(0.1, "_on_timer", node.ros_time)]
+
+
+@pytest.mark.parametrize("order", ["step ahead", "step back"])
+def test_the_step_of_the_clock_is_the_reason_until_there_are_new_inputs_and_of_no_later_outage(order: str) -> None:
+    machine = Machine(0)
+
+    def reason() -> Reason:
+        return machine.node.loop.supervision.reason
+
+    with machine.node.on_its_clock():
+        machine.begin(active=True)
+        for _ in range(2):
+            machine.order(order)
+            machine.step("none", "none", "slow")
+            machine.step("none", "none", "slow")
+            assert reason() is (Reason.CLOCK_AHEAD if order == "step ahead" else Reason.CLOCK_BACKWARD)
+            for _ in range(2 * FRESH_SAMPLES + 4):
+                machine.step("good", "good", "slow")
+            for _ in range(4):
+                machine.step("none", "good", "slow")
+            assert reason() is Reason.OVERDUE
+            for _ in range(2 * FRESH_SAMPLES + 4):
+                machine.step("good", "good", "slow")

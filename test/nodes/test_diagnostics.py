@@ -68,3 +68,18 @@ def test_each_change_of_a_level_is_published_at_once_and_nothing_else_is(bench: 
     reporter.diagnose([DiagnosticTask("", b"\0", "", {})])
     reporter.diagnose([DiagnosticTask("", b"\0", "", {})])
     assert len(published) == 8, "the periodic ones always"
+
+
+@pytest.mark.parametrize(("own", "overall"), [(OK, WARN), (WARN, WARN), (ERROR, ERROR)])
+def test_an_endpoint_that_cannot_be_connected_makes_no_problem_of_the_node_smaller(
+    bench: Any, monkeypatch: pytest.MonkeyPatch, own: bytes, overall: bytes
+) -> None:
+    node = bench.start(ReferenceShipNode, lockstep=False)
+    node.connected = True
+    for incompatible in ("/odom: nothing passes", ""):
+        monkeypatch.setattr(node.compatibility, "problem", lambda incompatible=incompatible: incompatible)
+        found = node._overall(DiagnosticTask("", own, "as it is", {"steps": 3}))
+        assert found.level == (overall if incompatible else own)
+        assert ("as it is" in found.message) == (own != OK or not incompatible)
+        assert incompatible in found.message
+        assert found.values == {"steps": 3}

@@ -118,6 +118,18 @@ def test_cmd_vel_has_a_velocity_only_while_the_law_commands_and_again(make: Any,
         assert set(made.step(10, operation)) == {(0.0, 0.0)}
 
 
+@pytest.mark.parametrize("back", [0.5, 100.0])
+def test_after_each_step_back_of_the_clock_a_state_of_the_former_time_does_not_count(make: Any, back: float) -> None:
+    made = make("cmd_vel")
+    for _ in range(2):
+        assert made.step(3)[-1] == FULL["cmd_vel"]
+        made.wait(-back)
+        made.silent = "state"
+        made.step()
+        assert set(made.step(5)) == {(0.0, 0.0)}
+        made.silent = ""
+
+
 def test_with_a_response_time_the_motion_is_that_of_the_surfaces_astern_too(make: Any) -> None:
     made = make("cmd_vel", response_time=0.5, surge_inertia=100.0, yaw_inertia=25.0, surge_speed_limit=9.0, yaw_rate_limit=9.0)
     made.wait(PERIOD)

@@ -1,4 +1,5 @@
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -6,7 +7,7 @@ from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.executor import DirectExecutor
+from vessel_hsmc_ros.nodes.executor import BURST, DirectExecutor
 
 
 @pytest.mark.parametrize("poll_period", [0.0, 0.01])
@@ -79,3 +80,24 @@ def test_subscriptions_added_while_it_spins_are_served(bench: Any) -> None:
     direct.spin_while(lambda: time.monotonic() < end and not received)
     direct.shutdown()
     assert received
+
+
+def test_a_flood_on_one_topic_delays_the_others_by_a_burst_and_loses_nothing(bench: Any) -> None:
+    order: list[str] = []
+
+    def topic(name: str, count: int) -> Any:
+        left = [count]
+
+        def take(*_: Any) -> Any:
+            left[0] -= 1
+            return (name, {}) if left[0] >= 0 else None
+
+        return SimpleNamespace(
+            handle=SimpleNamespace(take_message=take), msg_type=None, raw=False, _callback_type=None, callback=order.append
+        )
+
+    direct = DirectExecutor([topic("flood", 3 * BURST + 5), topic("stop", 1), topic("quiet", 0)], 0.0, bench.context)
+    assert [direct.take_direct() for _ in range(5)] == [True] * 4 + [False]
+    direct.shutdown()
+    assert order.index("stop") == BURST
+    assert order.count("flood") == 3 * BURST + 5

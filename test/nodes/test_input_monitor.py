@@ -1,11 +1,13 @@
 """The supervision of inputs, on simulated times."""
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from nav_msgs.msg import Odometry
 
+from vessel_hsmc_ros.nodes import reporting
 from vessel_hsmc_ros.nodes.base import ERROR, WARN
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -102,3 +104,54 @@ def test_after_a_reset_samples_are_counted_anew(monitor: InputMonitor) -> None:
     monitor.reset()
     assert monitor.fresh == dict.fromkeys(INPUTS, 0)
     assert monitor.overdue(0, 0) == ("odometry", Reason.NOT_RECEIVED)
+
+
+BAD = {
+    Reason.WRONG_FRAME: sample(0, "map"),
+    Reason.NOT_FINITE: sample(0, number=math.nan),
+    Reason.UNCERTAIN: sample(0)._replace(covariance=math.nan),
+    Reason.STAMP_OLD: sample(-60 * TIMEOUT),
+    Reason.STAMP_FUTURE: sample(60 * TIMEOUT),
+}
+
+
+class Ros:
+    """Stands for a node whose inputs have a publisher; `lines` has its errors."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def get_logger(self) -> Any:
+        return SimpleNamespace(error=lambda text, **_: self.lines.append(text), warning=lambda *_, **__: None)
+
+    def resolve_topic_name(self, topic: str) -> str:
+        return f"/{topic}"
+
+    def count_publishers(self, _topic: str) -> int:
+        return 1
+
+
+@pytest.mark.parametrize("good_before", [False, True])
+@pytest.mark.parametrize(
+    ("reason", "frames"), [*((reason, ("odom",)) for reason in BAD), *((r, ()) for r in BAD if r is not Reason.WRONG_FRAME)]
+)
+def test_each_reason_of_a_refusal_is_still_named_when_the_refusal_itself_is_long_ago(
+    monkeypatch: pytest.MonkeyPatch, reason: Reason, good_before: bool, frames: tuple[str, ...]
+) -> None:
+    """With a time-out above the time for which a problem is current."""
+    now = [1000.0]
+    monkeypatch.setattr(reporting, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    ros: Any = Ros()
+    monitor = InputMonitor(ros, {"odometry": Expected("odom", frames)}, 5.0)
+    if good_before:
+        assert not monitor.take("odometry", sample(-20), -20, -(10**9))
+    assert monitor.take("odometry", BAD[reason], 0, 0)
+    for seconds in (1.0, 4.9):
+        now[0] = 1000.0 + seconds
+        later = round(seconds * 1e9)
+        if found := monitor.overdue(later, later):
+            monitor.report_overdue(*found, later)
+            if seconds > 2.0:
+                assert "no odometry for 5 s" in ros.lines[-1]
+                assert found[1].text in ros.lines[-1] or "by its stamp" in ros.lines[-1] or found[1] is Reason.OVERDUE
+        assert good_before or found == ("odometry", reason)

@@ -249,6 +249,34 @@ def test_at_its_end_it_leaves_zero_whether_it_commands_or_ramps(boat: Any, form:
     assert made.link.sent[count:].count(RELEASE.get(form)) == (LAST_COMMANDS if form in RELEASE else 0)
 
 
+@pytest.mark.parametrize("form", FULL)
+@pytest.mark.parametrize("ended_by", ["stop", "mode"])
+def test_what_ends_the_commands_is_sent_several_times_as_a_packet_may_be_lost(boat: Any, form: str, ended_by: str) -> None:
+    made = boat(form).driven()
+    for _ in range(2):
+        count = len(made.link.sent)
+        if ended_by == "stop":
+            made.stop()
+        else:
+            made.autopilot["custom_mode"] = HOLD
+        made.step(ACTIVE, 10)
+        ending = made.link.sent[count:]
+        assert ending.count(RELEASE.get(form, ZERO[form])) == LAST_COMMANDS
+        assert FULL[form] not in ending
+        made.stop(rearm=True)
+        made.autopilot["custom_mode"] = MANUAL
+        made.driven()
+
+
+@pytest.mark.parametrize("form", FULL)
+def test_at_its_end_right_after_a_stop_it_leaves_all_zeros(boat: Any, form: str) -> None:
+    made = boat(form).driven()
+    made.stop()
+    count = len(made.link.sent)
+    made.node.close()
+    assert made.link.sent[count:].count(ZERO[form]) == LAST_COMMANDS
+
+
 def test_at_its_end_in_standby_nothing_is_sent(boat: Any) -> None:
     made = boat()
     made.step(STANDBY, 5)

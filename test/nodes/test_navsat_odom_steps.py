@@ -182,6 +182,22 @@ def test_a_velocity_counts_for_the_time_out_and_again_when_it_returns(receiver: 
         assert speeds[5:] == [(0.0, 0.0)] * 3
 
 
+@pytest.mark.parametrize("silent", ["course", "speed"])
+def test_a_course_and_a_speed_count_only_together_and_again_when_both_return(receiver: Any, silent: str) -> None:
+    made = receiver(velocity="course")
+    for lost in ("", silent, "", silent, ""):
+        speeds = []
+        for _ in range(12):
+            made.wait(0.1)
+            if lost != "course":
+                made.node._on_course(Float64(data=math.atan2(-0.6, 0.8)))
+            if lost != "speed":
+                made.node._on_speed(Float64(data=1.0))
+            made.imu(0.5 * math.pi)
+            speeds.append(made.answer(made.fix())[3:5])
+        assert speeds[-1] == ((0.0, 0.0) if lost else pytest.approx((0.8, 0.6), abs=1e-6))
+
+
 def test_while_no_velocity_is_measured_none_is_made_of_the_turn_of_the_antenna(receiver: Any) -> None:
     made = receiver(velocity="twist", antenna=[2.0, 1.0])
     for _ in range(2):

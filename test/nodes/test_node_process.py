@@ -3,9 +3,15 @@
 import gc
 import subprocess
 import sys
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+from rclpy.executors import ExternalShutdownException
 
+from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.nodes import process
 from vessel_hsmc_ros.nodes.base import WATCHER_NICENESS
 from vessel_hsmc_ros.nodes.markers import MarkerNode
 from vessel_hsmc_ros.nodes.process import run_node
@@ -45,3 +51,28 @@ def test_rclpy_restores_no_default_handler_while_a_node_ends(
         gc.unfreeze()
     assert not restored
     assert lowered == [WATCHER_NICENESS]
+
+
+@pytest.mark.parametrize("failing", ["spin", "close"])
+@pytest.mark.parametrize("error", [SimulationError, RuntimeError, ExternalShutdownException])
+def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(failing: str, error: type[Exception]) -> None:
+    done: list[str] = []
+
+    def work(name: str, *_: object) -> None:
+        done.append(name)
+        if name == failing:
+            raise error("as planned")
+
+    node: Any = SimpleNamespace(spin=partial(work, "spin"), close=partial(work, "close"), fail=lambda text: done.append(text))
+    caught: type[BaseException] | None = None
+    code = 0
+    try:
+        code = process._work(node, lambda: True)
+    except Exception as raised:
+        caught = type(raised)
+    text = "unexpected RuntimeError: as planned" if error is RuntimeError else "as planned"
+    logged = [] if error is ExternalShutdownException else [text]
+    closed = [] if error is ExternalShutdownException else ["close"]
+    assert done == (["spin", *logged, *closed] if failing == "spin" else ["spin", "close", *logged])
+    assert caught is (RuntimeError if error is RuntimeError else None)
+    assert code == (process.FAILED if error is SimulationError else 0)

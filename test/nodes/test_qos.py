@@ -1,9 +1,10 @@
+from itertools import product
 from typing import Any
 
 import pytest
 from driving import STEP
 from geometry_msgs.msg import WrenchStamped
-from rclpy.qos import HistoryPolicy, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.messages import conversions as conv
@@ -68,3 +69,27 @@ def test_a_reader_of_the_newest_that_falls_behind_takes_none_that_is_too_old_for
 
 def test_in_lockstep_the_newest_is_as_lossless_as_all() -> None:
     assert qos.newest(True) == qos.data(True)
+
+
+RELIABLE, LOSSY = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
+LATCHED, VOLATILE = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
+PROFILES = [QoSProfile(depth=1, reliability=r, durability=d) for r in (RELIABLE, LOSSY) for d in (LATCHED, VOLATILE)]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_recorder_requests_what_every_publisher_of_a_topic_offers_and_no_less(count: int) -> None:
+    for offers in product(PROFILES, repeat=count):
+        found = qos.recorded(offers)
+        assert found.history == HistoryPolicy.KEEP_ALL
+        assert all(qos.compatible(offered, found) for offered in offers), "it receives from each of them"
+        assert (found.reliability is RELIABLE) == all(offered.reliability is RELIABLE for offered in offers)
+        assert (found.durability is LATCHED) == all(offered.durability is LATCHED for offered in offers)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_a_replay_offers_what_all_recorded_publishers_did(count: int) -> None:
+    entries = [{"reliability": r, "durability": d} for r in ("reliable", "best_effort") for d in ("transient_local", "volatile")]
+    for offers in product(entries, repeat=count):
+        found = qos.replayed(offers)
+        assert (found.reliability is RELIABLE) == all(offered["reliability"] == "reliable" for offered in offers)
+        assert (found.durability is LATCHED) == (bool(offers) and all(o["durability"] == "transient_local" for o in offers))

@@ -129,3 +129,16 @@ def test_what_a_black_box_keeps_is_what_came_within_its_time_each_time(bench: An
         kept = [stamp * 1e-9 for stamp, _ in box._kept]
         assert kept == [each for each in (0.0, 1.0, 2.0, 2.5, 9.0, 9.5) if at - 2.0 <= each <= at]
         assert box._size == sum(len(entry) for _, entry in box._kept)
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_in_real_time_a_message_has_the_time_of_its_receipt_by_the_clock_of_the_run(
+    bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, simulated: bool
+) -> None:
+    node, receive = recorder_of(bench, tmp_path, True, use_sim_time=simulated)
+    for number, now in enumerate((3_000_000_000, 7_000_000_000), 1):
+        monkeypatch.setattr(node, "now", lambda now=now: now)
+        receive(number)
+    node.close()
+    times = [message.log_time for message in open_bag(tmp_path / "bag").raw_messages()]
+    assert times == ([3_000_000_000, 7_000_000_000] if simulated else [5, 5])

@@ -1,5 +1,7 @@
+import itertools
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -16,6 +18,7 @@ from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes import replay as replay_module
 from vessel_hsmc_ros.nodes.replay import Playing, ReplayNode
 
 STEPS = 30
@@ -118,3 +121,50 @@ def test_a_bag_without_messages_is_refused(bench: Any, tmp_path: Path) -> None:
     BagWriter(tmp_path / "bag").close()
     with pytest.raises(BagError, match="has no message that could be published"):
         ReplayNode(open_bag(tmp_path / "bag"), Playing(), context=bench.context)
+
+
+def test_no_message_is_replayed_before_the_time_of_its_recording_is_known(bench: Any, bag: Any) -> None:
+    node = replay(bench, bag, rate=100.0, topics=["odom"])
+    order: list[str] = []
+
+    def noting(name: str, publish: Any) -> Any:
+        def note(message: Any) -> None:
+            order.append(name)
+            publish(message)
+
+        return note
+
+    for name, publisher in (("clock", node._ticker), ("odom", node._outputs["/odom"])):
+        publisher.publish = noting(name, publisher.publish)
+    node.play(lambda: True)
+    assert order == ["clock", "odom"] * STEPS
+
+
+def test_each_pause_on_the_way_delays_what_follows_and_no_more(bench: Any, bag: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a clock of the test, which advances with each wait."""
+    now, found = [50.0], []
+    monkeypatch.setattr(replay_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    node = replay(bench, bag, rate=0.5, topics=["odom"])
+    publisher = node._outputs["/odom"]
+    monkeypatch.setattr(node, "_outputs", {"/odom": SimpleNamespace(publish=lambda _: found.append(now[0]))})
+    monkeypatch.setattr(node, "_ticker", None)
+    assert publisher
+    waits = [0]
+
+    def spin_once(timeout_sec: float) -> None:
+        now[0] += timeout_sec
+        waits[0] += 1
+        node.paused = len(found) in (10, 20) and 100 * len(found) < waits[0] < 100 * len(found) + 200
+
+    def running() -> bool:
+        if len(found) in (10, 20) and waits[0] < 100 * len(found):
+            waits[0], node.paused = 100 * len(found), True
+        return True
+
+    node._play_once(SimpleNamespace(spin_once=spin_once), running)
+    gaps = [after - before for before, after in itertools.pairwise(found)]
+    assert len(gaps) == STEPS - 1
+    assert [k for k, gap in enumerate(gaps, 1) if gap > 1.0] == [10, 20]
+    usual = [gap for gap in gaps if gap < 1.0]
+    assert max(usual) < 0.025, "nothing catches up, and nothing is later"
+    assert min(usual) > 0.015

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import command_input, reporting, stop_latch, watchdog
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN
 from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing, nothing
-from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
+from vessel_hsmc_ros.nodes.watchdog import LAST_COMMANDS, WatchdogNode
 
 Commands = list[tuple[float, float]]
 
@@ -257,3 +257,24 @@ def test_a_rearmed_watchdog_ramps_up_and_a_forbidden_share_is_zero_at_once(make:
     assert latch._rearm(Trigger.Request(), Trigger.Response()).success
     assert latch.share == 0.0
     assert latch.update(True) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("ended_in", ["commands", "ramp", "stop", "silence"])
+def test_at_its_end_it_leaves_zero_with_stamps_that_no_consumer_takes_for_repetitions(make: Any, ended_in: str) -> None:
+    made = make()
+    for _ in range(3):
+        made.wait(0.05)
+        made.command()
+    if ended_in == "stop":
+        made.node._latch._stop(Trigger.Request(), Trigger.Response())
+    elif ended_in != "commands":
+        for _ in range(8 if ended_in == "ramp" else 40):
+            made.wait(0.1)
+            made.node._on_timer()
+    count = len(made.sent)
+    made.node.close()
+    last = [message for _, message in made.sent[count:]]
+    assert [conv.read_wrench(message) for message in last] == [(0.0, 0.0)] * LAST_COMMANDS
+    stamps = [conv.nanoseconds(message.header.stamp) for message in last]
+    assert len(set(stamps)) == LAST_COMMANDS
+    assert stamps[-1] > conv.nanoseconds(made.sent[count - 1][1].header.stamp), "also where the clock stands still"

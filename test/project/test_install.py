@@ -75,12 +75,13 @@ def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tm
     where = "import vessel_hsmc_ros, vessel_sim_node as v; print(vessel_hsmc_ros.__file__, v.__file__)"
     output = check_output(prefix / "bin" / "python", "-c", where, cwd=tmp_path, environment=environment)
     assert output.count(str(packages)) == 2
-    command = (prefix / "bin" / "vessel-hsmc", "run", "case2_tracking", "--set", "vessel_sim.duration=2")
+    command = (prefix / "bin" / "vessel-hsmc", "run", "case2_tracking", "--set", "vessel_sim.duration=1", "--no-page")
     assert "messages recorded" in check_output(*command, cwd=tmp_path, environment=environment)
 
 
 def test_plain_colcon_build_in_a_workspace_builds_the_package_with_its_messages(source: Path) -> None:
     underlay = {"AMENT_PREFIX_PATH": sys.prefix, "CMAKE_PREFIX_PATH": sys.prefix}
+    underlay |= {"CFLAGS": "-O0", "CXXFLAGS": "-O0"}  # compiles in less time
     underlay["PATH"] = f"{sys.prefix}/bin{os.pathsep}{os.environ['PATH']}"
     workspace = source.parent
     output = check_output("colcon", "build", cwd=workspace, environment=underlay, deadline=300.0)
@@ -91,7 +92,7 @@ def test_plain_colcon_build_in_a_workspace_builds_the_package_with_its_messages(
     share = install / "vessel_hsmc_ros" / "share" / "vessel_hsmc_ros"
     assert {path for top in ("config", "launch") for path in data(top) if not (share / path).is_file()} == set()
 
-    run = f"{executables}/vessel-hsmc run case2_tracking --set vessel_sim.duration=2"
+    run = f"{executables}/vessel-hsmc run case2_tracking --set vessel_sim.duration=1 --no-page"
     where = "python -c 'import vessel_hsmc_ros, vessel_hsmc_msgs as m; print(vessel_hsmc_ros.__file__, m.__file__)'"
     script = f". install/local_setup.sh && cd log && {where} && {run}"
     output = check_output("sh", "-c", script, cwd=workspace, environment=underlay)

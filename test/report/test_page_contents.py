@@ -61,10 +61,13 @@ def test_a_track_of_many_poses_is_thinned_and_keeps_the_first_and_the_last() -> 
     count = 3 * TRACK_POINTS
     time: Array = 1e6 + 0.01 * np.arange(count)  # times need more digits than 32 bits have
     payload = Payload(1000)
-    where = payload.poses(time, np.column_stack([time, 2.0 * time, 0.0 * time]))
+    where = payload.poses(time, np.column_stack([time, 2.0 * time, 0.01 * (time - time[0])]))
     found = unpacked(payload.text(), where["time"])
     assert len(found) == TRACK_POINTS
     assert (found[0], found[-1]) == (time[0], time[-1])
+    for name, expected in (("x", found - where["middle"][0]), ("y", 2.0 * found - where["middle"][1])):
+        np.testing.assert_allclose(unpacked(payload.text(), where[name]), expected, atol=1e-4)  # each pose at its own time
+    np.testing.assert_allclose(unpacked(payload.text(), where["heading"]), 0.01 * (found - time[0]), atol=1e-5)
     line = payload.line(Line("x", time, time))
     assert line["time"]["kind"] == "f8"
     assert np.diff(unpacked(payload.text(), line["time"])).min() > 0.0

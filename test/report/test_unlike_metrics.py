@@ -125,6 +125,25 @@ def test_a_difference_is_relative_to_the_first_run(first: float, other: float, s
     assert (row.difference(1).replace("−", "-"), row.sense(1)) == (shown, sense)
 
 
+@pytest.mark.parametrize(
+    ("first", "other", "shown", "sense"),
+    [
+        (4.0, 3.0, "-1° (-25 %)", "better"),
+        (-4.0, -3.0, "+1° (+25 %)", "better"),
+        (-4.0, -5.0, "-1° (-25 %)", "worse"),
+        (-4.0, 3.0, "+7° (+175 %)", "better"),
+        (4.0, -5.0, "-9° (-225 %)", "worse"),
+        (-4.0, 4.0, "+8° (+200 %)", ""),
+    ],
+)
+def test_a_difference_of_values_of_either_sign_has_its_own_sign_and_the_nearer_to_zero_is_better(
+    first: float, other: float, shown: str, sense: str
+) -> None:
+    runs = [still(str(value), metrics=UNLIKE._replace(heading_error_final_deg=value)) for value in (first, other)]
+    row = next(row for row in metrics_table(runs) if row.label == "heading error, final")
+    assert (row.difference(1).replace("−", "-"), row.sense(1)) == (shown, sense)
+
+
 def test_a_parameter_that_differs_in_any_of_three_runs_is_marked() -> None:
     changes: list[dict[str, Any]] = [{}, {"vessel_sim.seed": 5}, {"controller.hierarchical.sway_weight": 0.002}]
     runs = [still("run", scenario=load_scenario("case2_tracking", each)) for each in changes]

@@ -291,23 +291,47 @@ def test_a_disk_that_is_full_hides_no_interrupt(tmp_path: Path, monkeypatch: pyt
     assert (found.exit_code, found.failure) == (130, "interrupted by SIGINT")
 
 
-@pytest.mark.parametrize("own", ["", "the motion is no longer finite"])
-def test_a_run_offline_has_its_own_failure_else_that_of_its_bag(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own: str
+DIVERGED, INTERRUPT, FULL = SimulationError("the motion is no longer finite"), KeyboardInterrupt(), RunError("the disk is full")
+OWN: dict[BaseException | None, tuple[int, str]] = {
+    None: (0, ""),
+    DIVERGED: (1, str(DIVERGED)),
+    INTERRUPT: (130, "interrupted by SIGINT"),
+}
+"""Exit code and failure of a run by how it ends itself."""
+
+
+@pytest.mark.parametrize("own", OWN, ids=repr)
+@pytest.mark.parametrize("place", ["", "bag", "summary", "page"])
+def test_a_run_offline_has_its_own_end_else_that_of_its_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own: BaseException | None, place: str
 ) -> None:
-    def full(*_: object) -> int:
-        raise BagError("the disk is full")
+    """Where a file cannot be written, all others are."""
 
     def end(*_: object) -> None:
         if own:
-            raise SimulationError(own)
+            raise own
+
+    def refuse(error: Exception) -> Any:
+        def refused(*_: object) -> Any:
+            raise error
+
+        return refused
 
     monkeypatch.setenv("VESSEL_HSMC_INTERPRETED", "1")
     monkeypatch.setattr("vessel_hsmc_ros.runs.offline.ClosedLoop.run", end)
-    monkeypatch.setattr("vessel_hsmc_ros.bags.run_to_bag.write_bag", full)
+    monkeypatch.setattr(scenario_run, "_evaluate_run", refuse(ReportError("no page")) if place == "page" else lambda *_: None)
+    monkeypatch.setattr(
+        "vessel_hsmc_ros.bags.run_to_bag.write_bag", refuse(BagError("no bag")) if place == "bag" else lambda *_: 7
+    )
+    if place == "summary":
+        monkeypatch.setattr(scenario_run, "write_summary", refuse(FULL))
     scenario = load_scenario("case2_straight", {"vessel_sim.duration": 2.0})
     found = scenario_run.run_offline(scenario, tmp_path, lambda _: None)
-    assert (found.exit_code, found.failure) == (1, own or "the disk is full")
-    summary = json.loads(found.folder.summary.read_text())
-    assert (summary["exit_code"], summary["failure"]) == (1, found.failure)
-    assert not found.folder.report.exists()
+    code, failure = OWN[own]
+    if place and not (place == "page" and own):  # a run that failed has no page
+        code, failure = code or 1, failure or {"bag": "no bag", "summary": str(FULL), "page": "no page"}[place]
+    assert (found.exit_code, found.failure) == (code, failure)
+    if place != "summary":
+        summary = json.loads(found.folder.summary.read_text())
+        assert (summary["exit_code"], summary["failure"]) == (code, failure)
+        assert summary.get("messages_recorded") == (None if place == "bag" else 7)

@@ -9,11 +9,13 @@ import pytest
 from connection_mistakes import MISTAKES, changed, clock_set, columns
 from connections import SHIP, healthy, of
 
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import state_columns as types
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Topic
 from vessel_hsmc_ros.safety.connection_rules import effect, judge
 from vessel_hsmc_ros.scenario.connection import connection_of, values_of
 from vessel_hsmc_ros.scenario.interfaces import interface
+from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -266,6 +268,47 @@ def test_the_pulses_of_each_thruster_need_a_reader() -> None:
     )
     for name in ("port", "starboard"):
         assert any(f"no node reads /thrusters/{name}/pwm (std_msgs/msg/UInt16)" in text for text in wrong)
+
+
+def test_each_message_is_in_the_frame_and_as_old_as_the_node_that_takes_it_allows() -> None:
+    read: Any = {
+        "controller": {**SHIP, "frame_prefix": "a/", "input_timeout": 0.7},
+        "drive": {"frame_prefix": "b/"},
+        "navsat_odom": {"frame_prefix": "c/", "timeout": 0.2},
+    }
+    roles = {role.name: role for role in connection_of(values_of(None, read), {}).roles}
+    assert (roles["odometry"].frames, roles["odometry"].child_frames) == (("a/odom", "a/map"), ("a/base_link",))
+    assert roles["command"].frames == ("b/base_link",)
+    assert [roles[name].timeout for name in ("odometry", "reference", "fix")] == [0.7, 0.7, 1.2]
+    del read["drive"]
+    (command,) = (role for role in connection_of(values_of(None, read), {}).roles if role.name == "command")
+    assert command.frames == ("a/base_link",)
+
+
+FORMS = [
+    (node, name, choice)
+    for node, name in (
+        ("controller", "odometry.form"),
+        ("navsat_odom", "heading"),
+        ("navsat_odom", "velocity"),
+        ("drive", "form"),
+    )
+    for choice in schema.entries((NODES | WATCHERS)[node])[name].choices
+]
+
+
+OF_CONTROLLER = ("odom", "pose", "twist", "reference", "cmd_wrench")
+
+
+@pytest.mark.parametrize(("node", "name", "choice"), FORMS)
+def test_the_topics_of_every_form_have_the_names_that_their_own_node_gives_them(node: str, name: str, choice: str) -> None:
+    values = values_of(None, {"controller": SHIP, node: {name: choice}})
+    plain = connection_of(values, {}).roles
+    assert [role.topic for role in plain] == [f"/{role.own}" for role in plain]
+    names = {each: {role.own: f"{each}/{role.own}" for role in plain} for each in ("controller", "navsat_odom", "drive")}
+    owners = ["controller" if role.own in OF_CONTROLLER else node for role in plain]
+    renamed = [role.topic for role in connection_of(values, names).roles]
+    assert renamed == [f"/{owner}/{role.own}" for owner, role in zip(owners, plain, strict=True)]
 
 
 def test_a_twist_of_zeros_is_no_mistake_with_an_observer() -> None:

@@ -4,14 +4,27 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.reference.factory import REFERENCES
+from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, dump_fleet, make_fleet
+from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import read_parameters
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
 
 CASE = load_scenario("case2_tracking", {"vessel_sim.seed": 7})
+
+MODES: dict[str, dict[str, object]] = {
+    "goal": {"goal.times": (0.0, 4.0), "goal.poses": (50.0, 10.0, 0.5, -20.0, 40.0, 2.0)},
+    "path": {"path.time": 1.0, "path.waypoints": (60.0, -20.0, 90.0, 40.0)},
+    "lawnmower": {"lawnmower.rectangle": (150.0, 40.0, 200.0, 90.0), "lawnmower.run_in": 80.0, "lawnmower.spacing": 50.0},
+}
+"""Settings of modes whose positions are given in the earth-fixed frame."""
+
+LIMITS = {"vessel.surge_force_limit": 3e5, "vessel.yaw_moment_limit": 8e6, "motion.yaw_acceleration": 0.01}
 
 
 def test_vessels_start_side_by_side_with_their_references_and_seeds_of_their_own() -> None:
@@ -48,6 +61,16 @@ def test_goals_and_waypoints_of_a_scenario_are_shifted_too() -> None:
     assert second.goal.poses == (50.0, 40.0, 0.5)
 
 
+@pytest.mark.parametrize("mode", REFERENCES)
+def test_in_every_mode_the_reference_of_a_vessel_is_that_of_the_scenario_shifted_by_the_spacing(mode: str) -> None:
+    changes = {**LIMITS, **MODES.get(mode, {}), "mode": mode}
+    base = load_scenario("case2_tracking", {f"reference_ship.{name}": value for name, value in changes.items()})
+    first, second = (
+        trajectory(scenario.reference_ship, 2.0, 20) for scenario in make_fleet(base, 2, spacing=30.0).vessels.values()
+    )
+    np.testing.assert_allclose(second - first, np.tile([0.0, 30.0, *[0.0] * 7], (20, 1)), atol=1e-6)
+
+
 @pytest.mark.parametrize("times", [(0.0, 4.0), (0.0,), (2.0, 7.5, 9.0)])
 def test_every_goal_is_shifted_in_y_alone_also_one_at_the_start(times: tuple[float, ...]) -> None:
     poses = tuple(float(10 * k + part) for k in range(len(times)) for part in (1, 2, 3))
@@ -78,6 +101,17 @@ def test_one_recorder_records_the_topics_of_every_vessel() -> None:
     recorded = make_fleet(base, 2).with_bag(Path("bag"), Path("params.yaml"))
     assert recorded.base.recorder.topics == ("vessel_1/odom", "vessel_2/odom", "/clock")
     assert recorded.base == replace(base, recorder=recorded.base.recorder)
+
+
+@pytest.mark.parametrize(("given", "expected"), [("", "run/black_box"), ("/var/boxes", "/var/boxes")])
+def test_black_boxes_are_in_the_folder_of_the_run_unless_another_is_given(given: str, expected: str) -> None:
+    real_time = {f"{node}.lockstep": False for node in NODES}
+    base = load_scenario("case2_tracking", {**real_time, "controller.black_box.directory": given})
+    recorded = "run/bag", "run/params.yaml"
+    assert base.with_bag(*map(Path, recorded)).controller.black_box.directory == expected
+    text = dump_fleet(make_fleet(base, 2).with_bag(*map(Path, recorded)))
+    for namespace in ("vessel_1", "vessel_2"):
+        assert parse_scenario(text, base.name, namespace=namespace).controller.black_box.directory == expected
 
 
 @pytest.mark.parametrize("count", [0, -1, MAX_VESSELS + 1])

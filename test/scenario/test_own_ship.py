@@ -10,13 +10,15 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
+from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.law.known_vessel import INSTANT, NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
 from vessel_hsmc_ros.reference.curve_motion import Demand
 from vessel_hsmc_ros.runs.offline import simulate
-from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Circle, Scale, sway_damping_rate
+from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 
 BOAT = MainData(length=4.0, mass=500.0, surge_force_limit=300.0, yaw_moment_limit=250.0, wind=5.0)
@@ -84,6 +86,30 @@ def test_what_is_given_is_taken_as_it_is_and_comments_are_in_one_column() -> Non
     columns = {line.index("  #") for line in text.splitlines() if "  #" in line and line.lstrip()[0] != "#"}
     assert len(columns - {max(columns)}) <= 4
     assert max(map(len, text.splitlines())) < 130
+
+
+TWIN = thruster_layout(("-1.5,0.5,100,60", "-1.5,-0.5,100,60"), 4.0)
+SPARSE = MainData(gps_noise=0.1)
+OTHER = MainData(5.0, 2.1, 600.0, 150.0, 70.0, 2.9, 3.0, 0.2, 0.4, 0.3, 2.0)
+
+
+@pytest.mark.parametrize("layout", [None, TWIN], ids=["wrench", "thrusters"])
+@pytest.mark.parametrize("name", vars(SPARSE))
+def test_each_datum_that_is_given_counts_with_thrusters_and_without(name: str, layout: ThrusterLayout | None) -> None:
+    texts = (scenario_text("mine", data, layout) for data in (SPARSE, replace(SPARSE, **{name: getattr(OTHER, name)})))
+    estimated, given = map(yaml.safe_load, texts)
+    assert given != estimated
+    if name in OVERRIDES:
+        assert given["/**"]["ros__parameters"]["vessel"][name] == getattr(OTHER, name)
+
+
+@pytest.mark.parametrize("thrusters", [False, True], ids=["wrench", "thrusters"])
+@pytest.mark.parametrize("name", ["wind", "current", "lag", "gps_noise", "gps_rate"])
+def test_what_is_given_beside_a_vessel_of_the_library_counts_with_thrusters_and_without(name: str, thrusters: bool) -> None:
+    values = read_vessel("otter").values
+    around = (SPARSE, replace(SPARSE, **{name: getattr(OTHER, name)}))
+    calm, given = (yaml.safe_load(scenario_for(values, "otter", around=each, thrusters=thrusters)) for each in around)
+    assert given != calm
 
 
 def test_wind_is_written_as_a_force_with_gusts() -> None:

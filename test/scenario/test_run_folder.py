@@ -1,5 +1,7 @@
 """The files of a run folder: an older one stays until a new one is complete."""
 
+import json
+import math
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,3 +38,12 @@ def test_a_summary_or_parameters_that_do_not_fit_on_the_disk_leave_the_older_one
     assert sorted(path.name for path in tmp_path.iterdir()) == ["params.yaml", "run.json"]
     folder.write_summary({"exit_code": 1})
     assert folder.read_summary() == {"exit_code": 1}
+
+
+def test_a_number_that_is_not_finite_is_null_in_a_summary(tmp_path: Path) -> None:
+    """Of a run that has nearly diverged; JSON has no infinity, and most programs refuse one."""
+    folder = RunFolder(tmp_path)
+    folder.write_summary({"metrics": {"a": math.inf, "b": -math.inf, "c": 1e300}, "real_time_factor": math.nan, "code": 1})
+    shown = json.loads(folder.summary.read_text(), parse_constant=pytest.fail)
+    assert shown == {"metrics": {"a": None, "b": None, "c": 1e300}, "real_time_factor": None, "code": 1}
+    assert folder.read_summary() == shown

@@ -16,7 +16,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
-from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, MessageIndex, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, MessageIndex, Metadata, Schema, Statistics
 
 from vessel_hsmc_ros.bags.mcap_layout import (
     CHECKSUM_SIZE,
@@ -328,11 +328,20 @@ def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
         contents.attachments = [(i.offset, i.length, _record_at(stream, i, Attachment)) for i in summary.attachment_indexes]
     except DAMAGE:
         return None
-    # A writer may omit channels or the chunk index from the summary; then only a scan finds the messages.
-    if not _apart(contents.chunks, size):
-        return None
-    unknown_channels = contents.counts.keys() - contents.channels.keys()
-    return None if unknown_channels or (statistics.message_count and not contents.chunks) else contents
+    # A writer may omit any kind of record from the summary; then only a scan finds what it leads to.
+    return contents if _apart(contents.chunks, size) and _has_all(contents, statistics) else None
+
+
+def _has_all(contents: Contents, statistics: Statistics) -> bool:
+    """Whether contents according to a summary have all that its statistics count and that its channels refer to."""
+    schemas = {channel.schema_id for channel in contents.channels.values()} - {0}  # 0: without a schema
+    return (
+        contents.counts.keys() <= contents.channels.keys()
+        and schemas <= contents.schemas.keys()
+        and len(contents.attachments) >= statistics.attachment_count
+        and len(contents.metadata) >= statistics.metadata_count
+        and bool(contents.chunks or not statistics.message_count)
+    )
 
 
 def _record_at(stream: IO[bytes], index: Any, kind: Any) -> Any:

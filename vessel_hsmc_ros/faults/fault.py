@@ -86,7 +86,10 @@ class Fault:
     field: str = parameter("", "The field that is corrupted, such as pose.pose.position.x.")
     change: str = parameter("nan", "How it is corrupted.", choices=CHANGES)
     amount: float = parameter(
-        0.0, "What `add` adds to the field; the surge force that a second publisher commands.", low=-1e12, high=1e12
+        0.0,
+        "What `add` adds to the field; the surge force, or the thrust, that a second publisher commands.",
+        low=-1e12,
+        high=1e12,
     )
     frame: str = parameter("", "The frame in which the messages are.")
     offset: float = parameter(

@@ -232,7 +232,8 @@ class ControllerNode(TimedNode):
 
     def close(self) -> None:
         """In real time, leave the ship without a command: zero, acknowledged or several times."""
-        commands = self.loop.supervision.operation is not Operation.STANDBY
+        # Put into standby, it may not have commanded zero yet.
+        commands = self.loop.supervision.operation is not Operation.STANDBY or self._zeros < LAST_COMMANDS
         if not self.parameters.lockstep and self.connected and commands:
             self.loop.supervision.stop(Reason.SHUTTING_DOWN)
             now = self.now()

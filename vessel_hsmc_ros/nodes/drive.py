@@ -179,7 +179,7 @@ class DriveNode(VesselNode):
         """Surge speed and yaw rate while the law commands."""
         state, p = self._state, self.parameters
         age = math.inf if state is None else seconds(self.now() - conversions.nanoseconds(state.header.stamp))
-        if state is None or age > p.command_timeout:
+        if state is None or not -p.freshness.future_tolerance <= age <= p.command_timeout:
             topic = self.resolve_topic_name("controller/state")
             self._report(f"no recent message on {topic}, which has the surge speed and the yaw rate for cmd_vel")
             return None

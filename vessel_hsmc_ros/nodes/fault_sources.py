@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.core.node_list import RECORDER, taking_part
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.faults.fault import WRENCH, Fault, FaultScript
+from vessel_hsmc_ros.faults.fault import THRUSTERS, WRENCH, Fault, FaultScript
 from vessel_hsmc_ros.messages import conversions, raw
 from vessel_hsmc_ros.messages.topics import RELAYED, message_type
 from vessel_hsmc_ros.nodes import qos
@@ -85,6 +86,8 @@ class SecondPublisher:
         self._node = node
 
     def _message(self, now: int) -> Any:
+        if self._fault.topic.startswith(THRUSTERS):
+            return Float64(data=self._fault.amount)
         stamp = conversions.time_message(now)
         if self._fault.topic == WRENCH:
             message = conversions.new_wrench()

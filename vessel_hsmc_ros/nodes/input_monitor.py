@@ -126,8 +126,10 @@ class InputMonitor:
             self._problem.report(DiagnosticStatus.WARN, text)
             self._node.get_logger().warning(text, throttle_duration_sec=WARNING_PERIOD)
         elif not self._refusal.current:
-            stamped = f" by its stamp, of {seconds(self._stamps[name] - now):+.3g} s" if reason is not Reason.OVERDUE else ""
-            self.report(f"no {name} for {self._timeout:g} s{stamped}: the safe action is commanded")
+            why = "" if reason is Reason.OVERDUE else f", {reason.text}"
+            if reason in (Reason.STAMP_OLD, Reason.STAMP_FUTURE) and name in self._stamps:
+                why = f" by its stamp, of {seconds(self._stamps[name] - now):+.3g} s"
+            self.report(f"no {name} for {self._timeout:g} s{why}: the safe action is commanded")
 
     def check(self, pending: int | None = None) -> None:
         """Warn if the law could not run, for the same reason as at the last call.
@@ -166,10 +168,11 @@ class InputMonitor:
 
     def _refused(self, name: str, sample: Sample, reason: Reason, now: int) -> str:
         """Why a sample is refused, with its value and what is allowed."""
+        if reason is Reason.WRONG_FRAME:
+            return f"{name} with {self._wrong_frame(name, sample)}"
         off = seconds(sample.stamp - now)
         p, repeated = self._parameters, "it must be later than the last one"
         texts = {
-            Reason.WRONG_FRAME: self._wrong_frame(name, sample),
             Reason.NOT_FINITE: "a number that is not finite is not allowed: all of it must be finite numbers",
             Reason.UNCERTAIN: f"a variance of {sample.covariance:g} m² is not allowed: at most {p.covariance_limit:g} m²",
             Reason.STAMP_OLD: f"a stamp {-off:.3g} s old is not allowed: it takes at most {self._timeout:g} s",

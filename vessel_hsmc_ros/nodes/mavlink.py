@@ -227,7 +227,7 @@ class MavlinkNode(VesselNode):
     # -- takeover -----------------------------------------------------------------------------------------------------
 
     def _give_back(self) -> None:
-        """Send zero, and give the channels back to the radio, several times: a packet may be lost."""
+        """Send zero and give the channels back to the radio; `_on_timer` repeats the latter, as a packet may be lost."""
         self._latch.share, self._zeros, self._releases = 0.0, LAST_COMMANDS, LAST_COMMANDS - 1
         self._commands.send(self._commands.nothing)
         self._commands.give_back()
@@ -250,7 +250,7 @@ class MavlinkNode(VesselNode):
                 self._give_back()
         elif self._releases:
             self._releases -= 1
-            self._commands.give_back()
+            self._commands.end()
 
     # -- diagnostics and the end -------------------------------------------------------------------------------------
 
@@ -264,7 +264,7 @@ class MavlinkNode(VesselNode):
 
     def close(self) -> None:
         """Leave the autopilot without a command: zero, several times, and the channels given back."""
-        if self._zeros < LAST_COMMANDS or self._latch.share:
+        if self._zeros < LAST_COMMANDS or self._latch.share or self._releases:
             for _ in range(LAST_COMMANDS):
                 self._give_back()
         super().close()

@@ -219,6 +219,13 @@ class Commands:
             widths = {int(c): axis_width(axis, p.radio_range) for c, axis in zip(p.stick_channels, (y, z), strict=True)}
         self._sticks.sent(time.monotonic(), widths)
 
+    def end(self) -> None:
+        """Repeat what has ended the commands: the channels given back or, in guided, zero."""
+        if self._p.form == "guided":
+            self.send(self.nothing)
+        else:
+            self.give_back()
+
     def give_back(self) -> None:
         """Give the channels back to the radio, which the commands of guided do not use."""
         if self._p.form != "guided":

@@ -55,7 +55,7 @@ class NavsatOdometryNode(VesselNode):
         self._heading: Heading | None = None
         self._second: NavSatFix | None = None
         self._velocity: tuple[int, float, float] | None = None
-        self._speed = self._course = None
+        self._course: tuple[int, float] | None = None
         self._problem = RecentProblem()
         self._fixes = self._published = 0
         self._odometry = conversions.new_odometry()
@@ -126,12 +126,13 @@ class NavsatOdometryNode(VesselNode):
             self._velocity = conversions.nanoseconds(message.header.stamp), velocity.x, velocity.y
 
     def _on_course(self, message: Float64) -> None:
-        self._course = message.data
+        self._course = self.now(), message.data
 
     def _on_speed(self, message: Float64) -> None:
-        if self._course is not None and math.isfinite(message.data) and math.isfinite(self._course):
-            east, north = message.data * math.sin(self._course), message.data * math.cos(self._course)
-            self._velocity = self.now(), east, north
+        now, (at, course) = self.now(), self._course or (0, math.nan)
+        # A course that is not published any more must not turn with the boat; then there is no velocity.
+        if abs(now - at) <= self.parameters.timeout * NANOSECONDS and math.isfinite(message.data) and math.isfinite(course):
+            self._velocity = now, message.data * math.sin(course), message.data * math.cos(course)
 
     # -- odometry -----------------------------------------------------------------------------------------------------
 

@@ -47,7 +47,7 @@ class StopLatch:
         return self.share
 
     def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.stopped = True
+        self.stopped, self.share = True, 0.0  # also where it is rearmed before the next update
         self._act()
         response.success, response.message = True, self.text
         self._node.get_logger().warning(self.text)

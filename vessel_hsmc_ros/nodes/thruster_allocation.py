@@ -22,6 +22,9 @@ from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 CHECK_PERIOD = 0.05
 """Time between two checks for an overdue command, s."""
 
+LAST_COMMANDS = 3
+"""How often zero is sent at the end."""
+
 LONGEST_STEP = 1_000_000_000
 """Period of the slowest plant, ns: a stamp that is further ahead of the last one is not that of the next step."""
 
@@ -31,7 +34,7 @@ class ThrusterAllocationNode(VesselNode):
 
     Every command is answered at once. A wrench that is out of reach is answered by the nearest one, moment before force, and the
     diagnostics report it as saturated. In real time a command that is not fresh is refused, and all thrusts are zero when the
-    latest one is older than `command_timeout`, or where two nodes command.
+    latest one is older than `command_timeout`, where two nodes command, and at the end.
     """
 
     NAME = "thruster_allocation"
@@ -170,12 +173,15 @@ class ThrusterAllocationNode(VesselNode):
             return
         self._is_stopped = True
         self._timeouts += 1
-        self._allocation.stop()
-        for publisher, _, part in self._demands_out:
-            if part == 0:
-                self.send(publisher, Float64(data=0.0))
+        self._send_no_thrust()
         _, why = self._input.problem() or (WARN, f"no command for {self.parameters.command_timeout:g} s")
         self.get_logger().warning(f"{why}: the thrust is zero")
+
+    def _send_no_thrust(self) -> None:
+        self._allocation.stop()
+        thrusts = [publisher for publisher, _, part in self._demands_out if part == 0]
+        for publisher in (*thrusts, *(publisher for publisher, *_ in self._speeds_out)):
+            self.send(publisher, Float64(data=0.0))
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 
@@ -186,6 +192,13 @@ class ThrusterAllocationNode(VesselNode):
     def _reset(self) -> str:
         self._allocation.reset()
         return "thrusts are zero and angles straight; time goes on"
+
+    def close(self) -> None:
+        """In real time, leave the thrusters without thrust: their drivers may hold the last demand."""
+        if self.connected and not self.parameters.lockstep and not self._is_stopped:
+            for _ in range(LAST_COMMANDS):
+                self._send_no_thrust()
+        super().close()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Numbers of answered, saturated and ignored commands."""

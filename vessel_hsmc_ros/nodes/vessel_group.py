@@ -59,6 +59,7 @@ def main(arguments: list[str] | None = None) -> int:
     for number in STOP_SIGNALS:
         signal.signal(number, lambda number, _frame: received.append(number))
     nodes: list[VesselNode] = []
+    names = namespace = ""
     trace_crashes()
     rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -67,7 +68,9 @@ def main(arguments: list[str] | None = None) -> int:
             nodes += [_class_of(name)(namespace=f"/{namespace}") for name in names.split(",")]
         return _run(nodes, lambda: not received)
     except VesselHsmcError as error:
-        get_logger(f"{namespace}.{names}").fatal(f"{namespace}: {error}")
+        get_logger(f"{namespace}.{names}" if namespace else "vessel_group").fatal(
+            ": ".join(filter(None, (namespace, str(error))))
+        )
         return CANNOT_START
     finally:
         for number in STOP_SIGNALS:

@@ -17,12 +17,16 @@ from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.scenario.watcher_parameters import WatchdogParameters
 
+LAST_COMMANDS = 3
+"""How often zero is sent at the end."""
+
 
 class WatchdogNode(VesselNode):
     """Passes `cmd_wrench` on as `watched_wrench` while it is fresh; otherwise the wrench ramps to zero.
 
-    For thruster drivers without a time-out of their own. It runs in a process of its own, so that it outlives the controller.
-    A driver notices its death only by the end of `watched_wrench`, which has the rate of the commands, or else `rate_hz`.
+    For thruster drivers without a time-out of their own. It runs in a process of its own, so that it outlives the controller,
+    and at its end it leaves zero. A driver notices its death only by the end of `watched_wrench`, which has the rate of the
+    commands, or else `rate_hz`.
 
     The output is share·command, within the limits. The share goes from 1 to 0 in `ramp_time` when the commands are not fresh,
     back to 1 in the same time when they are, and is 0 from `~/stop` until `~/rearm`.
@@ -71,8 +75,10 @@ class WatchdogNode(VesselNode):
 
     def _publish(self) -> None:
         share, (force, moment) = self._latch.update(self._is_fresh()), self._command
-        stamp = conversions.time_message(self.now())
-        conversions.write_wrench(self._wrench, stamp, (share * force, share * moment))
+        self._send((share * force, share * moment), self.now())
+
+    def _send(self, wrench: Command, stamp: int) -> None:
+        conversions.write_wrench(self._wrench, conversions.time_message(stamp), wrench)
         self.send(self._wrench_out, self._wrench)
 
     # -- heartbeats and diagnostics --------------------------------------------------------------------------------------
@@ -84,6 +90,13 @@ class WatchdogNode(VesselNode):
     def retune(self, parameters: WatchdogParameters) -> None:
         """Take a changed time-out."""
         self._input.retune(parameters.command_timeout)
+
+    def close(self) -> None:
+        """Leave the driver without a command: zero, several times."""
+        now = self.now()
+        for number in range(LAST_COMMANDS if self.connected else 0):  # a second command of one stamp would be refused
+            self._send((0.0, 0.0), now + number)
+        super().close()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Whether commands are passed on; an error names the nodes that are silent."""

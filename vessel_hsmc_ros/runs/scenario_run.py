@@ -130,10 +130,9 @@ def run_nodes(
         _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted
         if not result.failure:
             _evaluate_bag(result, origin, requested_at or _process_start(), with_page)
-    except (BagError, ReportError, RunError) as error:  # a full disk must not hide why the run failed
-        result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
-        with suppress(RunError):
-            _write_summary(result, origin)
+    except (BagError, ReportError, RunError) as error:
+        _note_failure(result, error)
+        _write_summary_if_possible(result, origin)
     return result
 
 
@@ -154,7 +153,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
 
     Raises:
         ScenarioError: the scenario has no duration.
-        RunError: the run folder cannot be created.
+        RunError: the run folder cannot be created, or its parameters cannot be written.
     """
     origin = origin_of(scenario, "offline", "")
     loop = offline.ClosedLoop(scenario)
@@ -163,10 +162,19 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     _run_loop(loop, result, lambda done, _: progress((done - 1) / scenario.vessel_sim.rate_hz))
     if with_bag:
         _write_bag(loop, result, scenario)
-    _write_summary(result, origin)  # before the page, which takes seconds and may be interrupted
-    if not result.failure:
-        _evaluate_run(result, scenario, loop.result(), origin, with_page)
+    try:
+        _write_summary(result, origin)  # before the page, which takes seconds and may be interrupted
+        if not result.failure:
+            _evaluate_run(result, scenario, loop.result(), origin, with_page)
+    except (ReportError, RunError) as error:
+        _note_failure(result, error)
+        _write_summary_if_possible(result, origin)
     return result
+
+
+def _note_failure(result: Result, error: Exception) -> None:
+    """Note why the files of a run cannot be written; a full disk must not hide why the run failed or was interrupted."""
+    result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
 
 
 def _run_loop(loop: offline.ClosedLoop, result: Result, progress: offline.Progress) -> None:
@@ -188,7 +196,7 @@ def _write_bag(loop: offline.ClosedLoop, result: Result, scenario: Scenario) -> 
     try:
         result.facts["messages_recorded"] = write_bag(result.folder.bag, loop.published(), scenario)
     except BagError as error:
-        result.exit_code, result.failure = 1, result.failure or str(error)
+        _note_failure(result, error)
 
 
 def check_live_port(port: int) -> None:
@@ -261,6 +269,12 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], w
 def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
     metrics = result.metrics._asdict() if result.metrics else None
     write_summary(result.folder, origin, result.exit_code, result.failure, {"metrics": metrics, **result.facts})
+
+
+def _write_summary_if_possible(result: Result, origin: Mapping[str, Any]) -> None:
+    """Write the summary of a run that has failed already."""
+    with suppress(RunError):
+        _write_summary(result, origin)
 
 
 def _process_start() -> float:

@@ -45,7 +45,9 @@ class Fleet:
         names = base.recorder.topics
         own = tuple(f"{vessel}/{name}" for vessel in self.vessels for name in names if not name.startswith("/"))
         shared = tuple(name for name in names if name.startswith("/"))
-        return replace(self, base=replace(base, recorder=replace(base.recorder, topics=own + shared)))
+        recorder = replace(base.recorder, topics=own + shared)
+        vessels = {name: vessel.with_bag(directory, parameters) for name, vessel in self.vessels.items()}
+        return Fleet(replace(base, recorder=recorder), vessels)
 
 
 def make_fleet(base: Scenario, count: int, namespace: str = NAMESPACE, spacing: float = SPACING) -> Fleet:
@@ -95,6 +97,8 @@ def _differences(base: Scenario, name: str, shift: float, index: int) -> dict[st
         changes["reference_ship.path.waypoints"] = _shifted(reference.path.waypoints, 2, shift)
     if max(reference.goal.times) >= 0.0:
         changes["reference_ship.goal.poses"] = _shifted(reference.goal.poses, 3, shift)
+    if any(reference.lawnmower.rectangle):
+        changes["reference_ship.lawnmower.rectangle"] = _shifted(reference.lawnmower.rectangle, 4, shift)
     return changes
 
 

@@ -263,6 +263,19 @@ GUARANTEES: tuple[Guarantee, ...] = (
         (f"{CONTROLLER}::test_the_last_command_is_zero",),
     ),
     Guarantee(
+        "thrust allocation, watchdog or drive is ended by SIGINT or SIGTERM",
+        "at once; exit waits at most 0.4 s for acknowledgements",
+        "steady clock",
+        "zero, three times",
+        "a new start",
+        (Reason.SHUTTING_DOWN,),
+        (
+            "nodes/test_allocation_steps.py::test_at_its_end_it_leaves_no_thrust_and_no_shaft_speed",
+            "nodes/test_watchdog_steps.py::test_at_its_end_it_leaves_zero_with_stamps_that_no_consumer_takes_for_repetitions",
+            "nodes/test_drive_steps.py::test_at_its_end_it_leaves_zero_whether_it_commands_or_ramps",
+        ),
+    ),
+    Guarantee(
         "the controller is killed or stopped by SIGKILL, SIGSTOP",
         "{vessel_sim.command_timeout}, {thruster_allocation.command_timeout}, {watchdog.command_timeout},"
         " {drive.command_timeout}",

@@ -83,12 +83,13 @@ class RunFolder:
         return content if isinstance(content, dict) else {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
-        """Write run.json; an older one stays if that fails.
+        """Write run.json, with null for a number that is not finite; an older one stays if that fails.
 
         Raises:
             RunError: it cannot be written.
         """
-        _write(self.summary, json.dumps(summary, indent=2) + "\n")
+        finite = json.loads(json.dumps(summary), parse_constant=lambda _: None)  # JSON has no infinity
+        _write(self.summary, json.dumps(finite, indent=2) + "\n")
 
 
 def _write(path: Path, text: str) -> None:

@@ -1,0 +1,86 @@
+"""The thrust allocation step by step: what it leaves to each thruster after a time-out, at its end, and the second time."""
+
+from typing import Any
+
+import pytest
+from std_msgs.msg import Float64
+from stepped_node import SteppedNode
+from thruster_layouts import layout
+
+from vessel_hsmc_ros.nodes import command_input
+from vessel_hsmc_ros.nodes.thruster_allocation import LAST_COMMANDS, ThrusterAllocationNode
+
+TIMEOUT = 0.3
+COEFFICIENTS = {f"vessel__thrusters__thrust_coefficient_{way}": [0.01] for way in ("ahead", "astern")}
+PARTS = {"twin": ("left", "right"), "rudder_and_bow_thruster": ("screw", "bow"), "outboards": ("left", "right")}
+
+
+class Allocation(SteppedNode):
+    """An allocation with shaft speeds for each of its thrusters."""
+
+    def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, name: str, **more: Any) -> None:
+        given = {"command_timeout": TIMEOUT, **layout(name), **COEFFICIENTS, **more}
+        super().__init__(bench, monkeypatch, ThrusterAllocationNode, (command_input,), **given)
+        self.names = PARTS[name]
+
+    def drive(self, force: float = 30.0, moment: float = 5.0) -> dict[str, float]:
+        """Command a wrench; returns what is sent to the thrusters by topic."""
+        self.wait(0.1)
+        return self.sent_by(lambda: self.node._on_command(self.wrench(force, moment)))
+
+    def sent_by(self, act: Any) -> dict[str, float]:
+        """The last number of each topic that an action sends."""
+        count = len(self.sent)
+        act()
+        return {topic: message.data for topic, message in self.sent[count:] if isinstance(message, Float64)}
+
+    @property
+    def at_rest(self) -> dict[str, float]:
+        """The demands of thrusters without thrust; angles hold."""
+        return {f"thrusters/{name}/{what}": 0.0 for name in self.names for what in ("thrust", "shaft_speed")}
+
+
+@pytest.fixture
+def make(bench: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    return lambda name, **more: Allocation(bench, monkeypatch, name, **more)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_each_time_out_ends_every_thrust_and_every_shaft_speed_and_no_angle(make: Any, name: str) -> None:
+    made = make(name)
+    for _ in range(3):
+        driven = made.drive()
+        assert all(driven[topic] for topic in made.at_rest if "bow" not in topic), "it turns"
+        made.wait(TIMEOUT - 0.02)
+        assert made.sent_by(made.node._check_age) == {}, "a command holds for the time-out"
+        made.wait(0.05)
+        assert made.sent_by(made.node._check_age) == made.at_rest
+        assert made.sent_by(made.node._check_age) == {}, "once: then the topics are left to others"
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_at_its_end_it_leaves_no_thrust_and_no_shaft_speed(make: Any, name: str) -> None:
+    made = make(name)
+    made.drive(-30.0)
+    count = len(made.sent)
+    assert made.sent_by(made.node.close) == made.at_rest
+    topics = [topic for topic, _ in made.sent[count:]]
+    assert all(topics.count(topic) == LAST_COMMANDS for topic in made.at_rest)
+
+
+def test_at_its_end_without_a_command_or_after_its_time_out_nothing_is_sent(make: Any) -> None:
+    for commanded in (False, True):
+        made = make("twin")
+        if commanded:
+            made.drive()
+            made.wait(2.0 * TIMEOUT)
+            made.node._check_age()
+        assert made.sent_by(made.node.close) == {}
+
+
+def test_at_its_end_in_lockstep_nothing_is_sent_as_the_plant_counts_the_demands(
+    bench: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = Allocation(bench, monkeypatch, "twin", lockstep=True)
+    made.node._on_command(made.wrench(30.0, 5.0))
+    assert made.sent_by(made.node.close) == {}
