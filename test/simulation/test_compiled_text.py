@@ -59,6 +59,8 @@ THRUSTERS = {
     "vessel.thrusters.lag": [0.5],
     "vessel.thrusters.lift": [3e4],
     "vessel.thrusters.slipstream": [1e-4],
+    "thruster_allocation.vessel.thrusters.x": [-13.0, 11.0],
+    "thruster_allocation.vessel.thrusters.thrust_ahead": [8e4, 3e4],
     "vessel_sim.actuators.surge_dead_time": 0.0,
     "vessel_sim.actuators.yaw_lag": 0.0,
 }
