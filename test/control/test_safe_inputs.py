@@ -24,7 +24,7 @@ STILL = Acceleration(0.0, 0.0, 0.0)
 
 
 class Sometimes(Law[None]):
-    """A law that is defined until it is told otherwise."""
+    """A law that is defined only while `defined` is true."""
 
     name = "sometimes"
     defined = True

@@ -18,7 +18,7 @@ def of(declared: bool, identified: bool, **coupling: Any) -> Gains:
     return gains(GuidedParameters(), vessel.as_controlled(), 0.05, identified=identified)
 
 
-def test_identified_actuators_are_doubted_more_than_declared_ones_and_less_than_those_that_nobody_knows() -> None:
+def test_identified_actuators_are_doubted_more_than_declared_ones_and_less_than_unknown_ones() -> None:
     declared, identified, unknown = of(True, False), of(True, True), of(False, False)
     for name, sign in TIGHT.items():
         numbers = [sign * getattr(each, name) for each in (declared, identified, unknown)]
