@@ -36,6 +36,22 @@ def test_a_clock_that_is_set_back_gives_no_time_to_change_and_then_goes_on() -> 
     assert thrusts == pytest.approx([0.0, 10.0, 20.0, 20.0, 25.0, 25.0, 35.0])
 
 
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_after_each_stop_every_thrust_begins_at_zero_and_every_angle_where_it_was(name: str) -> None:
+    largest = max(LAYOUTS[name]["thrust_ahead"])
+    layout = layout_of(name, thrust_rate=[2.0 * largest], angle_rate=[0.6])
+    made, (force, moment) = Allocation(layout), layout.limits()
+    for _ in range(2):
+        for _ in range(12):
+            before = made.step(0.5 * force, 0.3 * moment, 0.5, SURGE_SPEED)
+        assert np.count_nonzero(before.thrust) > 1 or len(before.thrust) == 1
+        made.stop()
+        after = made.step(0.5 * force, 0.3 * moment, 0.05, SURGE_SPEED)
+        assert np.abs(after.thrust).max() <= 0.1 * largest * (1.0 + 1e-12)
+        turned = np.subtract(after.angle, before.angle)
+        assert np.abs((turned + math.pi) % (2.0 * math.pi) - math.pi).max() <= 0.03 + 1e-12
+
+
 def assert_within_limits(layout: ThrusterLayout, thrust: Array, angle: Array) -> None:
     for i, t in enumerate(layout.thrusters()):
         assert (thrust[:, i] <= t.thrust_ahead).all()

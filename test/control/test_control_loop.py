@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.control.control_loop import LONGEST_AGE, ControlLoop, ages
+from vessel_hsmc_ros.control.controlled_point import controlled_point_of
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.terms import Terms
-from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.laws import construct, make_controller
+from vessel_hsmc_ros.laws.los_pid import LosPidParameters
 from vessel_hsmc_ros.laws.pd import PdParameters
 from vessel_hsmc_ros.safety.parameters import SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -222,6 +224,33 @@ def test_after_a_reset_a_loop_with_late_measurements_goes_on_like_a_new_one() ->
     first = wrenches(used)
     used.reset()
     assert wrenches(used) == first == wrenches(new)
+
+
+@pytest.mark.parametrize("change", ["reset", "forget"])
+def test_a_loop_about_a_point_ahead_goes_on_like_a_new_one_each_time(change: str) -> None:
+    vessel = KnownVessel(sway_yaw_inertia=6e5)
+    used, new = (
+        ControlLoop(
+            construct("los_pid", LosPidParameters(), vessel.as_controlled(), 0.1),
+            RateGrid(10.0),
+            point=controlled_point_of(vessel, 0.1),
+            supervision=Supervision(SafetyParameters(), Authority((2e5, 3e6), (1.2e5, 6e7)), active=False),
+        )
+        for _ in range(2)
+    )
+
+    def terms(loop: ControlLoop, seed: float) -> list[Terms]:
+        """In standby, so that no handover from the command before is part of it; the law is reset in each period."""
+        states = [Motion(0.3 * k, seed, 0.4 + 0.01 * k * seed, 3.0, 0.1, 0.02 * seed) for k in range(12)]
+        return [loop.step(k * 100_000_000, s, s._replace(psi=0.0, y=0.0), NONE) for k, s in enumerate(states)]
+
+    first = terms(new, 2.0)
+    for seed in (-5.0, 3.0):
+        terms(used, seed)
+        getattr(used, change)()
+        for found, expected in zip(terms(used, 2.0), first, strict=True):
+            assert (found.surge_error, found.sway_error) == (expected.surge_error, expected.sway_error)
+            assert found.commanded_heading == expected.commanded_heading
 
 
 def observed() -> Observer:

@@ -8,7 +8,10 @@ import pytest
 
 from vessel_hsmc_ros.campaign.ship_expansion import expand
 from vessel_hsmc_ros.campaign.ship_family import ShipFamily
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guided.actuator_identification import BEST, Bank, bank, first_state, grid, identify, with_model
+from vessel_hsmc_ros.guided.controller import LONGEST_AGE, GuidedController
+from vessel_hsmc_ros.guided.parameters import GuidedParameters
 from vessel_hsmc_ros.law.inputs import unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.runs.offline import simulate
@@ -103,6 +106,36 @@ def test_a_model_takes_the_place_of_all_delays_of_both_inputs() -> None:
         expected = vars(declared(lag, dead_time, full))
         for name, value in vars(with_model(vessel, number)).items():
             assert value == (expected[name] if isinstance(value, str) else pytest.approx(expected[name]))
+
+
+def test_new_gains_keep_what_was_identified_and_each_reset_forgets_it() -> None:
+    law = GuidedController(GuidedParameters(), UNDECLARED, PERIOD)
+    for number in (40, 41):
+        law.memory.bank.numbers[BEST] = number
+        law.memory.bank.models[number, 0] = 0.003
+        law.renew()
+        assert law.memory.tau_2 * law.constants.gains.moment == pytest.approx(0.003 * UNDECLARED.yaw_inertia)
+        assert law.known == with_model(UNDECLARED, number) != UNDECLARED
+        for parameters in (GuidedParameters(position_gain=2.0), GuidedParameters(actuator_identification=False)):
+            law.retune(parameters)
+            assert law.known == with_model(UNDECLARED, number)
+            assert not law.outdated(law.memory, law.constants)
+            assert (law.constants.bank.every > 0) is parameters.actuator_identification
+        law.retune(GuidedParameters())
+        law.reset()
+        assert law.known is law.vessel
+        assert law.memory.bank.numbers[BEST] == law.constants.bank.used == 0
+
+
+@pytest.mark.parametrize("age", [2.0 + PERIOD, 60.0])
+def test_a_measurement_older_than_the_longest_age_counts_as_that_old(age: float) -> None:
+    laws = [GuidedController(GuidedParameters(), UNDECLARED, PERIOD) for _ in range(2)]
+    desired, still = Motion(0.0, 0.0, 0.0, 1.0, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0)
+    for k in range(100):
+        ship = Motion(0.0, math.sin(0.3 * k), 0.02 * k, 1.0, 0.0, 0.1 * math.cos(0.2 * k))
+        first, other = (law.step(ship, desired, still, given) for law, given in zip(laws, (LONGEST_AGE, age), strict=True))
+        assert first[0] == other[0]
+    np.testing.assert_array_equal(laws[0].memory.bank.models, laws[1].memory.bank.models)
 
 
 def stranger(**changes: object) -> Scenario:

@@ -7,7 +7,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.guided.filter import CE, CN, FU, FV, KAPPA, LN_A, STATES, R, U, V, correct, measure, predict, unforced
+from vessel_hsmc_ros.guided.filter import (
+    B_RANGE,
+    CE,
+    CN,
+    FU,
+    FV,
+    KAPPA,
+    KAPPA_RANGE,
+    LN_A,
+    LN_A_RANGE,
+    STATES,
+    B,
+    R,
+    U,
+    V,
+    correct,
+    measure,
+    predict,
+    unforced,
+)
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
@@ -52,6 +71,18 @@ def test_unobserved_states_return_to_what_was_expected():
         predict(x, P, 0.0, 0.0, 0.0, S, G)
     assert x[LN_A:] == pytest.approx(G.x_0[LN_A:], abs=0.02)
     assert np.diag(P)[LN_A:] == pytest.approx(G.Q[LN_A:] / (2.0 * G.w_0), rel=0.02)
+
+
+@pytest.mark.parametrize(("state", "bounds"), [(LN_A, LN_A_RANGE), (KAPPA, KAPPA_RANGE), (B, B_RANGE)])
+@pytest.mark.parametrize("side", [0, 1])
+def test_what_is_learned_of_the_ship_stays_within_its_range(state, bounds, side):
+    x, P, S, noise = G.x_0.copy(), np.diag(G.P_0), np.zeros((20, 15)), np.array([G.R_u, G.R_r])
+    x[state] = bounds[side] + (-0.1, 0.1)[side]
+    correct(x, P, noise, (0.0, 0.0, 0.0), S, G)
+    assert x[state] == bounds[side]
+    x[state] = 0.5 * sum(bounds)
+    correct(x, P, noise, (0.0, 0.0, 0.0), S, G)
+    assert x[state] == pytest.approx(0.5 * sum(bounds), abs=0.05)
 
 
 def test_an_outlier_counts_as_four_deviations():

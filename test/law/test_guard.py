@@ -72,6 +72,23 @@ def test_an_exception_in_step_names_law_file_line_and_reason_in_one_line() -> No
         step(ZeroDivisionError("a\nb"))
 
 
+def inner() -> float:
+    return float(np.linalg.inv(np.zeros((2, 2)))[0, 0])  # fails here, in a file that is not the law's
+
+
+class Calls(Returns):
+    """A law whose step fails in a function of its own file, by a library."""
+
+    def step(self, *_: object) -> Any:
+        return (inner(), 0.0), Terms()
+
+
+def test_the_line_of_an_exception_is_the_last_one_of_the_laws_own_file_that_led_to_it() -> None:
+    line = inner.__code__.co_firstlineno + 1
+    with pytest.raises(LawError, match=rf"^law returns failed at .*test_guard\.py:{line}: LinAlgError: Singular matrix$"):
+        guarded_step(Calls(None), REST, REST, STILL)
+
+
 def test_an_error_of_this_package_passes_unchanged() -> None:
     with pytest.raises(ControlError, match=r"^undefined here$"):
         step(ControlError("undefined here"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.law.network import NetworkParameters, activate, activations, output
+from vessel_hsmc_ros.law.network import NetworkParameters, activate, activations, output, outputs
 
 
 def test_a_neuron_is_a_gaussian_about_its_centre() -> None:
@@ -18,6 +18,14 @@ def test_grid_of_centres() -> None:
     assert centers.shape == (27, 3)
     np.testing.assert_allclose(np.unique(centers), [0.0, 0.5, 1.0])
     np.testing.assert_array_equal(NetworkParameters(centers_per_axis=1).centers(), [[0.5, 0.5, 0.5]])
+
+
+@pytest.mark.parametrize("neurons", [*range(1, 70), 125, 343, 729])
+def test_every_neuron_counts_once_however_many_there_are(neurons: int) -> None:
+    random = np.random.default_rng(neurons)
+    W, H = random.normal(size=(3, neurons)), random.uniform(size=neurons)
+    assert outputs(W, H, np.empty((3, neurons))) == pytest.approx(tuple(W @ H))
+    assert output(W[1], H, np.empty((1, neurons))) == pytest.approx(float(W[1] @ H))
 
 
 def test_gradient_descent_fits_a_damping_curve_with_125_neurons() -> None:

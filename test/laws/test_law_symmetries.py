@@ -13,11 +13,19 @@ from vessel_hsmc_ros.laws import LAWS, make_controller
 PERIOD, STEPS = 0.02, 12
 # Centres around zero, so that the network of a ship and that of its mirror image are the same.
 SYMMETRIC: dict[str, Any] = {"network.center": 0.0}
+# Integrals that grow fast, and no saturation that hides them.
+STRONG: dict[str, Any] = {"stretch": 1.0, "adaptation_gain": 0.3, "surge_force_limit": 1e9, "yaw_moment_limit": 1e12}
 SETTINGS: dict[str, list[dict[str, Any]]] = {
     "hierarchical": [{**SYMMETRIC, "yaw_reaching_gain": 20.0, "surge_reaching_gain": 10.0, "yaw_adaptation_gain": 0.3}],
     "course": [{**SYMMETRIC, "reaching_gain": 20.0, "adaptation_gain": 0.3, "surge_force": 3e4}],
     "pd": [{"surge_force": 3e4}],
-    "los_pid": [{}, {"guidance": "alos"}, {"surge_force_limit": 3e4}, {"yaw_moment_limit": 3e5}],
+    "los_pid": [
+        {},
+        {**STRONG, "guidance": "alos"},
+        {**STRONG, "integral_gain": 30.0},
+        {"yaw_moment_limit": 3e5},
+        {"surge_force_limit": 3e4},
+    ],
     "ashrafiuon": [{}, {"surfaces": "as_printed"}],
     "backstepping": [{}, {"yaw_moment_limit": 3e5}],
     "hand_position": [{}, {"surge_force_limit": 3e4}],
@@ -98,6 +106,23 @@ def test_the_wrench_does_not_depend_on_origin_and_axes_of_the_earth_fixed_frame(
     inputs = walk(4, speed)
     elsewhere = [(moved(ship), moved(desired), change) for ship, desired, change in inputs]
     agree(wrenches(made(law, settings), elsewhere), np.array(wrenches(made(law, settings), inputs)))
+
+
+ENDS_ALIKE = ("los_pid", "ashrafiuon", "guided", "nmpc")
+"""Laws for which bow and stern are alike: those that control a point ahead of the origin, or errors from the origin, are not."""
+
+
+@pytest.mark.parametrize("speed", [2.0, -2.0])
+@pytest.mark.parametrize(("law", "settings"), [case for case in CASES if case[0] in ENDS_ALIKE])
+def test_astern_a_ship_gets_the_opposite_force_and_the_same_moment_as_one_ahead_with_the_ends_exchanged(
+    law: str, settings: Any, speed: float
+) -> None:
+    def exchanged(m: Motion) -> Motion:
+        return Motion(m.x, m.y, m.psi + math.pi, -m.u, -m.v, m.r)
+
+    inputs = walk(7, speed)
+    others = [(exchanged(ship), exchanged(desired), Acceleration(-a.du, -a.dv, a.dr)) for ship, desired, a in inputs]
+    agree(wrenches(made(law, settings), others), np.multiply(wrenches(made(law, settings), inputs), [-1.0, 1.0]))
 
 
 @pytest.mark.parametrize("speed", [2.0, 0.0])

@@ -309,6 +309,51 @@ def test_a_law_that_stays_beyond_the_limits_of_the_ship_does_not_change_what_the
     assert s.reason is Reason.COMMAND_RATE
 
 
+STANDBY, ACTIVE, SAFE, STOPPED = Operation
+ORDERS: dict[str, tuple[tuple[Operation, Reason], ...]] = {
+    "activate": ((ACTIVE, OK), (ACTIVE, OK), (SAFE, OK), (STOPPED, Reason.IN_STOP)),
+    "activate without what it needs": (
+        *((each, Reason.NO_CONSUMER) for each in (STANDBY, ACTIVE, SAFE)),
+        (STOPPED, Reason.IN_STOP),
+    ),
+    "standby": ((STANDBY, OK), (STANDBY, OK), (STANDBY, OK), (STOPPED, Reason.IN_STOP)),
+    "stop": ((STOPPED, OK),) * 4,
+    "rearm": ((STANDBY, OK), (ACTIVE, OK), (SAFE, OK), (STANDBY, OK)),
+}
+"""The state and the answer after each order, from STANDBY, ACTIVE, SAFE and STOPPED."""
+
+
+def brought_to(state: Operation) -> Supervision:
+    """A controller in a state, half way in a handover or in a safe action with a good period."""
+    s = controller(active=state in (ACTIVE, SAFE), fresh_samples=3, ramp_time=2.0)
+    commands(s, 5, GOOD, OK)
+    s.handover()
+    if state is STOPPED:
+        s.stop()
+    commands(s, 5, (-50.0, 10.0), OK)
+    if state is SAFE:
+        commands(s, 4)
+        commands(s, 1, GOOD, OK)
+    assert s.operation is state
+    return s
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("state", Operation)
+def test_each_order_in_each_state_leads_where_it_must_and_else_changes_nothing(state: Operation, order: str) -> None:
+    ordered, twin = brought_to(state), brought_to(state)
+    name, _, needs = order.partition(" ")
+    answer = getattr(ordered, name)(*([Reason.NO_CONSUMER] if needs else []))
+    assert (ordered.operation, answer) == ORDERS[order][state]
+    if ordered.operation is state and order != "stop":
+        for _ in range(30):
+            assert ordered.step(GOOD, OK, T) == twin.step(GOOD, OK, T)
+            assert (ordered.operation, ordered.reason) == (twin.operation, twin.reason)
+    else:
+        after = ordered.step(GOOD, OK, T)
+        assert after == ((0.0, 0.0) if ordered.operation in (STANDBY, STOPPED) else (5.0, -2.0))
+
+
 @pytest.mark.parametrize("action", ACTIONS)
 def test_a_second_fault_is_answered_like_the_first(action: str) -> None:
     s = running(action=action, hold_time=0.3, fresh_samples=2)

@@ -101,6 +101,14 @@ def test_an_alarm_stays_while_the_ship_lies_still_and_ends_when_it_moves_with_ve
     assert monitor.alarm is Alarm.OK
 
 
+@pytest.mark.parametrize("interval", [0.05, 0.19, 0.34, 0.9])
+def test_the_speeds_that_are_shown_do_not_depend_on_how_far_apart_samples_are(interval: float) -> None:
+    monitor = Velocities(MonitorParameters(), LENGTH)
+    for k in range(round(20.0 / interval)):
+        monitor.step(round(interval * k * 1e9), Motion(2.0 * interval * k, 0.0, 0.0, 0.5, 0.0, 0.0), interval)
+    assert monitor.detail.startswith("the positions move at (2, 0) m/s, the measured velocities give (0.5, 0) m/s")
+
+
 def test_an_interruption_begins_the_comparison_anew() -> None:
     monitor = Velocities(MonitorParameters(), LENGTH)
     for k in range(200):

@@ -233,6 +233,25 @@ def test_an_output_that_goes_to_zero_without_commands_shows_the_time_out(
     assert [f.level for f in found if f.about == "time-out"] == [level]
 
 
+@pytest.mark.parametrize("moved", ["force", "moment", "u", "r", ""])
+@pytest.mark.parametrize("form", ["wrench", "cmd_vel"])
+def test_a_boat_that_lies_still_under_a_command_of_any_form_is_noticed_and_without_one_not(form: str, moved: str) -> None:
+    names = ("u", "r") if form == "cmd_vel" else ("force", "moment")
+    at: Any = {name: lambda c: np.full(len(c["x"]), 2.0) for name in ("x", "y", "psi")}
+    at |= {name: lambda c: np.zeros(len(c["x"])) for name in "uvr"}
+    still = columns(**at)(healthy()).topics
+    command = still["/cmd_wrench"]
+    numbers = {name: np.full(len(command.received), -3.0 * (name == moved)) for name in names}
+    output = command._replace(name="/cmd_vel", columns={"stamp": command.columns["stamp"], **numbers})
+    idle = command._replace(columns={**command.columns, "force": 0.0 * command.received, "moment": 0.0 * command.received})
+    topics = (
+        {"/cmd_wrench": idle, "/cmd_vel": output} if form == "cmd_vel" else {"/cmd_wrench": output._replace(name="/cmd_wrench")}
+    )
+    values = values_of(None, {"controller": SHIP} | ({"drive": {"form": "cmd_vel"}} if form == "cmd_vel" else {}))
+    found = of(judge(connection_of(values, {}, topics={**still, **topics})), TODO)
+    assert any("has not moved at all" in text for text in found) is (moved in names)
+
+
 @pytest.mark.parametrize(("reason", "level"), [("OVERDUE", OK), ("STAMP_OLD", OK), ("JUMP", TODO)])
 def test_each_safe_action_for_want_of_a_state_shows_the_time_out(reason: str, level: str) -> None:
     found = judge(healthy()._replace(reasons=(reason,)))

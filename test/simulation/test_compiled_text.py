@@ -17,7 +17,8 @@ from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation import recorded_loop
-from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop
+from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
+from vessel_hsmc_ros.simulation.loop import BRIEF
 from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
 
 STRANGER = expand(
@@ -58,6 +59,8 @@ THRUSTERS = {
     "vessel.thrusters.lag": [0.5],
     "vessel.thrusters.lift": [3e4],
     "vessel.thrusters.slipstream": [1e-4],
+    "thruster_allocation.vessel.thrusters.x": [-13.0, 11.0],
+    "thruster_allocation.vessel.thrusters.thrust_ahead": [8e4, 3e4],
     "vessel_sim.actuators.surge_dead_time": 0.0,
     "vessel_sim.actuators.yaw_lag": 0.0,
 }
@@ -102,6 +105,19 @@ def test_the_text_of_the_compiled_loop_gives_the_run_of_the_classes(made: str, o
         for name in (field.name for field in fields(first) if field.name != "control"):
             assert same(getattr(first, name), getattr(second, name)), name
         assert all(same(first.control[name], second.control[name]) for name in first.control)
+
+
+def test_a_run_that_is_only_evaluated_has_the_numbers_of_the_classes() -> None:
+    """The command counts once in each control period, which is longer than that of the plant."""
+    scenario, samples = scenario_of("unlike", False), 60
+    loops = [make_loop(scenario, samples, interpreted=i, brief=np.empty((BRIEF, samples))) for i in (False, True)]
+    assert isinstance(loops[0], CompiledLoop)
+    for loop in loops:
+        loop.advance(samples)
+    brief, full = (loop.evaluated() for loop in loops)
+    assert len(brief.command) == samples // 4
+    for name, first, second in zip(brief._fields, brief, full, strict=True):
+        np.testing.assert_array_equal(first, second, name)
 
 
 def recorded_of(scenario: Scenario) -> Recorded:

@@ -276,13 +276,13 @@ def step(
         motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
         m: Internal state; its arrays are written in place.
         constants: Gains and the models of the actuators.
-        age: How long ago ship and reference were in these states, s.
+        age: How long ago ship and reference were in these states, s; at most LONGEST_AGE counts.
 
     Returns:
         The wrench, its terms, and the internal state.
     """
     g, models = constants
-    x, V_0 = m.x, g.L / g.T
+    age, x, V_0 = clip(age, LONGEST_AGE), m.x, g.L / g.T
     d, per = scaled(desired, g), g.T / V_0
     dd = Acceleration(clip(acceleration.du, LARGEST) * per, clip(acceleration.dv, LARGEST) * per, acceleration.dr * g.T * g.T)
     ratio = (d.u * d.u + d.v * d.v) / (g.U_s * g.U_s)

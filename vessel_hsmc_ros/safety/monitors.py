@@ -226,26 +226,32 @@ class Velocities(Monitor):
         self._psi = 0.0
         self._integral = np.zeros(3)
         self._sum, self._count, self._ends = np.zeros((2, 3)), 0, 0
-        self._means: deque[Array] = deque(maxlen=BLOCKS)
+        self._elapsed = self._times = 0.0
+        self._means: deque[tuple[float, Array]] = deque(maxlen=BLOCKS)
         self._found = None
 
     def _integrate(self, stamp: int, motion: Motion) -> None:
         (before, last), dt = self._last or (stamp, motion), seconds(stamp - self._last[0]) if self._last else 0.0
         self._integral += 0.5 * dt * (in_world(last) + in_world(motion))
+        self._elapsed += dt
         self._psi += wrap(motion.psi - last.psi)
         self._last = stamp, motion
         self._ends = self._ends or before + BLOCK
         if stamp >= self._ends:
             self._end_block(stamp)
         self._sum += np.array([(motion.x, motion.y, self._psi), self._integral])
+        self._times += self._elapsed
         self._count += 1
 
     def _end_block(self, stamp: int) -> None:
         """Keep the means of a block of samples; a comparison of the last ones follows."""
-        self._means.append(self._sum / max(self._count, 1))
-        self._sum, self._count, self._ends = np.zeros((2, 3)), 0, stamp + BLOCK
+        if self._count:
+            self._means.append((self._times / self._count, self._sum / self._count))
+        self._sum, self._times, self._count, self._ends = np.zeros((2, 3)), 0.0, 0, stamp + BLOCK
         if len(self._means) >= LEAST:
-            self._found = compared(np.diff(np.array(self._means), axis=0) / seconds(BLOCK), self._slow)
+            # With the means of the times, blocks of samples that are far apart give the right rates as well.
+            times, means = (np.array(each) for each in zip(*self._means, strict=True))
+            self._found = compared(np.diff(means, axis=0) / np.diff(times)[:, None, None], self._slow)
 
 
 def in_world(motion: Motion) -> Array:
