@@ -55,6 +55,29 @@ def test_messages_are_in_the_order_of_their_stamps_across_blocks(tmp_path: Path,
     assert bag.topics["/reference"].count == 102  # as in lockstep, where the reference ship is one period ahead
 
 
+def test_each_message_has_the_frames_of_the_node_that_publishes_it(tmp_path: Path) -> None:
+    prefixes = {f"{node}.frame_prefix": f"{node}/" for node in ("vessel_sim", "reference_ship", "controller")}
+    scenario = load_scenario("realistic", {"vessel_sim.duration": 0.02, **prefixes})
+    loop = ClosedLoop(scenario, interpreted=True)
+    loop.run()
+    run_to_bag.write_bag(tmp_path / "bag", loop.published(), scenario)
+    bag = open_bag(tmp_path / "bag")
+    frames = {name.strip("/"): {*series["header.frame_id"]} for name, series in bag.topics.items() if "header.frame_id" in series}
+    plant = ("applied_wrench", "disturbance", "dynamics/truth")
+    assert frames == {
+        **{name: {"vessel_sim/odom"} for name in ("odom", "odom/truth")},
+        **{name: {"vessel_sim/base_link"} for name in plant},
+        **{name: {"reference_ship/odom"} for name in ("reference", "reference/pose")},
+        "controller/estimate": {"controller/odom"},
+        **{name: {"controller/base_link"} for name in ("cmd_wrench", "controller/state")},
+    }
+    children = {name.strip("/"): {*series["child_frame_id"]} for name, series in bag.topics.items() if "child_frame_id" in series}
+    assert children == {
+        **{name: {"vessel_sim/base_link"} for name in ("odom", "odom/truth")},
+        "controller/estimate": {"controller/base_link"},
+    }
+
+
 def test_rosbags_reads_an_offline_bag(tmp_path: Path) -> None:
     written(tmp_path, "case2_tracking")
     with AnyReader([tmp_path / "bag"]) as reader:

@@ -163,6 +163,21 @@ def test_each_file_of_a_split_bag_has_all_topics_and_the_latest_attachments(tmp_
         assert alone.attachments["scenario.yaml"] == b"new: 2"
 
 
+@pytest.mark.parametrize("changed", [0, 1, 2])
+def test_of_an_attachment_that_changes_the_latest_counts_in_whatever_file_it_is(tmp_path: Path, changed: int) -> None:
+    writer, ticks = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1.0)), topic("/clock", CLOCK)
+    writer.add_topic(ticks)
+    writer.attach("scenario.yaml", "old: 1")
+    writer.attach("parameters.yaml", "kept: 3")
+    for number, stamp in enumerate((0, 2_000_000_000, 4_000_000_000)):
+        writer.write(ticks, clock(stamp), stamp, stamp)
+        if number == changed:
+            writer.attach("scenario.yaml", "new: 2")
+    writer.close()
+    assert len([*(tmp_path / "bag").glob("*.mcap")]) == 3
+    assert open_bag(tmp_path / "bag").attachments == {"scenario.yaml": b"new: 2", "parameters.yaml": b"kept: 3"}
+
+
 def test_a_recorder_that_was_killed_leaves_the_files_and_attachments_so_far(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag", splitting=Splitting(duration=1.0))
     ticks = topic("/clock", CLOCK)

@@ -165,6 +165,26 @@ def about(folder: Path) -> dict[str, Any]:
     return found
 
 
+def test_the_number_of_draws_that_is_given_counts_more_than_that_of_a_folder_and_the_folder_has_it_from_then_on(
+    tmp_path: Path,
+) -> None:
+    """The file has 5 draws of two laws; the folder was extended to 7."""
+    filled(tmp_path / "there", campaign(tmp_path, runs=7), 0)
+    for load in (Campaign.load, Campaign.of_folder):
+        assert load(tmp_path / "there").draws == 7
+        assert [load(tmp_path / "there", runs).draws for runs in (7, 9, 12)] == [7, 9, 12]
+    extended = Campaign.load(tmp_path / "there", 9)
+    assert (extended.runs, extended.digest) == (18, campaign(tmp_path).digest)
+    with opened(Dataset(tmp_path / "there"), extended):
+        assert Campaign.load(tmp_path / "there").draws == 9
+    with (
+        pytest.raises(CampaignError, match="has 9 draws already"),
+        opened(Dataset(tmp_path / "there"), campaign(tmp_path, runs=8)),
+    ):
+        pass
+    assert about(tmp_path / "there")["repetitions"] == 9
+
+
 def test_a_folder_keeps_the_versions_that_its_first_rows_were_computed_with(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from campaigns import campaign
 
+from vessel_hsmc_ros.campaign.diagrams import diagrams
 from vessel_hsmc_ros.campaign.report import _subtitle
 from vessel_hsmc_ros.campaign.results import ALWAYS, LENGTH, Results
 from vessel_hsmc_ros.campaign.sampling import noise_seed
+from vessel_hsmc_ros.campaign.sensitivity import Influence
 
 
 def test_laws_are_compared_on_the_same_draws_where_each_lacks_some(tmp_path: Path) -> None:
@@ -48,3 +50,29 @@ def test_a_campaign_of_several_laws_is_complete_with_the_rows_of_all(tmp_path: P
     plan = campaign(tmp_path)
     assert (plan.draws, plan.runs) == (5, 10)
     assert _subtitle(Results(plan, {"run": np.arange(rows)})).startswith(shown)
+
+
+def test_all_laws_of_a_diagram_are_drawn_in_one_unit(tmp_path: Path) -> None:
+    """One law needs newton metres, the other meganewton metres; the limit lies between them."""
+    plan = campaign(tmp_path, laws=["los_pid", "hierarchical"], limits={"yaw_moment_rms": 4e4})
+    n = 20
+    size = np.where(np.arange(2 * n) < n, 50.0, 4e6) * (1.0 + np.arange(2 * n) % n)
+    rows = {
+        "run": np.arange(2 * n),
+        "draw": np.arange(2 * n) % n,
+        plan.variant_column: np.repeat(["los_pid", "hierarchical"], n),
+        "ended_early": np.zeros(2 * n, bool),
+        "failed": size > 4e4,
+        "yaw_moment_rms": size,
+        **{name: 1.0 + np.arange(2 * n) % n for name in plan.drawn},
+    }
+    found = {law: [Influence(name, 0.5, 0.1, 1.0) for name in plan.drawn] for law in plan.laws}
+    drawn = diagrams(Results(plan, rows), found)
+    (curves,) = (each for each in drawn.exceedances if each.axis.name.startswith("yaw moment, rms"))
+    assert curves.axis.name == "yaw moment, rms [MN·m]"
+    weak, strong = (curve.value.max() for curve in curves.curves)
+    assert (weak, strong, curves.limit) == pytest.approx((1e-3, 80.0, 0.04))
+    assert [(each.law, each.y.name) for each in drawn.scatters] == [
+        (law, curves.axis.name) for law in plan.laws for _ in range(2)
+    ]
+    assert [each.values[1].max() for each in drawn.scatters] == pytest.approx([weak, weak, strong, strong])

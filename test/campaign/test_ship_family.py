@@ -13,6 +13,7 @@ from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.ship_expansion import expand, ship_of
 from vessel_hsmc_ros.campaign.ship_family import KNOWLEDGE, REFERENCES, ShipFamily
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.runs.batch import simulate_one
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 
@@ -66,6 +67,41 @@ def test_what_is_declared_follows_the_knowledge() -> None:
         "true_values": (a.surge_lag, -1.0, -1.0, hull.yaw_inertia, 0.0),
     }
     assert all((v.length, v.yaw_moment_limit) == (hull.length, a.yaw_moment_limit) for v in known.values())
+
+
+def test_each_actuator_has_its_own_delays_and_each_declaration_its_own_error() -> None:
+    family = replace(
+        DELAYED, surge_delays=0.5, yaw_delays=3.0, lag=0.11, time_to_full=1.3, dead_time=0.4,
+        declares_rate=True, declares_dead_time=True, declares_coupling=True,
+        declared_surge_inertia=1.1, declared_sway_inertia=1.3,
+    )  # fmt: skip
+    made, ship = scenario(family), ship_of(family)
+    T, F, N = ship.scale.T, ship.scale.F, ship.scale.N
+    for own, limit, axis, rate in ((0.5, F, "surge", "surge_force_rate"), (3.0, N, "yaw", "yaw_moment_rate")):
+        a, declared = made.vessel_sim.actuators, made.controller.vessel
+        true = getattr(a, f"{axis}_lag"), getattr(a, rate), getattr(a, f"{axis}_dead_time")
+        assert true[:2] == pytest.approx((own * 0.11 * T, limit / (own * 1.3 * T)))
+        assert true[2] == pytest.approx(own * 0.4 * T, abs=0.6 * ship.period)
+        known = getattr(declared, f"{axis}_lag"), getattr(declared, rate), getattr(declared, f"{axis}_dead_time")
+        assert known == pytest.approx((0.5 * true[0], 1.5 * true[1], 0.7 * true[2]))
+    hull = ship.hull
+    inertias = declared.surge_inertia, declared.sway_inertia, declared.yaw_inertia, declared.sway_yaw_inertia
+    true_ones = 1.1 * hull.surge_inertia, 1.3 * hull.sway_inertia, 0.9 * hull.yaw_inertia, 1.2 * hull.sway_yaw_inertia
+    assert inertias == pytest.approx(true_ones)
+
+
+@pytest.mark.parametrize("reference", REFERENCES)
+def test_a_reference_to_starboard_is_the_mirror_image_of_that_to_port(reference: str) -> None:
+    families = [ShipFamily(reference=reference, to_port=side) for side in (True, False)]
+    count = max(100, math.ceil(0.6 * ship_of(families[0]).course.period))
+    port, starboard = (trajectory(scenario(family).reference_ship, 1.0, count) for family in families)
+    mirror = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+    np.testing.assert_allclose(starboard[:, :6], port[:, :6] * mirror, atol=1e-6)
+    turns = np.ptp(port[:, 2]) > 0.1
+    assert turns == (reference not in ("straight", "rest"))
+    if turns:
+        first = np.flatnonzero(np.abs(port[:, 2]) > 0.05)[0]
+        assert port[first, 2] > 0.0
 
 
 def test_what_a_ship_has_not_is_declared_exactly_as_none() -> None:

@@ -29,7 +29,7 @@ def fleets(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Any]:
     """The fleets that `run` would start; the first entry is the result that it gets."""
     given: list[Any] = [FleetResult(RunFolder(tmp_path / "made"))]
 
-    def start(fleet: Any, folder: RunFolder, _: Any) -> FleetResult:
+    def start(fleet: Any, folder: RunFolder, *_: Any) -> FleetResult:
         given.extend([fleet, folder])
         return given[0]  # type: ignore[no-any-return]
 

@@ -8,7 +8,10 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.runs.processes import NodeGroup
+from vessel_hsmc_ros.scenario.faults import relayed_topics
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
 
 supervisor = pytest.importorskip("vessel_hsmc_ros.runs.supervisor", reason="ROS is not installed")
 
@@ -65,3 +68,15 @@ def test_a_node_that_a_fault_kills_for_good_does_not_end_the_run(nodes: Any) -> 
     faults = supervisor.ProcessFaults(FaultScript((fault,)), nodes)
     steps = [lambda: faults.on_event(f"{fault.describe()} begins"), lambda: nodes.processes[0].popen.wait(LIMIT)]
     assert monitored(nodes, faults, [*steps, lambda: faults.on_event(f"{fault.describe()} ends")]).code == 130
+
+
+@pytest.mark.parametrize("real_time", [False, True])
+@pytest.mark.parametrize("topics", [["odom"], ["cmd_wrench", "mine", "odom"]])
+def test_a_run_with_faults_records_what_it_would_without_them_and_what_is_relayed(real_time: bool, topics: list[str]) -> None:
+    scenario = load_scenario("case2_tracking", {**for_nodes(True, real_time, ""), "recorder.topics": topics})
+    made = supervisor.Injection(FaultScript((), 1), scenario).relayed(scenario)
+    assert list(made.recorder.topics) == [*topics, *(f"{RELAYED}{topic}" for topic in relayed_topics(scenario))]
+    # In lockstep each step is answered, whatever becomes of the messages; nothing else is changed.
+    changed = {*dump_scenario(made).splitlines()} - {*dump_scenario(scenario).splitlines()}
+    names = {line.strip(" -").partition(":")[0] for line in changed if RELAYED not in line and "topics" not in line}
+    assert names == (set() if real_time else {"ride_through"})

@@ -11,7 +11,7 @@ from records import make_run
 
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED
 from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreParameters
-from vessel_hsmc_ros.manoeuvres import metrics, ship, tables
+from vessel_hsmc_ros.manoeuvres import metrics, run, ship, tables
 from vessel_hsmc_ros.manoeuvres.metrics import Track, track_of
 
 ANGLES = np.radians([0.0, 45.0, 90.0, 180.0, 270.0, 360.0, 400.0])
@@ -188,3 +188,29 @@ def test_the_force_astern_is_that_of_each_kind_of_thruster() -> None:
     assert astern(FIXED, math.radians(120.0)) == pytest.approx(45.0)
     assert astern(AZIMUTH, limit=ALL_ROUND) == 90.0
     assert astern(AZIMUTH, math.radians(60.0)) == 40.0
+
+
+@pytest.mark.parametrize("side", ["port", "starboard"])
+@pytest.mark.parametrize(("ends", "attempts"), [(1, 1), (3, 3), (4, 4), (9, 4)])
+@pytest.mark.parametrize("failure", ["", "the motion is no longer finite"])
+def test_every_attempt_of_a_manoeuvre_is_longer_and_turns_to_the_same_side(
+    monkeypatch: pytest.MonkeyPatch, side: str, ends: int, attempts: int, failure: str
+) -> None:
+    """It ends with the attempt that is complete or that fails, else with the last one."""
+    made: list[Any] = []
+
+    def once(scenario: Any, name: str) -> Any:
+        made.append(scenario)
+        last = len(made) == ends
+        return run.Manoeuvre(name, scenario, drawn(time=[0.0]), {}, last and not failure, failure if last else "")
+
+    monkeypatch.setattr(run, "_once", once)
+    own = ship.ship_named("otter")
+    done = run.perform(own, "speed_run", side)
+    assert done.scenario is made[-1]
+    assert (len(made), done.complete, done.failure) == (attempts, ends <= 4 and not failure, failure if ends <= 4 else "")
+    assert {scenario.controller.manoeuvre.side for scenario in made} == {side}
+    holds = [scenario.controller.manoeuvre.hold_time for scenario in made]
+    durations = [scenario.vessel_sim.duration for scenario in made]
+    assert [hold / holds[0] for hold in holds] == pytest.approx([1.0, 2.0, 4.0, 8.0][:attempts])
+    assert [duration / durations[0] for duration in durations] == pytest.approx([1.0, 2.0, 4.0, 8.0][:attempts], rel=0.01)

@@ -78,6 +78,31 @@ def test_thrusters_take_an_output_each() -> None:
     assert state["velocity"][0] < 0.0
 
 
+@pytest.mark.parametrize(
+    ("left", "right", "shares"),
+    [(1900, 1100, (1.0, -1.0)), (1100, 1900, (-1.0, 1.0)), (1300, 1700, (-0.5, 0.5)), (1500, 1460, (0.0, -0.1))],
+)
+def test_each_output_demands_a_share_of_what_its_thruster_has_ahead_or_astern(
+    monkeypatch: pytest.MonkeyPatch, left: int, right: int, shares: tuple[float, float]
+) -> None:
+    ship = physics(
+        str(share_directory() / "config" / "thrusters" / "case2_thrusters.yaml"),
+        **{"vessel.thrusters.thrust_ahead": [2e5, 3e5], "vessel.thrusters.thrust_astern": [5e4, 7e4]},
+    )
+    applied, demands = ship._plant.applied_thrusts, []
+
+    def noting(thrusts: Any, angles: Any) -> Any:
+        demands.append(tuple(thrusts))
+        return applied(thrusts, angles)
+
+    monkeypatch.setattr(ship._plant, "applied_thrusts", noting)
+    ship.answer(frame(0, left, right))
+    limits = ((2e5, 5e4), (3e5, 7e4))
+    assert demands == [
+        pytest.approx([s * (ahead if s > 0 else astern) for s, (ahead, astern) in zip(shares, limits, strict=True)])
+    ]
+
+
 def test_a_wrong_number_of_outputs_is_an_error() -> None:
     with pytest.raises(ParameterError, match="--servos 1 is not allowed: it takes 2 numbers"):
         Physics(load_scenario("waypoints").vessel_sim, Wiring((1,), WIRING.pulses))

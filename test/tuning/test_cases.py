@@ -73,6 +73,20 @@ def test_held_out_runs_of_a_suite_have_other_seeds(suite: str) -> None:
     assert held_out_cases(suite, {}, "los_pid", others=True) == before
 
 
+@pytest.mark.parametrize("kind", ["scenario", "suite", "campaign"])
+@pytest.mark.parametrize("others", [False, True])
+@pytest.mark.parametrize("law", ["guided", "los_pid", "hierarchical"])
+def test_held_out_runs_have_the_law_and_the_changes_of_the_tuning(
+    suite: str, campaign: str, kind: str, others: bool, law: str
+) -> None:
+    """Also a law that is not the first of the campaign, or none of it."""
+    source = {"scenario": "case2_slalom", "suite": suite, "campaign": campaign}[kind]
+    found = held_out_cases(source, {"vessel_sim.duration": 5.0}, law, others)
+    assert {(case.scenario.controller.law, case.scenario.vessel_sim.duration) for case in found} == {(law, 5.0)}
+    seen = {case.scenario.vessel_sim.seed for case in load_cases(source, {}, law)}
+    assert bool(seen & {case.scenario.vessel_sim.seed for case in found}) == others
+
+
 def test_runs_that_cannot_be_tuned_are_refused(suite: str) -> None:
     with pytest.raises(ScenarioError, match=r"scenario nowhere is unknown"):
         load_cases("nowhere", {})

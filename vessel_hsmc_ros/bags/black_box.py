@@ -34,9 +34,12 @@ def write(content: BinaryIO) -> tuple[Path, str]:
         The bag's folder, and why none of the folders before it took the bag; empty if it is the first.
 
     Raises:
-        BagError: no folder takes the bag.
+        BagError: no folder takes the bag, or there is no content.
     """
-    about = json.loads(content.readline())
+    head = content.readline()
+    if not head.endswith(b"\n"):
+        raise BagError("the content of the black box is cut off before its first message")
+    about = json.loads(head)
     messages = content.read()
     refused = ""
     for wanted in map(Path, about["folders"]):

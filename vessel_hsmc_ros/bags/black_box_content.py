@@ -38,10 +38,14 @@ def record(time: int, topic: int, data: bytes) -> bytes:
 
 
 def records(content: bytes) -> Iterator[tuple[int, int, bytes]]:
-    """The messages in a content without its first line: time, number of the topic, data."""
-    position = 0
-    while position < len(content):
-        time, topic, length = _RECORD.unpack_from(content, position)
-        position += _RECORD.size
-        yield time, topic, content[position : position + length]
-        position += length
+    """The messages in a content without its first line: time, number of the topic, data.
+
+    One that is cut off at the end, because the node was killed while it passed the content on, is left out.
+    """
+    begin = _RECORD.size
+    while begin <= len(content):
+        time, topic, length = _RECORD.unpack_from(content, begin - _RECORD.size)
+        if begin + length > len(content):
+            return
+        yield time, topic, content[begin : begin + length]
+        begin += length + _RECORD.size

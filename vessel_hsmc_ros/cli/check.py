@@ -9,7 +9,7 @@ import click
 from rich.console import Console
 from rich.markup import escape
 
-from vessel_hsmc_ros.cli.options import json_option, print_json, vessel_option
+from vessel_hsmc_ros.cli.options import json_option, print_json, refuse_without, vessel_option
 from vessel_hsmc_ros.cli.running import running_vessel
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import require
@@ -53,6 +53,8 @@ def check(
     chosen = None if stack is None else interface(stack)
     if bag is not None and pulse is not None:
         raise ParameterError("--pulse is not allowed with a bag: it takes running nodes")
+    if bag is not None:
+        refuse_without("running nodes, not with a bag", "seconds", "namespace")
     size = None if pulse is None else _pulse(pulse)
     if size and not yes:
         click.confirm(WARNING.format(force=size[0], moment=size[1]), abort=True)

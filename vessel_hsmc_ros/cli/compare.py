@@ -16,6 +16,7 @@ from vessel_hsmc_ros.cli.options import (
     output_option,
     parse_changes,
     rate_option,
+    refuse_without,
     set_option,
     workers_option,
 )
@@ -65,6 +66,7 @@ def compare(
             raise click.UsageError(
                 "recorded runs cannot be compared with scenarios: give run folders or bags alone, without options"
             )
+        refuse_without("scenarios", "workers", "jobs", "interpreted")
         compare_runs(recorded, output)
         return
     for name in scenarios:  # the law is that of each run

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import click
 import yaml
+from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from vessel_hsmc_ros.cli.console import print_warning
@@ -157,6 +158,22 @@ def file_option(help_text: str, metavar: str = "PATH") -> Callable[[Callable[...
     return add
 
 
+def refuse_without(needed: str, *names: str) -> None:
+    """Refuse options of the verb that runs, which are given without what they go with, and so would have no effect.
+
+    Args:
+        needed: What they go with, such as `--live`.
+        names: Their names, as the verb takes them.
+
+    Raises:
+        click.UsageError: one of them is given.
+    """
+    context = click.get_current_context()
+    for name in names:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"--{name.replace('_', '-')} goes with {needed}")
+
+
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
 
 vessel_option = click.option("--namespace", default="", help="ROS namespace of the vessel.")
@@ -167,6 +184,8 @@ def live_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(command)
     def taking(live: bool, live_port: int, **options: Any) -> Any:
+        if not live:
+            refuse_without("--live", "live_port")
         return command(live_port=live_port if live else None, **options)
 
     ports = click.IntRange(1, 65535)

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.cli.options import (
     namespace_option,
     output_option,
     parse_changes,
+    refuse_without,
 )
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
@@ -74,6 +75,10 @@ def replay(
         raise click.UsageError("--verify, --with and the options for publishing exclude each other")
     if edits and not verified:
         raise click.UsageError("--set goes with --verify; to rerun the scenario with a change use --with")
+    if not changes:
+        refuse_without("--with", "output")
+    if not (verified or changes):
+        refuse_without("--verify or --with; --topic selects what is published", "namespace")
     from vessel_hsmc_ros.bags.reader import open_bag
 
     opened = open_bag(bag)

@@ -19,6 +19,7 @@ from vessel_hsmc_ros.cli.options import (
     load_checked,
     optional_scenario_argument,
     parse_changes,
+    refuse_without,
     run_output_options,
     set_option,
     vessel_option,
@@ -62,6 +63,8 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(command)
     def taking(vessels: int | None, spacing: float, **options: Any) -> Any:
+        if not vessels:
+            refuse_without("--vessels", "spacing")
         return command(fleet=(vessels, spacing) if vessels else None, **options)
 
     return number(spacing(taking))
