@@ -110,6 +110,12 @@ def test_a_path_in_a_scenario_starts_at_its_folder_or_at_the_working_directory(
         load_scenario(CALM, {"vessel": "boat.yaml"})
     monkeypatch.chdir(tmp_path)
     assert load_scenario(CALM, {"vessel": "boat.yaml"}).vessel_sim.vessel.draught == pytest.approx(0.24)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "boat.yaml").write_text(BOAT.replace("400.0", "555.0"), encoding="utf-8")
+    monkeypatch.chdir(elsewhere)
+    assert load_scenario(tmp_path / "mine.yaml").vessel_sim.vessel.sway_inertia == 400.0
+    assert load_scenario(CALM, {"vessel": "boat.yaml"}).vessel_sim.vessel.sway_inertia == 555.0
 
 
 @pytest.mark.parametrize(
