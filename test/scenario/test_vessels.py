@@ -155,6 +155,20 @@ def test_inputs_of_the_papers_virtual_ship_are_refused_for_a_smaller_one() -> No
         load_scenario("case2_tracking", {"vessel": "otter"})
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("name", ["surge_force", "yaw_moment"])
+def test_an_input_of_the_virtual_ship_is_held_against_the_limit_of_its_own_axis_in_both_directions(
+    name: str, side: float
+) -> None:
+    hull = read_vessel("otter").hull()
+    limit = getattr(hull, f"{name}_limit")
+    assert hull.surge_force_limit != hull.yaw_moment_limit
+    still = {"vessel": "otter", "reference_ship.surge_force": 0.0, "reference_ship.yaw_moment": 0.0}
+    load_scenario(CALM, {**still, f"reference_ship.{name}": side * limit})
+    with pytest.raises(ParameterError, match=rf"reference_ship\.{name} = {side * 1.01 * limit:g} N.* is not allowed"):
+        load_scenario(CALM, {**still, f"reference_ship.{name}": side * 1.01 * limit})
+
+
 def test_a_node_takes_what_it_declares() -> None:
     markers = with_vessel({"vessel.name": "otter"}, entries(MarkerParameters))
     assert markers == {"vessel.name": "otter", "vessel.length": 2.0, "vessel.beam": 1.08}
