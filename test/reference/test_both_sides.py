@@ -15,6 +15,7 @@ from vessel_hsmc_ros.reference.path import plan_path, world_row
 from vessel_hsmc_ros.reference.path_parameters import PATH
 from vessel_hsmc_ros.reference.polyline import Part, Ship, Waypoint, polyline
 from vessel_hsmc_ros.reference.route import Element, Route, displacement, straight, turn
+from vessel_hsmc_ros.reference.route_drift import drift_along
 from vessel_hsmc_ros.reference.route_motion import motion_along
 from vessel_hsmc_ros.reference.sailing import _rested
 from vessel_hsmc_ros.reference.speed_profile import Phase, SpeedProfile
@@ -58,6 +59,24 @@ def test_a_halt_takes_as_long_astern_as_ahead_and_to_either_side(u: float, r: fl
             assert max(abs(each.dr) for each in found) <= ship().limits.yaw_acceleration
     for other in times[1:]:
         np.testing.assert_array_equal(other, times[0])
+
+
+@pytest.mark.parametrize(("u", "v", "waits"), [(0.5, 0.0, False), (-0.5, 0.0, True), (0.0, 0.3, True), (0.0, -0.3, True)])
+def test_a_path_begins_under_way_ahead_and_after_a_halt_where_the_ship_goes_astern_or_aside(
+    u: float, v: float, waits: bool
+) -> None:
+    plan = plan_path([Waypoint(60.0 + 0.0j, THROUGH, 0.8)], Motion(0.0, 0.0, 0.0, u, v, 0.0), STILL, ship(), 0.8)
+    assert (plan.track.stretches[0].begin > 0.0) is waits
+    assert plan.table.rows[-1, :2] == pytest.approx((60.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.1, -0.1])
+def test_a_drift_angle_at_the_beginning_of_a_straight_path_decays_from_what_it_is(start: float) -> None:
+    route, times = Route([Element(straight(40.0), 0, turn=False)], (0.0, 0.0, 0.0)), np.linspace(0.0, 50.0, 101)
+    beta = drift_along(route, SpeedProfile([Phase(50.0, 0.8, 0.8)]), times, ship().vessel, start, TRIED).beta
+    assert beta[0] == pytest.approx(start, abs=1e-6)
+    assert np.all(np.diff(np.abs(beta[:20])) < 0.0)
+    assert abs(beta[-1]) < 1e-3
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
