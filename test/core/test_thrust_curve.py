@@ -35,6 +35,7 @@ def test_no_thrust_is_neutral_and_thrusts_beyond_the_measured_ones_are_limited()
         ({"curve_pulses": (1510.0, 1900.0)}, "-40 N at 1510 µs is not allowed: outside 1475 to 1525 µs"),
         ({"curve_pulses": (1600.0, 1900.0)}, "a shorter one astern"),
         ({"reversed": (0.5,)}, "it takes 1 or -1"),
+        ({"thrusters": ("port", "port")}, r"drive.pwm.thrusters = \['port', 'port'\] is not allowed: it takes each name once"),
         ({"reversed": (1.0, 1.0, 1.0)}, "one or 2 of them"),
     ],
 )

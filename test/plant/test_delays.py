@@ -21,11 +21,12 @@ def applied(commands, **actuators):
     return np.array([plant.applied(command) for command in commands])[:, [0, 2]]
 
 
-def test_a_command_begins_to_act_exactly_its_dead_time_later() -> None:
+@pytest.mark.parametrize(("surge", "yaw"), [(20, 5), (5, 20), (20, 0), (0, 20), (5, 5)])
+def test_a_command_begins_to_act_exactly_its_dead_time_later(surge: int, yaw: int) -> None:
     commands = [(float(k), -10.0 * k) for k in range(1, 61)]
-    found = applied(commands, surge_dead_time=0.4, yaw_dead_time=0.1)
-    np.testing.assert_array_equal(found[:, 0], [0.0] * 20 + [float(k) for k in range(1, 41)])
-    np.testing.assert_array_equal(found[:, 1], [0.0] * 5 + [-10.0 * k for k in range(1, 56)])
+    found = applied(commands, surge_dead_time=surge * PERIOD, yaw_dead_time=yaw * PERIOD)
+    np.testing.assert_array_equal(found[:, 0], [0.0] * surge + [float(k) for k in range(1, 61 - surge)])
+    np.testing.assert_array_equal(found[:, 1], [0.0] * yaw + [-10.0 * k for k in range(1, 61 - yaw)])
 
 
 def test_a_dead_time_is_rounded_to_whole_periods() -> None:
@@ -42,12 +43,14 @@ def test_limit_lag_and_rate_act_on_the_command_after_its_dead_time() -> None:
     assert late[25 + 24, 0] == pytest.approx(2e5 * (1.0 - math.exp(-1.0)))
 
 
-def test_a_reset_discards_the_commands_on_their_way() -> None:
-    plant = Simulator(PlantParameters(actuators=ActuatorParameters(surge_dead_time=0.04)), PERIOD)
-    for _ in range(5):
-        plant.applied((7.0, 0.0))
-    plant.reset()
-    assert [plant.applied((1.0, 0.0))[0] for _ in range(4)] == [0.0, 0.0, 1.0, 1.0]
+@pytest.mark.parametrize(("axis", "column"), [("surge", 0), ("yaw", 2)])
+def test_each_reset_discards_the_commands_on_their_way(axis: str, column: int) -> None:
+    plant = Simulator(PlantParameters(actuators=ActuatorParameters(**{f"{axis}_dead_time": 0.04})), PERIOD)  # type: ignore[arg-type]
+    for _ in range(2):
+        for _ in range(5):
+            plant.applied((7.0, 7.0))
+        plant.reset()
+        assert [plant.applied((1.0, 1.0))[column] for _ in range(4)] == [0.0, 0.0, 1.0, 1.0]
 
 
 def odometry(sensors, steps=40):

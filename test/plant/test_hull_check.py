@@ -8,7 +8,7 @@ from hulls import CYBERSHIP_2, MILLIAMPERE, ship
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, VesselParameters
-from vessel_hsmc_ros.plant.hull_check import check_hull, hull_warning, largest_gain, outside
+from vessel_hsmc_ros.plant.hull_check import AXES, check_hull, hull_warning, largest_gain, outside
 from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario
@@ -58,6 +58,19 @@ def test_a_negative_coefficient_is_admitted_where_the_declared_speeds_end_before
     assert "u = 0.22 m/s" in reason(**FITTED, surge_speed_range=(-0.1, 0.3))
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("axis", "name"), [(axis, name) for axis, name, _, _ in AXES])
+def test_the_damping_of_each_axis_is_checked_up_to_the_faster_end_of_its_range(axis: str, name: str, side: float) -> None:
+    fitted = {f"{axis}_damping": 0.6555, f"{axis}_damping_quadratic": -3.0, f"{axis}_damping_cubic": 0.1}
+
+    def hull(fast: float) -> ShipParameters:
+        return ShipParameters(**fitted, **{name: tuple(sorted((-0.1 * side, fast * side)))})  # type: ignore[arg-type]
+
+    check_hull(hull(0.2))
+    with pytest.raises(ParameterError, match=rf"{axis}_damping with its quadratic and cubic terms adds energy from . = 0\.22 "):
+        check_hull(hull(0.3))
+
+
 def test_a_range_of_speeds_contains_zero() -> None:
     assert "yaw_rate_range = [0.1, 0.2] is not allowed" in reason(yaw_rate_range=(0.1, 0.2))
 
@@ -103,3 +116,11 @@ def test_speeds_outside_of_their_range_are_named() -> None:
     hull = ShipParameters(sway_speed_range=(-0.5, 0.5))
     assert outside(hull, (9.0, 0.4, 9.0)) == ""
     assert outside(hull, (0.0, -0.6, 0.0)) == "a sway velocity of -0.6 m/s, where the hull data hold from -0.5 to 0.5 m/s"
+    unlike = ShipParameters(surge_speed_range=(-0.2, 1.0), sway_speed_range=(-0.3, 0.4), yaw_rate_range=(-0.5, 0.6))
+    ends = [getattr(unlike, name) for _, name, _, _ in AXES]
+    for i, (low, high) in enumerate(ends):
+        for value in (1.01 * low, 1.01 * high):
+            found = outside(unlike, [value if k == i else 0.0 for k in range(3)])
+            assert found.startswith(f"a {AXES[i][0]} {'rate' if i == 2 else 'velocity'} of {value:.3g} ")
+            assert found.endswith(f" from {low:g} to {high:g} {AXES[i][3]}")
+    assert outside(unlike, [low for low, _ in ends]) == outside(unlike, [high for _, high in ends]) == ""

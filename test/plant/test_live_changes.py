@@ -30,6 +30,18 @@ def test_a_changed_frequency_leaves_the_phase_of_the_periodic_disturbance_contin
     assert plant.disturbance(100.0 + quarter)[0] == pytest.approx(11e2 * (1.0 + np.sin(phase + 0.5 * np.pi)))
 
 
+def test_at_each_of_several_changes_of_frequency_and_current_all_loads_are_continuous() -> None:
+    plant, loads = simulator(periodic=PeriodicParameters(frequency=0.3), waves=WaveParameters(significant_height=1.5))
+    time, changes = 0.0, ((3.0, 0.5, -0.2), (0.7, 0.5, 0.9), (0.0, -1.0, 0.9), (0.3, 0.0, 0.0))
+    for frequency, east, north in changes:
+        time += 41.7
+        before = plant.disturbance(time)
+        loads = replace(loads, periodic=PeriodicParameters(frequency=frequency), current=CurrentParameters(east, north))
+        plant.retune(loads, time)
+        assert plant.disturbance(time) == pytest.approx(before, rel=1e-9)
+        assert plant.disturbance(time + 2.0) != pytest.approx(before, rel=1e-3)
+
+
 def test_a_changed_mean_takes_effect_immediately() -> None:
     plant, loads = simulator(periodic=PeriodicParameters(frequency=0.0))
     plant.retune(replace(loads, periodic=PeriodicParameters(surge_force=7.0, frequency=0.0)), 5.0)

@@ -135,6 +135,13 @@ def test_a_force_ahead_of_midships_turns_the_ship() -> None:
     assert body_wrench((0.0, 1e3), 0.0, lever=3.0) == (0.0, 1e3, 3e3)
 
 
+def test_the_gusts_towards_east_and_north_have_noise_of_their_own() -> None:
+    wind = EarthFixedParameters(gust_deviation=2e3, gust_time_constant=5.0).constants(0.5)
+    for i, noise in enumerate(np.eye(2)):
+        assert next_gust((0.0, 0.0), noise, wind) == tuple(wind.innovation * noise)
+        assert next_gust(tuple(noise), np.zeros(2), wind) == tuple(wind.memory * noise), i
+
+
 def test_a_reset_repeats_disturbances_and_noise() -> None:
     disturbances = DisturbanceParameters(
         earth_fixed=EarthFixedParameters(gust_deviation=1e4), waves=WaveParameters(significant_height=1.0)

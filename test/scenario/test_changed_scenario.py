@@ -1,5 +1,6 @@
 """`Scenario.changed` gives what `load_scenario` gives with the same changes."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,6 +25,15 @@ def test_a_changed_scenario_is_the_one_loaded_with_the_changes(name: str) -> Non
         changed, loaded = scenario.changed(changes), load_scenario(name, changes)
         assert changed == loaded
         assert changed.given == loaded.given
+
+
+def test_the_faults_of_a_changed_scenario_have_its_seed(tmp_path: Path) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text("faults:\n  - {at: 1.0, kind: drop, topic: odom}\n", encoding="utf-8")
+    scenario = load_scenario(path)
+    for changes in ({"vessel_sim.seed": 7}, {"vessel_sim.duration": 8.0}, {"controller.law": "guided"}):
+        assert scenario.changed(changes) == load_scenario(path, changes)
+    assert scenario == load_scenario(path)
 
 
 def test_changes_add_up_and_leave_the_original_as_it_is() -> None:

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
-from vessel_hsmc_ros.scenario.warnings import check_scenario
+from vessel_hsmc_ros.scenario.warnings import SHIPS, check_scenario
 
 SHARED = "/**: {ros__parameters: {vessel: {surge_inertia: 500, sway_damping: 50.0, surge_force_limit: 300.0, length: 4.0}}}\n"
 LAW = "controller: {ros__parameters: {law: guided}}\n"
@@ -80,6 +80,16 @@ def test_a_part_of_a_hull_is_warned_of_with_what_remains_of_the_papers_ship() ->
     assert "controller.vessel.yaw_moment_limit = 3e+06 N·m" in hull
     assert "vessel.sway_damping =" not in hull
     assert "surge_force = 1100 N, sway_force = 2600 N, yaw_moment = 95000 N·m" in disturbance
+
+
+@pytest.mark.parametrize("node", SHIPS)
+def test_another_ship_of_one_node_alone_is_warned_of_with_what_the_others_keep(node: str) -> None:
+    found = check_scenario(load_scenario("case3_calm", {f"{node}.vessel.yaw_inertia": 5e8}))
+    (hull,) = (line for line in found if line.startswith("only a part of the hull is given"))
+    assert "vessel.sway_inertia = 177900 kg" in hull
+    assert [other for other in SHIPS if f"{other}.vessel.yaw_inertia = 6.36e+07 kg·m²" in hull] == [
+        other for other in SHIPS if other != node
+    ]
 
 
 def test_a_variation_of_the_papers_ship_is_not_another_ship() -> None:

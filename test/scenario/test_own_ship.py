@@ -17,7 +17,7 @@ from vessel_hsmc_ros.reference.curve_motion import Demand
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
-from vessel_hsmc_ros.scenario.ship_rules import Circle, Scale, sway_damping_rate
+from vessel_hsmc_ros.scenario.ship_rules import Circle, Scale, scale_of, sway_damping_rate
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.scenario.warnings import check_scenario
 
@@ -64,6 +64,17 @@ def test_the_full_surge_force_gives_the_top_speed() -> None:
     ship = scenario_of(MainData(length=8.0, speed=5.0)).vessel_sim.vessel
     f_u, _, _ = unforced_acceleration(5.0, 0.0, 0.0, ship.coefficients())
     assert f_u + ship.surge_force_limit / ship.surge_inertia == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_top_speed_and_the_turn_on_the_spot_are_the_first_ones_at_which_damping_takes_the_propulsion() -> None:
+    """Of damping that falls in between, 11·u - 6·|u|·u + u³ = 6 at 1, 2 and 3: a ship from rest comes to the first."""
+    falling: Any = {
+        f"{axis}_damping{power}": value
+        for axis in ("surge", "yaw")
+        for power, value in (("", 11.0), ("_quadratic", -6.0), ("_cubic", 1.0))
+    }
+    ship = ShipParameters(**falling, surge_force_limit=6.0, yaw_moment_limit=6.0, yaw_inertia=1.0, length=100.0)
+    assert (scale_of(ship).U, scale_of(ship).r_max) == pytest.approx((1.0, 1.0))
 
 
 @pytest.mark.parametrize("length", [0.3, 4.0, 300.0])

@@ -1,5 +1,6 @@
 """The files of a run folder: an older one stays until a new one is complete."""
 
+import datetime
 import json
 import math
 import resource
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.scenario.run_folder import RunFolder
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, write_summary
 
 
 @contextmanager
@@ -47,3 +48,12 @@ def test_a_number_that_is_not_finite_is_null_in_a_summary(tmp_path: Path) -> Non
     shown = json.loads(folder.summary.read_text(), parse_constant=pytest.fail)
     assert shown == {"metrics": {"a": None, "b": None, "c": 1e300}, "real_time_factor": None, "code": 1}
     assert folder.read_summary() == shown
+
+
+@pytest.mark.parametrize("seconds", [0.75, 59.5, 1e5 + 0.25, 1e6])
+def test_the_duration_of_a_run_has_its_fraction_and_all_of_its_days(tmp_path: Path, seconds: float) -> None:
+    started = datetime.datetime.now(tz=datetime.timezone.utc) - datetime.timedelta(seconds=seconds)
+    write_summary(RunFolder(tmp_path), {"started": started.isoformat(), "seed": 3}, 2, "a node was killed", {"metrics": 1})
+    summary = RunFolder(tmp_path).read_summary()
+    assert seconds <= summary.pop("duration") < seconds + 0.2
+    assert summary == {"started": started.isoformat(), "seed": 3, "exit_code": 2, "failure": "a node was killed", "metrics": 1}

@@ -27,6 +27,11 @@ def test_a_published_figure_that_is_not_reached_is_named_as_unverified(name: str
         assert agrees(figure, difference) or figure.replace("_", " ") in open_points
 
 
+@pytest.mark.parametrize(("name", "most"), [("top_speed", 0.05), ("towing_sway_damping", 0.3)])
+def test_a_figure_agrees_within_its_share_whether_it_is_too_large_or_too_small(name: str, most: float) -> None:
+    assert [agrees(name, side * share * most) for share in (0.99, 1.01) for side in (1.0, -1.0)] == [True, True, False, False]
+
+
 def test_the_speeds_that_the_files_state_are_those_of_the_hulls() -> None:
     assert of("otter").top_speed == pytest.approx(6 * 0.5144, rel=1e-3)
     assert of("gunnerus").top_speed == pytest.approx(12.6 * 1852 / 3600, rel=0.01)

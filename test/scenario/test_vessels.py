@@ -110,6 +110,12 @@ def test_a_path_in_a_scenario_starts_at_its_folder_or_at_the_working_directory(
         load_scenario(CALM, {"vessel": "boat.yaml"})
     monkeypatch.chdir(tmp_path)
     assert load_scenario(CALM, {"vessel": "boat.yaml"}).vessel_sim.vessel.draught == pytest.approx(0.24)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "boat.yaml").write_text(BOAT.replace("400.0", "555.0"), encoding="utf-8")
+    monkeypatch.chdir(elsewhere)
+    assert load_scenario(tmp_path / "mine.yaml").vessel_sim.vessel.sway_inertia == 400.0
+    assert load_scenario(CALM, {"vessel": "boat.yaml"}).vessel_sim.vessel.sway_inertia == 555.0
 
 
 @pytest.mark.parametrize(
@@ -147,6 +153,20 @@ def test_an_unknown_vessel_is_an_error_with_the_known_ones() -> None:
 def test_inputs_of_the_papers_virtual_ship_are_refused_for_a_smaller_one() -> None:
     with pytest.raises(ParameterError, match=r"surge_force = 100000 N is not allowed: .* vessel-hsmc init NAME --vessel otter"):
         load_scenario("case2_tracking", {"vessel": "otter"})
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("name", ["surge_force", "yaw_moment"])
+def test_an_input_of_the_virtual_ship_is_held_against_the_limit_of_its_own_axis_in_both_directions(
+    name: str, side: float
+) -> None:
+    hull = read_vessel("otter").hull()
+    limit = getattr(hull, f"{name}_limit")
+    assert hull.surge_force_limit != hull.yaw_moment_limit
+    still = {"vessel": "otter", "reference_ship.surge_force": 0.0, "reference_ship.yaw_moment": 0.0}
+    load_scenario(CALM, {**still, f"reference_ship.{name}": side * limit})
+    with pytest.raises(ParameterError, match=rf"reference_ship\.{name} = {side * 1.01 * limit:g} N.* is not allowed"):
+        load_scenario(CALM, {**still, f"reference_ship.{name}": side * 1.01 * limit})
 
 
 def test_a_node_takes_what_it_declares() -> None:

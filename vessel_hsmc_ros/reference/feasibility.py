@@ -62,8 +62,9 @@ def _excesses(needed: Demand, limits: Demand) -> list[str]:
 
 def amount(value: float, unit: str) -> str:
     """A number with three digits and its unit, in thousands or millions of it where it is large."""
+    rounded = float(f"{value:.3g}")  # 999.6 is 1000 of three digits, which without a prefix would be 1e+03
     for factor, prefix in ((1e6, "M"), (1e3, "k")):
-        if value >= factor:
+        if rounded >= factor:
             return f"{value / factor:.3g} {prefix}{unit}"
     return f"{value:.3g} {unit}"
 

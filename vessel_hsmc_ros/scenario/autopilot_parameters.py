@@ -35,6 +35,11 @@ def numbers(default: tuple[float, ...], what: str, high: float) -> tuple[float, 
     return parameter(default, what, low=1.0, high=high)
 
 
+def _check_numbers(name: str, values: Sequence[float]) -> None:
+    if len(set(values)) < len(values) or any(value != int(value) for value in values):
+        raise ParameterError(f"mavlink.{name} = {list(values)} is not allowed: it takes whole numbers, each of them once")
+
+
 @dataclass(frozen=True)
 class MavlinkParameters(CommonParameters):
     """Parameters of mavlink, which connects the nodes with an autopilot that speaks MAVLink, in real time."""
@@ -98,12 +103,15 @@ class MavlinkParameters(CommonParameters):
         """Check the lists against each other.
 
         Raises:
-            ParameterError: pulse widths do not increase, or thrusters and channels do not fit each other.
+            ParameterError: pulse widths do not increase, thrusters and channels do not fit each other, or of the numbers of
+                channels or outputs one is given twice or not whole.
         """
         for name in ("pulses", "radio_range"):
             values = getattr(self, name)
             if list(values) != sorted(set(values)):
                 raise ParameterError(f"mavlink.{name} = {list(values)} is not allowed: it takes increasing widths")
+        for name in ("channels", "servos", "stick_channels"):
+            _check_numbers(name, getattr(self, name))
         layout = self.vessel.thrusters
         if self.form == "channels" and not layout:
             raise ParameterError("mavlink.form = channels is not allowed without vessel.thrusters: name the thrusters")

@@ -8,6 +8,7 @@ from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.faults.fault import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.messages.raw import check_field
 from vessel_hsmc_ros.messages.topics import message_type
+from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.fault_script import parse_script
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import Scenario, check_late_odometry
@@ -21,7 +22,7 @@ def load_script(path: Path) -> FaultScript:
         ParameterError: a setting is unknown, missing or out of range.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"fault script {path} cannot be read: {in_one_line(error)}") from None
     return parse_script(text, f"fault script {path}")

@@ -67,6 +67,8 @@ class Scenario:
         """
         values = {node: changed for node, changed in by_node(changes).items() if changed}
         parts: dict[str, Any] = {node: schema.changed(getattr(self, node), new, node) for node, new in values.items()}
+        if self.faults and "vessel_sim" in parts:  # the seed of the faults is that of the scenario
+            parts["faults"] = replace(self.faults, seed=parts["vessel_sim"].seed)
         return _validated(replace(self, **parts, given=self.given | full_names(values)), values)
 
     def with_bag(self, directory: Path, parameters: Path) -> "Scenario":

@@ -18,7 +18,7 @@ class PulseParameters:
     """Thrusters, deadband and measured curve of the speed controllers.
 
     Raises:
-        ParameterError: the curve is none, or a sign is missing.
+        ParameterError: the curve is none, a sign is missing, or a thruster is named twice.
     """
 
     thrusters: tuple[str, ...] = parameter(
@@ -43,6 +43,8 @@ class PulseParameters:
 
     def __post_init__(self) -> None:
         self.curve()
+        if len(set(self.thrusters)) < len(self.thrusters):
+            raise ParameterError(f"drive.pwm.thrusters = {list(self.thrusters)} is not allowed: it takes each name once")
         if len(self.reversed) not in (1, len(self.thrusters)) or any(abs(sign) != 1.0 for sign in self.reversed):
             raise ParameterError(
                 f"drive.pwm.reversed = {list(self.reversed)} is not allowed: it takes 1 or -1,"
