@@ -14,7 +14,7 @@ from vessel_hsmc_ros.control.controlled_point import (
     position,
     to_controlled_point,
 )
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, tracking_error, transform, transform_rate
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, tracking_error, transform, transform_rate, wrap
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.terms import Terms
 
@@ -60,6 +60,14 @@ def test_the_transformed_velocity_and_acceleration_are_derivatives_of_the_transf
     over_ground = np.subtract(c[:2], a[:2]) / (2.0 * POINT.T)
     assert [c_psi * b.u - s_psi * b.v, s_psi * b.u + c_psi * b.v] == pytest.approx(over_ground, abs=1e-5)
     assert [rate.du, rate.dv, rate.dr] == pytest.approx(np.subtract(c[3:], a[3:]) / (2.0 * POINT.T), abs=1e-4)
+
+
+@pytest.mark.parametrize("turn", [math.pi, -math.pi, 2.0 * math.pi, 0.5 * math.pi])
+def test_a_difference_of_the_headings_counts_alike_on_every_course(turn: float) -> None:
+    ship, desired = SHIP._replace(psi=0.05), DESIRED._replace(psi=-0.05)
+    expected = to_controlled_point(ship, desired, RATE, Heading(0.02), POINT).delta
+    turned = (each._replace(psi=wrap(each.psi + turn)) for each in (ship, desired))
+    assert to_controlled_point(*turned, RATE, Heading(0.02), POINT).delta == pytest.approx(expected, abs=1e-12)
 
 
 def test_the_point_of_the_ship_moves_with_the_velocity_of_its_pivot() -> None:

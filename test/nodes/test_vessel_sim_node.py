@@ -87,15 +87,18 @@ def test_nothing_is_published_before_an_awaited_recorder_is_there(bench: Any, he
     assert helm.odometry == []
 
 
-def test_the_run_ends_after_its_duration_with_one_message_more_than_steps(bench: Any, helm: Any) -> None:
-    node = bench.start(VesselSimNode, duration=0.05)
-    for k in range(6):
+@pytest.mark.parametrize(("duration", "steps"), [(0.05, 5), (0.29, 29)])  # 0.29 / 0.01 is a little less than 29
+def test_the_run_ends_after_its_duration_with_one_message_more_than_steps(
+    bench: Any, helm: Any, duration: float, steps: int
+) -> None:
+    node = bench.start(VesselSimNode, duration=duration)
+    for k in range(steps + 1):
         bench.until(lambda k=k: len(helm.odometry) == k + 1)
         assert not node.finished
         helm.command(k * STEP)
     bench.until(lambda: node.finished)
-    bench.until(lambda: len(helm.applied) == 6)
-    assert helm.stamps() == [k * STEP for k in range(6)]
+    bench.until(lambda: len(helm.applied) == steps + 1)
+    assert helm.stamps() == [k * STEP for k in range(steps + 1)]
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
