@@ -263,3 +263,13 @@ def test_a_goal_that_is_published_at_rest_and_then_moves_has_its_velocity_at_onc
         reference.set_goal(10.0 + moved, 0.0, 0.0, 7.0 + 0.5 * k if stamped else None)
         assert reference.target().speed == pytest.approx(0.0 if k <= 10 else 0.5)
         motion_of(reference, 0.5)
+
+
+def test_the_velocity_of_a_slow_stream_does_not_overshoot() -> None:
+    """Goals 1.4 s apart that come at unlike speeds: each velocity lies between the last one and the new difference."""
+    reference = reference_of()
+    reference.set_goal(10.0, 0.0, 0.0, 7.0)
+    reference.set_goal(11.4, 0.0, 0.0, 8.4)
+    assert reference.target().speed == pytest.approx(1.0)
+    reference.set_goal(12.1, 0.0, 0.0, 9.8)
+    assert reference.target().speed == pytest.approx(0.5)

@@ -7,7 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.core.track_errors import NO_LEG, per_leg, summarise
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, track_of
-from vessel_hsmc_ros.reference.planned_track import leg_count, track_errors
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, leg_count, replaced, stretches_of, track_errors
 from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.report.record import Record, measured, planned
 from vessel_hsmc_ros.report.verdict import with_verdict
@@ -44,6 +44,22 @@ def test_a_ship_beside_and_ahead_of_its_plan_has_these_errors_on_legs_and_in_tur
     assert [row.leg for row in per_leg(errors)] == [0, 1, 2, 3]
     metrics = summarise(errors.where(inner))
     assert metrics[:4] == pytest.approx((abs(port), abs(port), 0.3, abs(port)))
+
+
+def test_a_stretch_ends_at_its_own_end_or_where_another_plan_takes_its_place() -> None:
+    track = track_of(SURVEY, 0.1)
+    assert track is not None
+    (one,) = track.stretches
+    for now, end in ((one.end + 50.0, one.end), (0.5 * (one.begin + one.end), 0.5 * (one.begin + one.end))):
+        later = PlannedTrack(stretches_of(track.stretches, now - one.begin), track.waypoints)
+        both = replaced(track, now, later)
+        assert [(each.begin, each.end) for each in both.stretches] == pytest.approx(
+            [(one.begin, end), (now, now + one.end - one.begin)]
+        )
+        assert both.waypoints == track.waypoints * 2
+        at_rest = np.linspace(end, now, 5)[1:-1]
+        assert set(track_errors(both, at_rest, np.zeros((3, 2))).leg) <= ({NO_LEG} if now > end else {0, 1, 2, 3})
+    assert replaced(track, one.begin, track).stretches == track.stretches
 
 
 def test_before_the_path_at_a_stop_and_after_the_end_the_plan_is_on_no_leg() -> None:
