@@ -147,7 +147,7 @@ LONG = (
         "bags",
     ),
 )
-"""Folders and files with the longest tests: they come first, so that both processes end at about the same time."""
+"""Folders and files with the longest tests: they come first, so that all processes end at about the same time."""
 
 
 def urgency(item: pytest.Item) -> int:
