@@ -66,8 +66,8 @@ def test_the_transformed_velocity_and_acceleration_are_derivatives_of_the_transf
 def test_a_difference_of_the_headings_counts_alike_on_every_course(turn: float) -> None:
     ship, desired = SHIP._replace(psi=0.05), DESIRED._replace(psi=-0.05)
     expected = to_controlled_point(ship, desired, RATE, Heading(0.02), POINT).delta
-    turned = (each._replace(psi=wrap(each.psi + turn)) for each in (ship, desired))
-    assert to_controlled_point(*turned, RATE, Heading(0.02), POINT).delta == pytest.approx(expected, abs=1e-12)
+    ship, desired = (each._replace(psi=wrap(each.psi + turn)) for each in (ship, desired))
+    assert to_controlled_point(ship, desired, RATE, Heading(0.02), POINT).delta == pytest.approx(expected, abs=1e-12)
 
 
 def test_the_point_of_the_ship_moves_with_the_velocity_of_its_pivot() -> None:
