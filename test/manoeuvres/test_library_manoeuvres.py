@@ -3,11 +3,14 @@
 import math
 
 import pytest
+from compiling import only_compiled
 
 from vessel_hsmc_ros.manoeuvres.run import PLANS, run
 from vessel_hsmc_ros.manoeuvres.ship import ship_named
 from vessel_hsmc_ros.manoeuvres.tables import UNITS, notes, rows
 from vessel_hsmc_ros.scenario.vessels import vessel_names
+
+pytestmark = only_compiled
 
 MAY_TAKE_LONG = {"spiral"}
 """At the edge of its loop a ship takes very long to settle, which a note states."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 from station_keeping import IDEAL, LAG, coupled, error_at_rest, rest_of_the_library
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
@@ -9,6 +10,8 @@ from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
+
+pytestmark = only_compiled
 
 
 def missed(reason: str) -> pytest.MarkDecorator:

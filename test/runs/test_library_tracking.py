@@ -3,6 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
@@ -11,6 +12,8 @@ from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import scenario_for
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
+
+pytestmark = only_compiled
 
 
 def but(names: list[str], misses: dict[str, str]) -> list[Any]:
