@@ -60,3 +60,9 @@ def test_a_circle_is_found_wherever_its_imports_stand(tmp_path: Path, monkeypatc
     (tmp_path / package / "two.py").write_text(f"from typing import TYPE_CHECKING\n\n{place}\n    from {package} import one\n")
     monkeypatch.syspath_prepend(tmp_path)
     assert set(circle(package)) == {f"{package}.one", f"{package}.two"}
+
+
+def test_files_of_tests_have_names_of_their_own() -> None:
+    """They are imported by their names, so that of two alike one would not be collected."""
+    names = [path.name for path in (ROOT / "test").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))
