@@ -8,7 +8,8 @@ from stepped_node import SteppedNode
 from thruster_layouts import layout
 
 from vessel_hsmc_ros.nodes import command_input
-from vessel_hsmc_ros.nodes.thruster_allocation import LAST_COMMANDS, ThrusterAllocationNode
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 
 TIMEOUT = 0.3
 COEFFICIENTS = {f"vessel__thrusters__thrust_coefficient_{way}": [0.01] for way in ("ahead", "astern")}

@@ -14,8 +14,7 @@ from safety_sequences import FRESH_SAMPLES, Machine
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes.base import VesselNode
-from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, VesselNode
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist, read_odometry
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep
 from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING

@@ -14,7 +14,8 @@ from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import command_input, drive, stop_latch, watchdog
-from vessel_hsmc_ros.nodes.drive import LAST_COMMANDS, DriveNode
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.drive import DriveNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 

@@ -20,7 +20,8 @@ pytest.importorskip("pymavlink", exc_type=ImportError)
 
 from mavlink_autopilot import GUIDED, HOLD, ORIGIN, Autopilot
 
-from vessel_hsmc_ros.nodes.mavlink import LAST_COMMANDS, MavlinkNode
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.mavlink import MavlinkNode
 
 STATE = (30.0, -4.0, 2.5, 1.2, -0.3, 0.1)
 PERIOD = 20_000_000

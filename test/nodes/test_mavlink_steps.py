@@ -22,7 +22,8 @@ import itertools
 from mavlink_autopilot import Autopilot
 
 from vessel_hsmc_ros.nodes import mavlink, mavlink_link
-from vessel_hsmc_ros.nodes.mavlink import LAST_COMMANDS, MavlinkNode
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.mavlink import MavlinkNode
 from vessel_hsmc_ros.nodes.mavlink_link import Link
 
 STANDBY, ACTIVE, SAFE, STOPPED = ControlState.STANDBY, ControlState.ACTIVE, ControlState.SAFE, ControlState.STOPPED

@@ -10,9 +10,9 @@ from stepped_node import SteppedNode
 
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import command_input, reporting, stop_latch, watchdog
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN
 from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing, nothing
-from vessel_hsmc_ros.nodes.watchdog import LAST_COMMANDS, WatchdogNode
+from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 
 Commands = list[tuple[float, float]]
 

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc
-from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, amount, check_feasible
+from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 
 SHAPES = {
@@ -47,19 +47,6 @@ def test_the_line_names_demand_limit_and_largest_feasible_speed() -> None:
         "reference_ship.circle: radius 20 m at 3 m/s needs a surge force of 480 N (vessel.surge_force_limit is 300 N)"
         " and a yaw moment of 362 N·m (vessel.yaw_moment_limit is 250 N·m); the largest feasible speed is 2.27 m/s"
     )
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (0.01234, "0.0123 N"),
-        (999.4, "999 N"),
-        *((999.6, "1 kN"), (1000.0, "1 kN"), (1004.0, "1 kN")),
-        *((999_400.0, "999 kN"), (999_600.0, "1 MN"), (1e6, "1 MN"), (5.4321e7, "54.3 MN")),
-    ],
-)
-def test_an_amount_has_three_digits_and_no_exponent_at_the_change_of_its_prefix(value: float, shown: str) -> None:
-    assert amount(value, "N") == shown
 
 
 def test_a_moment_against_the_turn_counts_as_one_with_it() -> None:

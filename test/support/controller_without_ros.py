@@ -14,8 +14,9 @@ from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import controller_timer
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics
-from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS, ControllerNode
+from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.reporting import RecentProblem

@@ -14,7 +14,7 @@ from controller_without_ros import ControllerWithoutRos, Pair
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guided.parameters import GuidedParameters
-from vessel_hsmc_ros.nodes.controller import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured
 from vessel_hsmc_ros.safety.parameters import ACTIONS
 from vessel_hsmc_ros.safety.reasons import Operation, Reason

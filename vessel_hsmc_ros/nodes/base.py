@@ -112,6 +112,9 @@ WARNING_PERIOD = 5.0
 WATCHER_NICENESS = 10
 """Niceness of the nodes that only observe a run: the control loop has priority where cores are scarce."""
 
+LAST_COMMANDS = 3
+"""How often a node sends zero before it leaves the actuators to others, as in standby and at its end: a message may be lost."""
+
 ACKNOWLEDGE_LIMITS = {"lockstep": 1.0, "real time": 0.2}
 """Longest wait, on shutdown, for subscribers to acknowledge what was published, s. With the default profile of Fast DDS they
 do so only every 3 s."""

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.guided.actuator_identification import described
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, WARN, DiagnosticTask
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, DiagnosticTask
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.control_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
@@ -37,9 +37,6 @@ NOT_FOR_REAL_TIME = "law hierarchical tolerates no late control steps: in real t
 
 CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 """Time between two checks of the inputs, s: in lockstep two of them take less than the plant's command_timeout."""
-
-LAST_COMMANDS = 3
-"""How often zero is commanded on leaving the topic to others, as in standby and at the end."""
 
 
 class ControllerNode(TimedNode):

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -85,10 +85,6 @@ class ThrustInput:
 
     def _conflict(self) -> str:
         return self._node.connections.shared(*self._topics)
-
-
-LAST_COMMANDS = 3
-"""How often zero is sent before the topic is left to others, as in standby and at the end."""
 
 
 class DriveNode(VesselNode):

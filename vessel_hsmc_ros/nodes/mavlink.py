@@ -25,7 +25,7 @@ from vessel_hsmc_ros.messages.mavlink import (
     motion,
 )
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.mavlink_link import Commands, Link
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -36,9 +36,6 @@ from vessel_hsmc_ros.scenario.autopilot_parameters import MavlinkParameters
 
 POLL_PERIOD = 0.01
 """Time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect."""
-
-LAST_COMMANDS = 3
-"""How often zero is sent before the autopilot is left to others, as in standby and at the end."""
 
 REPEAT = 2.0
 """Time after which a message that does not come is requested again, s."""

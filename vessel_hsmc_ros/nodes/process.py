@@ -141,8 +141,10 @@ def bounded_end(limit: float) -> Iterator[None]:
     with suppress(OSError, RuntimeError):  # a standard error that is not a file, or none
         faulthandler.register(signal.SIGALRM, chain=True)  # neither needs the interpreter's lock, which the middleware may hold
     signal.setitimer(signal.ITIMER_REAL, limit)
-    yield
-    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def _work(node: VesselNode, running: Callable[[], bool]) -> int:

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions, px4
 from vessel_hsmc_ros.messages.mavlink import BootClock
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -26,9 +26,6 @@ from vessel_hsmc_ros.scenario.autopilot_parameters import Px4Parameters
 
 RATE = 50.0
 """Rate of VehicleOdometry that the deadline of the odometry is offered for, Hz."""
-
-LAST_COMMANDS = 3
-"""How often zero is sent at the end."""
 
 MICROSECOND = 1000
 """In nanoseconds, the unit of time here; PX4 counts in microseconds."""

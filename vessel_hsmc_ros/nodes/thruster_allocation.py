@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.nodes.process import run_node
@@ -21,9 +21,6 @@ from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
 CHECK_PERIOD = 0.05
 """Time between two checks for an overdue command, s."""
-
-LAST_COMMANDS = 3
-"""How often zero is sent at the end."""
 
 LONGEST_STEP = 1_000_000_000
 """Period of the slowest plant, ns: a stamp that is further ahead of the last one is not that of the next step."""

@@ -6,6 +6,7 @@ Calm water is assumed; what is left below the limits is available against distur
 import math
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.shapes import Shape
@@ -54,19 +55,10 @@ def _excesses(needed: Demand, limits: Demand) -> list[str]:
         ("a yaw moment", "yaw_moment_limit", "N·m", needed.yaw_moment, limits.yaw_moment),
     )
     return [
-        f"{what} of {amount(value, unit)} (vessel.{name} is {amount(limit, unit)})"
+        f"{what} of {quantity(value, unit)} (vessel.{name} is {quantity(limit, unit)})"
         for what, name, unit, value, limit in rows
         if value > limit
     ]
-
-
-def amount(value: float, unit: str) -> str:
-    """A number with three digits and its unit, in thousands or millions of it where it is large."""
-    rounded = float(f"{value:.3g}")  # 999.6 is 1000 of three digits, which without a prefix would be 1e+03
-    for factor, prefix in ((1e6, "M"), (1e3, "k")):
-        if rounded >= factor:
-            return f"{value / factor:.3g} {prefix}{unit}"
-    return f"{value:.3g} {unit}"
 
 
 def _largest_speed(shape: Shape, pace: Pace, vessel: Vessel, limits: Demand) -> float:

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.corners import Corner, corner_of
-from vessel_hsmc_ros.reference.feasibility import amount
 from vessel_hsmc_ros.reference.route import Element, Pieces, straight
 from vessel_hsmc_ros.reference.speed_profile import CONSTANT, FREE, Section
 from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, turning_at, turning_with
@@ -199,9 +199,10 @@ def _unsailable(bend: _Bend, before: float, after: float, ship: Ship, rungs: int
     needs, has = max((corner.before, before), (corner.after, after), key=lambda pair: pair[0] - pair[1])
     radius = _fitting_radius(bend, before, after, ship, slower) if ship.radius else None
     remedy = f"a corner_radius of {radius:g} m, " if radius else ""
+    angle = f"{abs(math.degrees(bend.angle)):.0f}°"
     return (
-        f"{ship.owner}: corner {bend.number} of {abs(math.degrees(bend.angle)):.0f}° needs {amount(needs, 'm')} of a leg even at"
-        f" {speed:.2g} m/s, and has {amount(has, 'm')}; {remedy}longer legs or a stop there would do"
+        f"{ship.owner}: corner {bend.number} of {angle} needs {quantity(needs, 'm')} of a leg even at"
+        f" {speed:.2g} m/s, and has {quantity(has, 'm')}; {remedy}longer legs or a stop there would do"
     )
 
 

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.curves import Arc
-from vessel_hsmc_ros.reference.feasibility import amount
 from vessel_hsmc_ros.reference.route import Element, Route, straight, turn
 from vessel_hsmc_ros.reference.route_motion import RouteMotion, motion_along
 from vessel_hsmc_ros.reference.speed_profile import Phase, SpeedProfile
@@ -84,7 +84,7 @@ class Excess(NamedTuple):
 
     def __str__(self) -> str:
         """The demand and the limit in words."""
-        return f"a {self.name} of {amount(self.needed, self.unit)} (the limit is {amount(self.limit, self.unit)})"
+        return f"a {self.name} of {quantity(self.needed, self.unit)} (the limit is {quantity(self.limit, self.unit)})"
 
 
 def steady_demand(curvature: float, speed: float, vessel: Vessel, current: float) -> Demand:
@@ -195,8 +195,8 @@ def check_straight(name: str, speed: float, vessel: Vessel, limits: TravelLimits
     against = f" against a current of {limits.current:g} m/s" if limits.current else ""
     remedy = f"at most {low:.3g} m/s would do" if low > SLOWEST * speed else "a smaller motion.current would do"
     raise ParameterError(
-        f"{name} = {speed:g} m/s{against} needs a surge force of {amount(needed, 'N')}: {LARGEST_SHARE:g} of"
-        f" vessel.surge_force_limit is {amount(LARGEST_SHARE * limits.surge_force, 'N')}; {remedy}"
+        f"{name} = {speed:g} m/s{against} needs a surge force of {quantity(needed, 'N')}: {LARGEST_SHARE:g} of"
+        f" vessel.surge_force_limit is {quantity(LARGEST_SHARE * limits.surge_force, 'N')}; {remedy}"
     )
 
 

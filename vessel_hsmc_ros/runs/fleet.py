@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.core.exceptions import BagError, ReportError, RunError
-from vessel_hsmc_ros.runs.scenario_run import Progress, reserve_namespace, supervisor_module
+from vessel_hsmc_ros.runs.scenario_run import Progress, reserve_namespace, supervisor_module, write_page
 from vessel_hsmc_ros.scenario.fleet import Fleet, dump_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, origin_of, write_summary
 
@@ -88,10 +88,7 @@ def _evaluate(result: FleetResult, origin: Mapping[str, Any], with_page: bool) -
     result.records = report.of_fleet(open_bag(result.folder.bag), shown)
     _summarise(result, origin)
     if with_page:
-        from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
-
-        report.write(result.folder.report, result.records, f"{origin['scenario']}, {len(result.records)} vessels")
-        figures.draw(result.records, result.folder.figures)
+        write_page(result.folder, result.records, f"{origin['scenario']}, {len(result.records)} vessels")
 
 
 def _summarise(result: FleetResult, origin: Mapping[str, Any]) -> None:

@@ -5,7 +5,7 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -260,10 +260,20 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], w
     result.metrics = record.metrics
     _write_summary(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
     if with_page:
-        from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
+        write_page(result.folder, [record], record.name)
 
-        report.write(result.folder.report, [record], record.name)
-        figures.draw([record], result.folder.figures)
+
+def write_page(folder: RunFolder, records: Sequence["Record"], title: str) -> None:
+    """Write page and figures of the runs of a folder.
+
+    Raises:
+        ReportError: they cannot be written.
+    """
+    from vessel_hsmc_ros import report
+    from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
+
+    report.write(folder.report, records, title)
+    figures.draw(records, folder.figures)
 
 
 def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
