@@ -51,6 +51,13 @@ def test_lost_heartbeats_end_the_commands() -> None:
     assert handover.taken == "no heartbeat of the autopilot for 3 s"
 
 
+def test_a_gap_of_the_heartbeats_ends_the_commands_although_nothing_looked_at_it_before_the_next_one() -> None:
+    handover = commanding()
+    handover.heartbeat(13.01, **READY)
+    assert handover.taken == "no heartbeat of the autopilot for 3 s"
+    assert not handover.passes(13.01)
+
+
 def test_a_controller_that_is_enabled_before_the_autopilot_is_ready_is_refused() -> None:
     handover = Handover(MANUAL, 3.0, {})
     handover.controller(False, 1.0)

@@ -41,6 +41,7 @@ class Handover:
             mode: The number of the present mode.
             state: The system state.
         """
+        self.check(now)  # a gap before it counts, even if nothing has looked at it in between
         self._heard, self._armed, self._present, self._state = now, armed, mode, state
         self.check(now)
 
