@@ -7,7 +7,6 @@ from typing import Any, TypeVar
 import pytest
 import rclpy
 from driving import Plant
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
@@ -16,8 +15,12 @@ from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.executor import PromptExecutor
 
 DEADLINE = 60.0
+
+LOOK = 0.01
+"""Time after which a condition is looked at again when nothing comes, s."""
 
 T = TypeVar("T")
 
@@ -28,7 +31,7 @@ class Bench:
     def __init__(self) -> None:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[])
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor = PromptExecutor(self.context)
         self.probe = rclpy.create_node("probe", context=self.context)
         self.executor.add_node(self.probe)
         self.nodes: list[Any] = []
@@ -61,16 +64,32 @@ class Bench:
     def until(self, condition: Callable[[], T], deadline: float = DEADLINE) -> T:
         """Spin until the condition holds; returns its value. The test fails after the deadline, s."""
         end = time.monotonic() + deadline
-        while not (result := condition()):
-            assert time.monotonic() < end, f"the condition did not hold within {deadline:g} s"
-            self.executor.spin_once(timeout_sec=0.05)
-        return result
+        found: list[T] = []
+
+        def waiting() -> bool:
+            if not found and (result := condition()):
+                found.append(result)
+            return not found and time.monotonic() < end
+
+        self.executor.spin_while(waiting, LOOK)
+        assert found, f"the condition did not hold within {deadline:g} s"
+        return found[0]
 
     def spin(self, seconds: float) -> None:
         """Spin for a time, s, to show that something does not happen."""
         end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.02)
+        self.executor.spin_while(lambda: time.monotonic() < end, LOOK)
+
+    def serve(self, rounds: int = 1, wait: float = 0.0) -> None:
+        """Serve what is ready a number of times; waits for it each time, s."""
+        left = rounds + 2  # the executor looks twice before its first round
+
+        def again() -> bool:
+            nonlocal left
+            left -= 1
+            return left > 0
+
+        self.executor.spin_while(again, wait)
 
     def call(self, kind: Any, name: str, request: Any) -> Any:
         client = self.probe.create_client(kind, name)
@@ -111,8 +130,7 @@ class SimulatedTime:
         self._clock.publish(Clock(clock=conversions.time_message(self.now)))
         self._bench.until(lambda: all(node.now() == self.now for node in self._bench.nodes))
         # Timers that this instant has made ready, and the messages that their callbacks publish.
-        for _ in range(4):
-            self._bench.executor.spin_once(timeout_sec=0.0)
+        self._bench.serve(3)
 
     def run(self, seconds: float, every_tick: Callable[[], None] = lambda: None) -> None:
         """Advance the clock tick by tick, calling `every_tick` after each.

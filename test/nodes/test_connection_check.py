@@ -36,7 +36,7 @@ def served(bench: Any) -> Iterator[None]:
 
     def serve() -> None:
         while not ended.is_set():
-            bench.executor.spin_once(timeout_sec=0.05)
+            bench.serve(wait=0.05)
 
     thread = threading.Thread(target=serve)
     thread.start()

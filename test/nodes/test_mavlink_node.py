@@ -75,8 +75,8 @@ class Boat:
             self.states.publish(state)
             if command and self.operation == ControlState.ACTIVE:
                 command()
-        for k in range(CALLBACKS):
-            self.bench.executor.spin_once(timeout_sec=0.0 if k else 0.005)
+        self.bench.serve(wait=0.005)
+        self.bench.serve(CALLBACKS)
 
     def until(self, condition: Callable[[], Any], command: Callable[[], None] | None = None) -> None:
         def there() -> Any:

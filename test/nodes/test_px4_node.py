@@ -155,7 +155,7 @@ def test_a_process_that_dies_ends_offboard(bench: Any) -> None:
     bench.stop(made.node)
     end = time.monotonic() + 20.0
     while made.autopilot.mode == OFFBOARD and time.monotonic() < end:
-        bench.executor.spin_once(timeout_sec=0.05)
+        bench.serve(wait=0.05)
         made.autopilot.thrusts()
     assert made.autopilot.mode == MANUAL
 

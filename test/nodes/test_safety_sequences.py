@@ -21,7 +21,7 @@ from vessel_hsmc_ros.safety.samples import Freshness
 from vessel_hsmc_ros.safety.supervision import Supervision
 
 
-@settings(max_examples=500)
+@settings(max_examples=250)
 @given(st.binary(min_size=21, max_size=81))
 def test_every_sequence_of_messages_gives_finite_bounded_commands_and_leads_back_to_the_law(data: bytes) -> None:
     drive(data)

@@ -147,14 +147,19 @@ class PromptExecutor(DirectExecutor):
         """Leave timers and messages, which are served here, out of rclpy's wait set."""
         return not isinstance(entity, Timer | Subscription) and super().can_execute(entity)
 
-    def spin_while(self, running: Callable[[], bool]) -> None:
-        """Serve callbacks until `running` returns False; an exception of a callback is raised here."""
+    def spin_while(self, running: Callable[[], bool], longest_wait: float = LONGEST_WAIT) -> None:
+        """Serve callbacks until `running` returns False; an exception of a callback is raised here.
+
+        Args:
+            running: Looked at after each wait.
+            longest_wait: Time after which a wait in which nothing comes ends, s.
+        """
         while running() and self._context.ok():
             self._changed = False
             with ExitStack() as held:
-                self._spin_unchanged(running, held)
+                self._spin_unchanged(running, int(longest_wait * 1e9), held)
 
-    def _spin_unchanged(self, running: Callable[[], bool], held: ExitStack) -> None:
+    def _spin_unchanged(self, running: Callable[[], bool], longest_wait: int, held: ExitStack) -> None:
         """Serve callbacks until one of them has created or destroyed something."""
         held.enter_context(self._context.handle)
         timers, self._direct, others = _entities(self.get_nodes())
@@ -167,7 +172,7 @@ class PromptExecutor(DirectExecutor):
         wait_set = rclpy_implementation.WaitSet(len(messages), len(guards), *map(len, handles), 0, self._context.handle)
         while not self._changed and running() and self._context.ok():
             _fill(wait_set, messages, guards, *handles)
-            wait_set.wait(int(LONGEST_WAIT * 1e9))
+            wait_set.wait(longest_wait)
             rest = any(map(wait_set.get_ready_entities, ("guard_condition", "client", "service")))
             self._call(timers)
             if not self._changed:
