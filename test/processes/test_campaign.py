@@ -21,7 +21,7 @@ pytest.importorskip("pyarrow")
 Start = Callable[..., Command]
 
 LAW_FILE = Path(__file__).parents[2] / "docs" / "examples" / "my_law.py"
-RUNS = 40
+RUNS = 24
 LONG: dict[str, Any] = {
     # A law of one's own is not compiled, so that the campaign takes some seconds on every machine.
     **{"laws": ["my_law"], "runs": RUNS, "chunk": 2, "limits": {"position_error_rms": 1.0}},

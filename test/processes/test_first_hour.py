@@ -37,7 +37,7 @@ def test_two_commands_lead_from_a_boats_main_data_to_a_page_with_less_than_2_cm_
     execute: Execute, tmp_path: Path
 ) -> None:
     execute("init", "my_boat", *BOAT)
-    shown = execute("run", "./my_boat.yaml", "--set", "reference_ship.circle.speed=1", "--set", "vessel_sim.duration=25")
+    shown = execute("simulate", "./my_boat.yaml", "--set", "reference_ship.circle.speed=1", "--set", "vessel_sim.duration=25")
     assert "warning" not in shown
     metrics = summary(tmp_path / "runs")["metrics"]
     assert metrics["position_error_peak_last_quarter"] < 0.02

@@ -27,22 +27,22 @@ ARRAYS = ("time", "state", "measured", "reference", "wrench", "disturbance")
 
 
 @pytest.fixture(scope="module")
-def three(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The run folder of three vessels in lockstep."""
+def two(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run folder of two vessels in lockstep."""
     from harness import executable
 
     folder = tmp_path_factory.mktemp("fleet")
-    command = Command([executable("vessel-hsmc"), "run", *SHORT, "--vessels", "3", "--namespace", "tug"], folder, {})
+    command = Command([executable("vessel-hsmc"), "run", *SHORT, "--vessels", "2", "--namespace", "tug"], folder, {})
     assert command.wait(COMMAND_LIMIT) == 0, command.text
     found = run_folder(folder / "runs")
     assert found is not None
     return found
 
 
-def test_each_vessel_is_bit_identical_with_a_single_run_from_its_start(three: Path) -> None:
+def test_each_vessel_is_bit_identical_with_a_single_run_from_its_start(two: Path) -> None:
     compilation.disable()  # a run this short takes less time than the compilation of its law
-    bag = open_bag(three)
-    assert sorted(bag.namespaces) == ["/tug_1/", "/tug_2/", "/tug_3/"]
+    bag = open_bag(two)
+    assert sorted(bag.namespaces) == ["/tug_1/", "/tug_2/"]
     for number, namespace in enumerate(sorted(bag.namespaces)):
         scenario = bag.scenario(namespace=namespace)
         assert scenario.vessel_sim.initial_pose[1] == 1.0 + 50.0 * number
@@ -51,21 +51,21 @@ def test_each_vessel_is_bit_identical_with_a_single_run_from_its_start(three: Pa
             np.testing.assert_array_equal(getattr(recorded, name), getattr(alone, name), err_msg=f"{namespace}{name}")
 
 
-def test_vessels_have_noise_of_their_own(three: Path) -> None:
-    bag = open_bag(three)
+def test_vessels_have_noise_of_their_own(two: Path) -> None:
+    bag = open_bag(two)
     noise = [(run.measured - run.state)[:, 0] for run in (bag.run(namespace=name) for name in bag.namespaces)]
     assert not np.array_equal(noise[0], noise[1])
 
 
-def test_one_clock_ticks_once_for_every_step(three: Path) -> None:
-    stamps = [t for _, t, _ in open_bag(three).messages("/clock")]
-    ticks = open_bag(three)["/clock"]["clock.nanosec"]
+def test_one_clock_ticks_once_for_every_step(two: Path) -> None:
+    stamps = [t for _, t, _ in open_bag(two).messages("/clock")]
+    ticks = open_bag(two)["/clock"]["clock.nanosec"]
     np.testing.assert_array_equal(ticks, np.arange(STEPS + 1) * 10_000_000)
     assert len(stamps) == STEPS + 1
 
 
-def test_no_message_is_lost_and_frames_are_those_of_the_vessel(three: Path) -> None:
-    bag = open_bag(three)
+def test_no_message_is_lost_and_frames_are_those_of_the_vessel(two: Path) -> None:
+    bag = open_bag(two)
     assert bag.recording["messages_dropped"] == "0"
     for namespace in bag.namespaces:
         assert bag.topics[f"{namespace}odom"].count == STEPS + 1
@@ -73,19 +73,19 @@ def test_no_message_is_lost_and_frames_are_those_of_the_vessel(three: Path) -> N
         assert message.header.frame_id == f"{namespace.strip('/')}/odom"
 
 
-def test_summary_and_page_show_every_vessel(three: Path) -> None:
-    summary = json.loads((three / "run.json").read_text())
-    assert sorted(summary["vessels"]) == ["tug_1", "tug_2", "tug_3"]
+def test_summary_and_page_show_every_vessel(two: Path) -> None:
+    summary = json.loads((two / "run.json").read_text())
+    assert sorted(summary["vessels"]) == ["tug_1", "tug_2"]
     assert all(each["metrics"]["position_error_rms"] > 0.0 for each in summary["vessels"].values())
     assert all(each["messages_dropped"] == 0 for each in summary["vessels"].values())
-    page = (three / "report.html").read_text()
-    assert all(f'"label":"tug_{number}"' in page for number in (1, 2, 3))
-    assert (three / "figures" / "track.png").is_file()
+    page = (two / "report.html").read_text()
+    assert all(f'"label":"tug_{number}"' in page for number in (1, 2))
+    assert (two / "figures" / "track.png").is_file()
 
 
-def test_the_bag_of_a_fleet_is_reported_by_itself(three: Path, tmp_path: Path) -> None:
-    assert sorted(r.name for r in make([three], Options(page=tmp_path / "all.html")).records) == ["tug_1", "tug_2", "tug_3"]
-    (one,) = make([three], Options(page=tmp_path / "one.html", namespace="tug_2")).records
+def test_the_bag_of_a_fleet_is_reported_by_itself(two: Path, tmp_path: Path) -> None:
+    assert sorted(r.name for r in make([two], Options(page=tmp_path / "all.html")).records) == ["tug_1", "tug_2"]
+    (one,) = make([two], Options(page=tmp_path / "one.html", namespace="tug_2")).records
     assert one.scenario is not None
     assert one.scenario.vessel_sim.initial_pose[1] == 51.0
 

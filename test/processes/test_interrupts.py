@@ -80,9 +80,8 @@ def test_a_second_ctrl_c_ends_the_command_at_once(start: Start) -> None:
     assert "Traceback" not in command.text
 
 
-@pytest.mark.parametrize("verb", ["simulate", "run"])
-def test_the_outcome_of_a_run_is_kept_if_its_page_is_interrupted(start: Start, verb: str) -> None:
-    command = start("vessel-hsmc", verb, "case2_tracking", "--set", "vessel_sim.duration=2")
+def test_the_outcome_of_a_run_is_kept_if_its_page_is_interrupted(start: Start) -> None:
+    command = start("vessel-hsmc", "run", "case2_tracking", "--set", "vessel_sim.duration=1")
     runs_folder = command.output.parent / "runs"
     command.until(lambda: (folder := run_folder(runs_folder)) and (folder / "run.json").exists(), 60.0)
     command.popen.send_signal(signal.SIGINT)
