@@ -15,7 +15,7 @@ from vessel_hsmc_ros.control.allocation import Allocation
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
 from vessel_hsmc_ros.plant.thruster_plant import ThrusterState, hull_wrench, thrusters_of
 
-COUNT = repeated(100_000)
+COUNT = repeated(20_000)
 STEPS = repeated(int(os.environ.get("ALLOCATION_STEPS", "10000")))
 """Demands with limited rates, which take longer; ALLOCATION_STEPS=100000 in the environment for as many as without."""
 
