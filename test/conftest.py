@@ -29,7 +29,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if find_spec("hypothesis") is not None:
     from hypothesis import settings
 
-    settings.register_profile("steady", deadline=None, max_examples=50)  # the time that an example takes depends on the load of the machine
+    # The time that an example takes depends on the load of the machine.
+    settings.register_profile("steady", deadline=None, max_examples=50)
     settings.load_profile("steady")
 
 

@@ -284,10 +284,10 @@ def measurements() -> list[tuple[float, float, float]]:
 def test_the_compiled_filter_is_bit_identical_to_the_interpreted_one(wave_period: float) -> None:
     observer = Observer(ObserverParameters(wave_period=wave_period, actuator_lag=0.3), KnownVessel())
     c, poses = observer.constants, np.array(measurements())
-    wrench = np.array([(3e5 * math.sin(0.05 * k), 1e6 * math.cos(0.03 * k)) for k in range(len(poses))])
+    wrench = [(3e5 * math.sin(0.05 * k), 1e6 * math.cos(0.03 * k)) for k in range(len(poses))]
     x, P = np.empty((len(poses), 6)), np.empty((len(poses), 6, 6))
-    fastest(replay)(np.arange(len(poses)) * STEP, poses, wrench, initial_state(c), c, x, P)
-    restarts, last = 0, np.zeros(2)
+    fastest(replay)(np.arange(len(poses)) * STEP, poses, np.array(wrench), initial_state(c), c, x, P)
+    restarts, last = 0, (0.0, 0.0)
     for k, pose in enumerate(poses):
         estimate = observer.update(k * STEP, pose, last)
         np.testing.assert_array_equal(x[k], observer.state.x[:6])
