@@ -106,14 +106,16 @@ def test_after_a_reset_samples_are_counted_anew(monitor: InputMonitor) -> None:
     assert monitor.overdue(0, 0) == ("odometry", Reason.NOT_RECEIVED)
 
 
-def test_after_an_interruption_samples_are_counted_anew_for_the_input_that_was_late(monitor: InputMonitor) -> None:
+@pytest.mark.parametrize("reason", [Reason.OVERDUE, Reason.NOT_RECEIVED, Reason.JUMP])
+def test_after_an_interruption_samples_are_counted_anew_for_the_input_that_was_late(
+    monitor: InputMonitor, reason: Reason
+) -> None:
     for name in INPUTS:
         assert not monitor.take(name, sample(0), 0, 0)
     late = 3 * TIMEOUT
     assert not monitor.take("reference", sample(late), late, late)
-    overdue = monitor.overdue(late, late)
-    assert overdue == ("odometry", Reason.OVERDUE)
-    monitor.report_overdue(*overdue, late)
+    assert monitor.overdue(late, late) == ("odometry", Reason.OVERDUE)
+    monitor.report_overdue("odometry", reason, late)
     assert not monitor.take("odometry", sample(late), late, late)
     assert monitor.fresh == {"odometry": 1, "reference": 2}
 

@@ -171,7 +171,7 @@ def test_a_path_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any, tmp_
 def test_a_node_that_is_missing_is_named_beside_those_that_were_found(
     bench: Any, vessel_hsmc: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(remote, "DISCOVERY_LIMIT", 1.0)
+    monkeypatch.setattr(remote, "DISCOVERY_LIMIT", 1.5)
     domain = os.environ["ROS_DOMAIN_ID"]
     code, _, error = vessel_hsmc("call", "pause")
     assert code == 1
