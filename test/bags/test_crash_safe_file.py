@@ -23,7 +23,7 @@ from vessel_hsmc_ros.bags.mcap_layout import DATA_END, FOOTER, MAGIC
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
 
-STEPS = 150
+STEPS = 120
 
 Calls = list[tuple[bytes | None, int]]
 

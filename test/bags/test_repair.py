@@ -16,7 +16,6 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.rosbag2 import Reader
 
 from vessel_hsmc_ros.bags import mcap_writer
-from vessel_hsmc_ros.bags.mcap_writer import CHUNK_SIZE
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import Repair, is_complete, repair
 from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
@@ -24,10 +23,14 @@ from vessel_hsmc_ros.core.exceptions import BagError
 
 
 @pytest.mark.parametrize("compression", ["none", "zstd"])
-def test_a_bag_cut_anywhere_is_repaired_up_to_its_last_complete_chunk(tmp_path: Path, compression: str) -> None:
-    writer = write(tmp_path / "whole" / "bag", 5_000, compression)
+def test_a_bag_cut_anywhere_is_repaired_up_to_its_last_complete_chunk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compression: str
+) -> None:
+    count, chunk_size = 2_500, 16 * 1024  # seven chunks
+    monkeypatch.setattr(mcap_writer, "CHUNK_SIZE", chunk_size)
+    writer = write(tmp_path / "whole" / "bag", count, compression)
     content = (writer.directory / "bag_0.mcap").read_bytes()
-    per_chunk = CHUNK_SIZE // 43 + 2  # 43 bytes a Clock record; the first chunk also has schemas and channels
+    per_chunk = chunk_size // 43 + 2  # 43 bytes a Clock record; the first chunk also has schemas and channels
     saved_before = 0
     for case, cut in enumerate(itertools.chain(range(1000, len(content), len(content) // 11), [len(content) - 1])):
         directory = tmp_path / str(case) / "bag"
@@ -41,9 +44,9 @@ def test_a_bag_cut_anywhere_is_repaired_up_to_its_last_complete_chunk(tmp_path: 
         with (directory / "bag_0.mcap").open("rb") as stream:
             messages = list(make_reader(stream).iter_messages())
         assert [m.log_time for _, _, m in messages] == [k * 10_000_000 for k in range(saved)]
-        assert saved_before <= saved <= 5_000
+        assert saved_before <= saved <= count
         saved_before = saved
-    assert saved_before >= 5_000 - per_chunk
+    assert saved_before >= count - per_chunk
 
 
 def test_a_bag_of_a_recorder_that_was_killed_at_once_is_empty_and_readable(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from browser import NEEDED, Browser, browser
 from click.testing import CliRunner
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.campaign import findings
 from vessel_hsmc_ros.campaign.dataset import Dataset, write_file, write_table
@@ -111,12 +112,22 @@ def drawn(results: Results) -> Diagrams:
     return diagrams(results, findings.influences_by_variant(results))
 
 
+@pytest.fixture(scope="module")
+def statements(results: Results) -> dict[str, str]:
+    return words(results)
+
+
+@pytest.fixture(scope="module")
+def shown(results: Results) -> Diagrams:
+    return drawn(results)
+
+
 def texts(table: Table) -> list[list[str]]:
     return [[cell.value for cell in line] for line in table.lines]
 
 
-def test_a_law_without_a_failure_has_a_bound_of_its_probability(results: Results) -> None:
-    statement = words(results)["guided"]
+def test_a_law_without_a_failure_has_a_bound_of_its_probability(results: Results, statements: dict[str, str]) -> None:
+    statement = statements["guided"]
     assert statement.startswith("0 of 300 runs failed: a run fails with a probability of at most 0.99 %, at 95 % confidence.")
     median = float(np.sort(results.by_variant["guided"].cost(LIMIT))[149])
     assert f"position error, largest of the last quarter: median {text(LIMIT, median)}, 99 % of the runs below" in statement
@@ -131,8 +142,8 @@ def test_failures_are_counted_by_reason_without_the_numbers_of_single_runs(resul
     assert by_variant["guided"][2] == "0"
 
 
-def test_laws_are_compared_on_the_same_draws(results: Results) -> None:
-    statement = words(results)[""]
+def test_laws_are_compared_on_the_same_draws(results: Results, statements: dict[str, str]) -> None:
+    statement = statements[""]
     assert "guided has the smaller position error, largest of the last quarter than los_pid in 300 of 300 draws" in statement
     assert "the median ratio is 0.1" in statement
     assert all(line[2:5] == ["300", "0", "0"] for line in texts(findings.comparisons(results)))
@@ -158,15 +169,15 @@ def test_the_worst_runs_have_the_commands_that_repeat_them(results: Results) -> 
     assert texts(findings.worst(results, Path("x")))[findings.WORST][2] == "ended early"
 
 
-def test_the_parameter_with_influence_has_the_longest_bar(results: Results) -> None:
-    bars = {bar.law: bar for bar in drawn(results).bars}["guided"]
+def test_the_parameter_with_influence_has_the_longest_bar(shown: Diagrams) -> None:
+    bars = {bar.law: bar for bar in shown.bars}["guided"]
     assert bars.entries[-1].parameter == EAST
     assert bars.entries[-1].first_order > 0.9
     assert not any(entry.clear for entry in bars.entries[:-1])
 
 
-def test_runs_are_drawn_over_the_strongest_numbers_and_not_over_texts(results: Results) -> None:
-    scatters = [scatter for scatter in drawn(results).scatters if scatter.law == "guided"]
+def test_runs_are_drawn_over_the_strongest_numbers_and_not_over_texts(shown: Diagrams) -> None:
+    scatters = [scatter for scatter in shown.scatters if scatter.law == "guided"]
     assert {scatter.x.name for scatter in scatters} == {"earth_fixed.east_force", "actuators.yaw_lag"}
     assert all(len(scatter.runs) == 300 for scatter in scatters)
 
@@ -186,7 +197,8 @@ def test_shares_of_a_grid_are_not_called_probabilities(grid: Results) -> None:
     assert settling[-2] == "none: ended early or not settled"
 
 
-def test_an_incomplete_campaign_has_a_report_of_its_rows_so_far(tmp_path: Path) -> None:
+def test_an_incomplete_campaign_has_a_report_of_its_rows_so_far(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     in_pieces = TWO_LAWS.replace("chunk: 600", "chunk: 20")
     folder = make_folder(tmp_path / "part", in_pieces, error_by_wind, chunks=3)
     _, files = make_report(folder, tmp_path / "page.html")

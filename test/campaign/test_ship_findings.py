@@ -55,9 +55,9 @@ def plan_of(folder: Path, **changes: Any) -> Campaign:
     return campaign(folder, limits={LIMIT: {"lengths": 0.02}}, **{**given, **changes})
 
 
-@pytest.fixture
-def results(tmp_path: Path) -> Results:
-    return invented(plan_of(tmp_path))
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return invented(plan_of(tmp_path_factory.mktemp("results")))
 
 
 def test_the_sentences_count_feasible_ships_that_each_variant_loses(results: Results) -> None:
@@ -99,11 +99,10 @@ def test_reasons_are_counted_in_lengths_of_the_hull(results: Results) -> None:
 
 
 @pytest.mark.parametrize("sampling", ["sobol", "latin_hypercube"])
-def test_draws_that_are_spread_evenly_have_no_confidence_intervals(tmp_path: Path, sampling: str) -> None:
+def test_draws_that_are_spread_evenly_have_no_confidence_intervals(results: Results, tmp_path: Path, sampling: str) -> None:
     ships = invented(plan_of(tmp_path, sampling=sampling))
     assert findings.sentences(ships, {})[0][1] == "4 of 10 feasible ships lost, 40 %."
-    plain = invented(plan_of(tmp_path))
-    assert "probability at most (95 %)" in findings.failures(plain).head
+    assert "probability at most (95 %)" in findings.failures(results).head
     assert "probability at most (95 %)" not in findings.failures(ships).head
     assert all(
         not cell.bounds for table in (findings.quantiles, findings.comparisons) for line in table(ships).lines for cell in line

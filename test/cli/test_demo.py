@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import bag_making
 import pytest
 from click.testing import CliRunner, Result
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.runs import scenario_run
@@ -24,6 +25,7 @@ class Demonstration(NamedTuple):
 
 def demo(output: Path, run_nodes: Any) -> Result:
     with pytest.MonkeyPatch.context() as patch:
+        leave_unrendered(patch)
         patch.setattr(scenario_run, "run_nodes", run_nodes)
         patch.setattr(scenario_run, "reserve_namespace", lambda *_: nullcontext())
         return CliRunner().invoke(cli, ["demo", "--output", str(output)], catch_exceptions=False)

@@ -77,8 +77,8 @@ def test_vessels_and_gains_are_given_to_programs_in_numbers() -> None:
     listed = json.loads(invoke("vessels", "--json").output)
     assert {"otter", "cybership2"} <= {each["key"] for each in listed}
     assert json.loads(invoke("vessels", "otter", "--json").output)["values"]["vessel.length"] == 2.0
-    found = json.loads(invoke("gains", "case2_tracking", "--set", "controller.law=guided", "--json").output)
-    assert found["gains"]["position_gain"] > 0.0
+    found = json.loads(invoke("gains", "case2_tracking", "--set", "controller.law=los_pid", "--json").output)
+    assert found["gains"]["yaw_bandwidth"] > 0.0
     assert all(loop["stable"] for loop in found["margins"].values())
 
 

@@ -1,4 +1,4 @@
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
@@ -24,6 +24,7 @@ def test_every_instant_is_found_by_its_own_stamp(rate: float, k: int) -> None:
     assert grid.index(grid.stamp(k + 1) - 1) == k
 
 
+@settings(max_examples=40)
 @given(rates, rates, st.integers(1, 300))
 def test_arrays_of_instants_are_those_of_single_calls(rate: float, other: float, count: int) -> None:
     grid, stamps = RateGrid(rate), RateGrid(other).stamps(count)

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.timing import NANOSECONDS
@@ -180,6 +180,7 @@ faults = st.builds(
 )
 
 
+@settings(max_examples=40)
 @given(st.lists(faults, max_size=4).map(tuple), st.integers(0, 2**32 - 1))
 def test_the_same_seed_makes_the_same_faults(chosen: tuple[Fault, ...], seed: int) -> None:
     assert repr(deliveries(*chosen, seed=seed)) == repr(deliveries(*chosen, seed=seed))

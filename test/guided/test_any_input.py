@@ -45,7 +45,7 @@ def answers(law, course, acceleration=STILL):
 
 
 @given(st.lists(wide_inputs, min_size=1, max_size=4), st.sampled_from([0.001, 0.02, 0.1, 1.0]))
-@settings(max_examples=300)
+@settings(max_examples=120)
 def test_any_finite_input_gives_a_finite_wrench_within_the_limits(inputs, period: float) -> None:
     law = controller(period)
     for numbers in inputs:
@@ -72,6 +72,7 @@ def test_the_largest_floats_give_a_finite_wrench() -> None:
 
 
 @given(courses, st.floats(-10.0, 10.0))
+@settings(max_examples=40)
 def test_the_wrench_is_invariant_under_rotations_of_the_earth_fixed_frame(course, angle: float) -> None:
     """A rotation of ship, reference and goal leaves the wrench unchanged, also where a heading wraps at 180°."""
 
@@ -138,9 +139,10 @@ def test_the_wrench_does_not_chatter(circle) -> None:
 
 def test_the_ship_returns_after_a_force_beyond_its_thrust() -> None:
     """A force of 300 kN against the bow saturates the thrust for a minute; there must be no wind-up afterwards."""
-    law, state, there = controller(), np.zeros(6), np.zeros(6)
-    for k in range(round(300.0 / T)):
-        disturbance = (-3e5 / SHIP.m11, 0.0, 0.0) if k * T < 60.0 else (0.0, 0.0, 0.0)
+    period = 0.1
+    law, state, there = controller(period), np.zeros(6), np.zeros(6)
+    for k in range(round(200.0 / period)):
+        disturbance = (-3e5 / SHIP.m11, 0.0, 0.0) if k * period < 60.0 else (0.0, 0.0, 0.0)
         wrench, _ = law.update(0.0, state, there, STILL)
-        state = rk4(state, wrench, disturbance, SHIP, T)
+        state = rk4(state, wrench, disturbance, SHIP, period)
     assert math.hypot(state[0], state[1]) < 0.3

@@ -30,7 +30,7 @@ from vessel_hsmc_ros.guided.filter import (
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
-PERIOD = 0.05
+PERIOD = 0.1
 G = gains(GuidedParameters(), KnownVessel(), PERIOD)
 STATE = np.array([0.3, -0.05, 0.4, -0.5, 0.02, -0.1, 0.4, 0.7, 0.4, 0.05, -0.08])
 

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.identification.types import COUPLED, Identified, model
 @pytest.fixture(scope="module")
 def found() -> list[Identified]:
     """CyberShip II identified from short noisy runs; `benchmarks/identification.py recover` does the same with 200 seeds."""
-    return [identify([cybership2(seed, duration=120.0)], model("coupled")) for seed in range(4)]
+    return [identify([cybership2(seed, duration=120.0)], model("coupled")) for seed in range(3)]
 
 
 def test_estimates_lie_within_three_standard_errors_of_the_true_values(found: list[Identified]) -> None:

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.identification.measurements import from_run
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.identification.regression import natural_scale, regress
 from vessel_hsmc_ros.identification.smoothing import smooth
-from vessel_hsmc_ros.identification.types import Measurements, model, unknowns
+from vessel_hsmc_ros.identification.types import Identified, Measurements, model, unknowns
 from vessel_hsmc_ros.identification.windows import windows
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import ship_of
@@ -33,6 +33,11 @@ def otter(rate_hz: float) -> Measurements:
     return from_run(simulate(parse_scenario(text, "otter_excite")))
 
 
+@cache
+def identified(name: str, window: float) -> Identified:
+    return identify([otter(10.0)], model(name), window=window)
+
+
 @pytest.mark.parametrize("rate_hz", [10.0, 50.0])
 @pytest.mark.parametrize("name", ["paper", "linear", "coupled"])
 def test_the_regression_starts_near_a_ship_without_an_input_in_sway(name: str, rate_hz: float) -> None:
@@ -45,7 +50,7 @@ def test_the_regression_starts_near_a_ship_without_an_input_in_sway(name: str, r
 
 @pytest.mark.parametrize("name", ["paper", "linear", "coupled"])
 def test_manoeuvres_at_10_hz_identify_the_ship_by_each_model(name: str) -> None:
-    found = identify([otter(10.0)], model(name), window=5.0)
+    found = identified(name, 5.0)
     for parameter, true in OTTER.items():
         # The linear model puts the Otter's quadratic damping into what it has: its sway and yaw are other numbers.
         if name != "linear" or parameter.startswith("surge"):
@@ -76,6 +81,6 @@ def test_a_motion_that_diverges_from_every_start_is_an_error(monkeypatch: pytest
 
 
 def test_windows_are_shortened_for_a_hull_that_does_not_keep_its_course_with_a_warning() -> None:
-    found = identify([otter(10.0)], model("linear"), window=20.0)
-    assert any("within 20 s" in line for line in found.warnings)
-    assert not any("within 20 s" in line for line in identify([otter(10.0)], model("linear"), window=2.0).warnings)
+    found = identified("linear", 5.0)
+    assert any("within 5 s" in line for line in found.warnings)
+    assert not any("within 2 s" in line for line in identified("linear", 2.0).warnings)

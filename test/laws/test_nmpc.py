@@ -71,7 +71,7 @@ def test_a_horizon_is_compiled_once(law) -> None:
 
 @pytest.mark.parametrize(("changes", "at_most"), [({}, 0.01), ({"reference_ship__yaw_moment": 0.0}, 0.01)])
 def test_the_reference_is_tracked_under_the_papers_disturbance(changes, at_most: float) -> None:
-    run = run_of(80.0, **changes)
+    run = run_of(60.0, **changes)
     assert rms(position_error(run.state, run.reference)[-200:]) < at_most
     assert np.all(np.max(np.abs(run.wrench), axis=0) <= [2e5, 3e6])
 
@@ -80,7 +80,7 @@ def test_the_reference_is_tracked_under_the_papers_disturbance(changes, at_most:
 def test_body_fixed_and_earth_fixed_disturbances_are_distinguished(law, kind: str) -> None:
     ship = np.array([0.0, 0.0, 0.0, 1.5, 0.0, 0.1])
     force = np.array([3e3, -4e3])
-    for _ in range(800):
+    for _ in range(600):
         reference = np.concatenate((ship[:3], (1.5, -0.1, 0.1)))  # a circle, or the two kinds look the same
         wrench, _ = law.update(0.0, ship, reference, NONE)
         c, s = (math.cos(ship[2]), math.sin(ship[2])) if kind == "earth" else (1.0, 0.0)

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.law.switching import check_step
-from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.laws.course import CourseLawParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
@@ -32,20 +31,21 @@ def test_the_limit_is_where_a_pole_leaves_the_unit_circle(k: float, c, T: float)
         assert stable
 
 
-def surface_after(law, seconds, period=0.02):
-    """|S| of the course law that has been held at 1 degree beside its course for a while, on a ship at rest."""
-    state, terms = np.array([0.0, 0.0, np.radians(1.0), 0.0, 0.0, 0.0]), Terms()
+def surfaces(law, seconds, period=0.02):
+    """|S| of the course law after half of a time and at its end, begun 1 degree beside its course, on a ship at rest."""
+    state, found = np.array([0.0, 0.0, np.radians(1.0), 0.0, 0.0, 0.0]), []
     for _ in range(round(seconds / period)):
         wrench, terms = law.update(0.0, state, np.zeros(6), np.zeros(3))
         state = rk4(state, wrench, (0.0, 0.0, 0.0), SHIP, period)
-    return abs(terms.yaw_surface)
+        found.append(abs(terms.yaw_surface))
+    return found[len(found) // 2 - 1], found[-1]
 
 
-@pytest.mark.parametrize(("k", "settles"), [(99.4, True), (99.68, True), (99.72, False), (100.0, False)])
+@pytest.mark.parametrize(("k", "settles"), [(99.68, True), (99.72, False), (100.0, False)])
 def test_the_loop_is_stable_on_one_side_of_the_limit_only(k: float, settles: bool) -> None:
     """At 50 Hz with c = 0.3 1/s the limit is k = 99.7 1/s; 100 1/s, which k·T < 2 would just not allow, is beyond it."""
     law = make_controller("course", 0.01, reaching_gain=k, switching_gain=0.0, adaptation_gain=0.0)  # refused at 0.02 s
-    late, later = surface_after(law, 40.0), surface_after(law, 80.0)
+    late, later = surfaces(law, 80.0)
     assert (later < late) == settles
 
 

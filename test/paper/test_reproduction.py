@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,8 @@ from vessel_hsmc_ros.paper import reproduction
 from vessel_hsmc_ros.paper.case_run import CaseResult
 from vessel_hsmc_ros.paper.cases import CASES
 from vessel_hsmc_ros.paper.claims import CLAIMS
+from vessel_hsmc_ros.runs import worker_pool
+from vessel_hsmc_ros.simulation.compilation import DISABLED
 
 DURATION = 2.0
 SHORT = [dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": DURATION}) for case in CASES]
@@ -29,7 +32,9 @@ def progress() -> list[float]:
 
 @pytest.fixture(scope="module")
 def results(progress: list[float]) -> dict[str, CaseResult]:
-    return reproduction.run_cases(SHORT, None, progress.append)
+    with pytest.MonkeyPatch.context() as patch:  # in this process: some of the cases are run again in others
+        patch.setattr(worker_pool, "run_all", partial(worker_pool.run_all, workers=1))
+        return reproduction.run_cases(SHORT, None, progress.append)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +86,8 @@ def test_an_expected_divergence_is_timed_and_an_unexpected_one_is_an_error() -> 
         reproduction.run_cases([dataclasses.replace(shorter, ends=False)], None, lambda _: None)
 
 
-def test_an_error_of_one_case_cancels_the_others() -> None:
+def test_an_error_of_one_case_cancels_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(DISABLED, "1")  # a few hundred steps take less time than the import of a compiler by each process
     broken = dataclasses.replace(CASES[0], scenario="case2_tracking", rate_hz=45.0, changes={"vessel_sim.duration": 20.0})
     long = dataclasses.replace(CASES[4], changes={"vessel_sim.duration": 20_000.0})
     with pytest.raises(SimulationError):

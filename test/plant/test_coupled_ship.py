@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hulls import CYBERSHIP_2, MILLIAMPERE, hull
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -58,6 +58,7 @@ def damping(s: Vessel, nu: Any) -> Array:
 
 
 @hulls
+@settings(max_examples=40)
 @given(nu=velocities, wrench=st.tuples(*[st.floats(-500.0, 500.0)] * 3))
 def test_the_accelerations_are_those_of_the_matrices(vessel: Vessel, nu: Any, wrench: Any) -> None:
     forces = np.array(wrench) - coriolis(vessel, nu) @ nu - damping(vessel, nu) @ nu
@@ -87,6 +88,7 @@ def test_a_yaw_moment_moves_no_sway_at_the_point_m23_over_m22_ahead(vessel: Vess
 
 
 @hulls
+@settings(max_examples=40)
 @given(nu=velocities)
 def test_coriolis_forces_do_no_work(vessel: Vessel, nu: Any) -> None:
     zero: Any = 0.0
@@ -97,6 +99,7 @@ def test_coriolis_forces_do_no_work(vessel: Vessel, nu: Any) -> None:
 
 
 @hulls
+@settings(max_examples=40)
 @given(nu=velocities, wrench=st.tuples(*[st.floats(-500.0, 500.0)] * 3))
 def test_mirror_images_move_as_mirror_images(vessel: Vessel, nu: Any, wrench: Any) -> None:
     motion, mirrored = np.array([1.0, 2.0, 0.3, *nu]), np.array([1.0, -2.0, -0.3, *(MIRROR * nu)])
@@ -122,6 +125,7 @@ def test_the_kinetic_energy_falls_at_the_power_of_damping(nu: Any) -> None:
 
 
 @hulls
+@settings(max_examples=40)
 @given(
     motion=st.tuples(*[st.floats(-9.0, 9.0)] * 3, *[st.floats(-1.0, 1.0)] * 3),
     current=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
@@ -142,6 +146,7 @@ def test_a_current_carries_the_ship_along_and_changes_nothing_else(vessel: Vesse
 
 
 @hulls
+@settings(max_examples=40)
 @given(motion=st.tuples(*[st.floats(-9.0, 9.0)] * 3, *[st.floats(-1.0, 1.0)] * 3), current=st.tuples(*[st.floats(-1.0, 1.0)] * 2))
 def test_the_rates_in_a_current_are_those_in_still_water(vessel: Vessel, motion: Any, current: Any) -> None:
     water, ground = np.array(motion), np.array(motion)

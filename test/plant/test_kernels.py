@@ -1,71 +1,46 @@
 """The kernels of the plant, compiled, against the simulator that interprets them."""
 
-import math
-from typing import Any
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from compiling import fastest, only_compiled
 from hulls import COUPLING
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, acceleration, unforced
-from vessel_hsmc_ros.plant.sensors import SensorParameters, sampling
-from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator, divergence_of_ship
-from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters
 from vessel_hsmc_ros.plant.waves import WaveParameters
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.simulation.compilation import available
+from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 
 Array = NDArray[np.float64]
 
-GRID = RateGrid(20.0)
+RATE_HZ = 20.0
 STEPS = 60
 
 
-@kernel
-def sail(constants: PlantConstants, state: PlantState, inputs: Any, rows: Array) -> int:
-    """The number of steps before the motion diverges; measurement, disturbance, unforced acceleration, state, wrench a row."""
-    times, sampled, commands, normal, gusts = inputs
-    for k in range(len(times)):
-        due = sampled[k]
-        state = measure(state, due[0], due[1], due[2], normal[k], times[k], constants)
-        load = disturbance(times[k], constants, state)
-        rates = unforced(state.motion, constants.vessel, constants.current)
-        state = apply(state, (commands[k, 0], commands[k, 1]), constants)
-        row, odometry = rows[k], shown(state, constants)
-        for i in range(6):
-            row[i], row[6 + i] = odometry[i], state.motion[i]
-        for i in range(3):
-            row[12 + i], row[15 + i] = load[i], rates[i]
-        row[18], row[19], row[20] = state.tau
-        state = advance(state, state.tau, acceleration(load, constants.vessel), gusts[k], constants)
-        if not is_finite(state.motion):
-            return k
-    return len(times)
-
-
-def run_compiled(parameters: PlantParameters, commands: Array) -> tuple[int, Array]:
-    simulator, stamps = Simulator(parameters, GRID.period), GRID.stamps(len(commands))
-    noise = simulator.sensor_noise(len(commands)), simulator.gust_noise(len(commands))
-    inputs = (stamps * 1e-9, sampling(parameters.sensors.rates(), stamps), commands, *noise)
-    rows = np.zeros((len(commands), 21))
-    steps = fastest(sail)(simulator.constants(), simulator.initial_state(), inputs, rows)
-    return steps, rows
-
-
-def run_interpreted(parameters: PlantParameters, commands: Array) -> Array:
-    simulator, rows = Simulator(parameters, GRID.period), []
-    for k, command in enumerate(commands.tolist()):
-        measured, load = simulator.measured(GRID.stamp(k)), simulator.disturbance(seconds(GRID.stamp(k)))
-        rates, state = simulator.unforced_acceleration(), simulator.state
-        wrench = simulator.applied((command[0], command[1]))
-        rows.append([*measured, *state, *load, *rates, *wrench])
-        simulator.advance(wrench, load)
-    return np.array(rows)
+def scenario_of(plant: PlantParameters, commands: Array) -> Scenario:
+    """A plant under these commands, by the law that reads them from a list, whose loop is compiled for other tests too."""
+    times = tuple((np.arange(len(commands)) / RATE_HZ).tolist())
+    surge, yaw = (tuple(column) for column in commands.T.tolist())
+    scenario = load_scenario(
+        "case2_tracking",
+        {
+            **{f"{node}.rate_hz": RATE_HZ for node in ("vessel_sim", "reference_ship", "controller")},
+            "vessel_sim.duration": (len(commands) - 1) / RATE_HZ,
+            "controller.law": "open_loop",
+            "controller.open_loop.times": times,
+            "controller.open_loop.surge_force": surge,
+            "controller.open_loop.yaw_moment": yaw,
+        },
+    )
+    drawn_values = {each.name: getattr(plant, each.name) for each in fields(PlantParameters)}
+    return replace(scenario, vessel_sim=replace(scenario.vessel_sim, **drawn_values))
 
 
 def drawn(seed: int) -> PlantParameters:
@@ -115,19 +90,28 @@ def commands(seed: int) -> Array:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_compiled_plant_is_bit_identical_to_the_interpreted_one(seed: int) -> None:
-    steps, rows = run_compiled(drawn(seed), commands(seed))
-    assert steps == STEPS
-    # As integers, so that also the signs of zeros are compared.
-    np.testing.assert_array_equal(rows.view(np.int64), run_interpreted(drawn(seed), commands(seed)).view(np.int64))
+    scenario = scenario_of(drawn(seed), commands(seed))
+    loops = [make_loop(scenario, STEPS, interpreted=interpreted) for interpreted in (False, True)]
+    assert not available() or isinstance(loops[0], CompiledLoop)
+    for loop in loops:
+        loop.advance(STEPS)
+        assert loop.done == STEPS
+    compiled, interpreted = (loop.columns() for loop in loops)
+    np.testing.assert_array_equal(interpreted["command"], commands(seed))
+    for name, expected in interpreted.items():
+        # As integers, so that also the signs of zeros are compared.
+        found = np.ascontiguousarray(compiled[name]).view(np.int64)
+        np.testing.assert_array_equal(found, np.ascontiguousarray(expected).view(np.int64), name)
 
 
-@only_compiled
 def test_a_compiled_motion_that_is_not_finite_is_reported_as_by_the_simulator() -> None:
-    plant, wild = PlantParameters(), np.array([(1e5, 0.0)] * 3 + [(1e300, 1e300)] * 2)
-    steps, rows = run_compiled(plant, wild)
-    error = divergence_of_ship(steps * GRID.period, (rows[steps, 18], rows[steps, 19], rows[steps, 20]), plant.vessel)
-    with pytest.raises(SimulationError) as raised:
-        run_interpreted(plant, wild)
-    assert str(raised.value) == str(error)
-    assert steps == 3
-    assert math.isfinite(rows[3, 6])
+    scenario = scenario_of(PlantParameters(), np.array([(1e5, 0.0)] * 3 + [(1e15, 1e15)] * 20))
+    ends = []
+    for interpreted in (False, True):
+        loop = make_loop(scenario, 23, interpreted=interpreted)
+        with pytest.raises(SimulationError) as raised:
+            loop.advance(23)
+        ends.append((str(raised.value), loop.done))
+        assert 3 < loop.done < 23
+        assert np.isfinite(loop.columns()["state"]).all()
+    assert ends[0] == ends[1]

@@ -1,4 +1,4 @@
-"""Ten thousand random ships with passive damping: they never gain energy, and bounded inputs keep their motion finite."""
+"""Thousands of random ships with passive damping: they never gain energy, and bounded inputs keep their motion finite."""
 
 import math
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from vessel_hsmc_ros.plant.hull_check import check_hull, largest_gain
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
-SHIPS, STEPS, STEP = repeated(10_000), 100, 0.01
+SHIPS, STEPS, STEP = repeated(4_000), 100, 0.01
 """The time of a step is that of a ship with inertia and length of the order of 1; units scale it."""
 
 INPUTS = np.random.default_rng(7).uniform(-2.0, 2.0, (STEPS // 20, 3))

@@ -5,6 +5,7 @@ from pathlib import Path
 import bag_making
 import numpy as np
 import pytest
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
@@ -84,7 +85,8 @@ def test_a_failure_in_the_summary_of_a_run_is_in_the_verdict(recorded: Path) -> 
     assert read([recorded])[0].verdict.startswith("The run failed after 2.99 s: vessel_sim died with exit code 1.")
 
 
-def test_files_of_a_run_folder_are_beside_its_bag(recorded: Path) -> None:
+def test_files_of_a_run_folder_are_beside_its_bag(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     made = make([recorded], Options(csv=True, figures="svg"))
     folder = recorded.parent
     assert made.files == {"page": folder / "report.html", "figures": folder / "figures", "csv": folder / "csv"}
@@ -108,7 +110,8 @@ def test_commands_of_a_bag_without_control_state_keep_their_times(tmp_path: Path
     assert force.lines[0].time == pytest.approx(np.arange(20, 50) * 0.01)
 
 
-def test_pages_of_bags_in_one_folder_do_not_overwrite_each_other(tmp_path: Path) -> None:
+def test_pages_of_bags_in_one_folder_do_not_overwrite_each_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     for name in ("first", "second"):
         write_odometry(tmp_path / name, ODOMETRY)
     made = [make([tmp_path / name], Options(csv=True, figures="png")).files for name in ("first", "second")]

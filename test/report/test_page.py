@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from records import circle, make_run, record
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.core.exceptions import ReportError
@@ -162,7 +163,10 @@ def test_deviations_of_sensors_and_observer_from_the_truth_are_shown() -> None:
 
 
 @pytest.mark.parametrize("jitter", [0.0, 1e-3])
-def test_a_histogram_of_the_control_intervals_is_shown_where_they_vary(tmp_path: Path, jitter: float) -> None:
+def test_a_histogram_of_the_control_intervals_is_shown_where_they_vary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jitter: float
+) -> None:
+    leave_unrendered(monkeypatch)
     made = record("run", 1.0)
     count = len(made.run.control["time"])
     made.run.control["time"] = 0.02 * np.arange(count) + jitter * np.random.default_rng(1).random(count)

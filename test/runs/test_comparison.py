@@ -10,6 +10,7 @@ import pytest
 from click import UsageError
 from click.testing import CliRunner, Result
 from rich.console import Console
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.compare import coloured
@@ -21,6 +22,7 @@ from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun, Task, compare, d
 from vessel_hsmc_ros.runs.scenario_run import run_offline
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import Row
+from vessel_hsmc_ros.simulation.compilation import DISABLED
 
 SHORT = {"vessel_sim.duration": 2.0}
 ROW = Row("circle", changes=SHORT, at_most=100.0)
@@ -83,7 +85,8 @@ def test_a_column_has_the_unit_that_suits_its_largest_value() -> None:
     assert [comparison_page.overview_cell(run) for run in (small, large)] == ["2 mm", "3 m"]
 
 
-def test_parallel_runs_give_identical_metrics_in_the_order_of_the_tasks() -> None:
+def test_parallel_runs_give_identical_metrics_in_the_order_of_the_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(DISABLED, "1")  # a few hundred steps take less time than the import of a compiler by each process
     tasks = [Task(Row("long", changes={"vessel_sim.duration": 4.0}), "los_pid", 50.0), Task(ROW, "los_pid", 50.0)]
     reported: list[LawRun] = []
     parallel, serial = compare(tasks, 2, reported.append), compare(tasks, 1)
@@ -119,6 +122,7 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
 
 
 def test_a_value_on_the_command_line_replaces_that_of_a_row_of_the_suite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     suite = tmp_path / "mine.yaml"
     suite.write_text("set: {vessel_sim.duration: 1.0}\nrows:\n  - {name: slow, set: {controller.rate_hz: 20}}\n")
     found: list[Task] = []
@@ -134,7 +138,8 @@ def test_a_value_on_the_command_line_replaces_that_of_a_row_of_the_suite(tmp_pat
     assert task.row.changes == {"vessel_sim.duration": 0.5, "controller.rate_hz": 50}
 
 
-def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path) -> None:
+def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     suite = tmp_path / "mine.yaml"
     suite.write_text(
         "set: {vessel_sim.duration: 1.0}\nrows:\n"
@@ -188,11 +193,12 @@ def test_numbers_of_the_overview_stay_in_one_piece_in_a_narrow_terminal() -> Non
     assert "…" not in shown
 
 
-def test_recorded_runs_are_compared_in_one_page(tmp_path: Path) -> None:
+def test_recorded_runs_are_compared_in_one_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     folders = []
     for law in ("guided", "los_pid"):
         scenario = load_scenario("case2_tracking", {**SHORT, "controller.law": law})
-        folders.append(str(run_offline(scenario, tmp_path / law, lambda _: None).folder.path))
+        folders.append(str(run_offline(scenario, tmp_path / law, lambda _: None, with_page=False).folder.path))
     done = vessel_hsmc(*folders, "--output", str(tmp_path / "compared"))
     assert "guided" in done.output
     assert "los_pid" in done.output

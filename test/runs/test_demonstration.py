@@ -4,7 +4,9 @@ from pathlib import Path
 
 import bag_making
 import numpy as np
+import pytest
 from records import make_run
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.record import measured
@@ -51,7 +53,8 @@ def test_runs_without_metrics_allow_no_conclusion() -> None:
     assert conclusions([Record("guided", run)]) == ()
 
 
-def test_both_runs_are_in_one_page_under_the_names_of_their_laws(tmp_path: Path) -> None:
+def test_both_runs_are_in_one_page_under_the_names_of_their_laws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     for law in ("hierarchical", "guided"):
         bag_making.write_run(tmp_path / law / "bag", 100)
         scenario = load_scenario("case2_tracking", {"controller.law": law})

@@ -13,6 +13,7 @@ from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.runs.verification import verify
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
+DURATION = 4.0
 RATES = {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}
 
 
@@ -26,9 +27,19 @@ def written(folder: Path, duration: float) -> tuple[Bag, ClosedLoop]:
     return open_bag(folder / "bag"), loop
 
 
-@pytest.mark.parametrize("duration", [4.0, 0.1])
-def test_the_run_of_a_late_bag_is_bit_identical_to_the_run(tmp_path: Path, duration: float) -> None:
-    bag, loop = written(tmp_path, duration)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("late")
+
+
+@pytest.fixture(scope="module")
+def late(folder: Path) -> tuple[Bag, ClosedLoop]:
+    return written(folder, DURATION)
+
+
+@pytest.mark.parametrize("duration", [DURATION, 0.1])
+def test_the_run_of_a_late_bag_is_bit_identical_to_the_run(tmp_path: Path, late: tuple[Bag, ClosedLoop], duration: float) -> None:
+    bag, loop = late if duration == DURATION else written(tmp_path, duration)
     read, run = bag.run(), loop.result()
     for field in ("time", "state", "measured", "reference", "wrench", "disturbance", "unforced_acceleration"):
         np.testing.assert_array_equal(getattr(read, field), getattr(run, field), err_msg=field)
@@ -36,24 +47,25 @@ def test_the_run_of_a_late_bag_is_bit_identical_to_the_run(tmp_path: Path, durat
         np.testing.assert_array_equal(read.control[field], values, err_msg=field)
 
 
-def test_the_stamps_of_late_odometry_are_those_of_its_measurements(tmp_path: Path) -> None:
-    bag, _ = written(tmp_path, 1.0)
+def test_the_stamps_of_late_odometry_are_those_of_its_measurements(late: tuple[Bag, ClosedLoop]) -> None:
+    bag, _ = late
     truth, odometry = bag["/odom/truth"], bag["/odom"]
     assert odometry.stamp[5:].tolist() == truth.stamp[:-5].tolist()
     np.testing.assert_array_equal(odometry["pose.pose.position.x"][5:], truth["pose.pose.position.x"][:-5])
 
 
-def test_what_is_identified_from_a_late_bag_is_each_measurement_once_with_its_own_time(tmp_path: Path) -> None:
-    _, loop = written(tmp_path, 4.0)
-    run, found = loop.result(), from_bag(tmp_path / "bag")
-    late = 5
+def test_what_is_identified_from_a_late_bag_is_each_measurement_once_with_its_own_time(
+    folder: Path, late: tuple[Bag, ClosedLoop]
+) -> None:
+    run, found = late[1].result(), from_bag(folder / "bag")
+    delay = 5
     np.testing.assert_allclose(found.time, run.time[: len(found.time)], atol=1e-9)
-    assert len(found.time) == len(run.time) - late
-    np.testing.assert_array_equal(found.pose[:, :2], run.measured[late:, :2])
+    assert len(found.time) == len(run.time) - delay
+    np.testing.assert_array_equal(found.pose[:, :2], run.measured[delay:, :2])
 
 
-def test_a_late_bag_is_verified_to_the_bit(tmp_path: Path) -> None:
-    bag, _ = written(tmp_path, 4.0)
+def test_a_late_bag_is_verified_to_the_bit(late: tuple[Bag, ClosedLoop]) -> None:
+    bag, _ = late
     found = verify(bag, bag.scenario(), interpreted=True)
     assert len(found.time) == 81
     assert not len(found.differing)

@@ -6,6 +6,7 @@ import bag_making
 import pytest
 import yaml
 from click.testing import CliRunner
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter
@@ -33,7 +34,9 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def repeated(bag: Path, tmp_path_factory: pytest.TempPathFactory) -> Rerun:
-    return rerun(open_bag(bag), CHANGE, None, tmp_path_factory.mktemp("output"))
+    with pytest.MonkeyPatch.context() as patch:
+        leave_unrendered(patch)
+        return rerun(open_bag(bag), CHANGE, None, tmp_path_factory.mktemp("output"))
 
 
 def metrics_of(run: Run) -> Metrics:

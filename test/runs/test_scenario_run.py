@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.cli.command import cli
@@ -25,7 +26,8 @@ def simulated(output: Path, *arguments: str) -> tuple[Result, Path]:
     return done, next(output.iterdir())
 
 
-def test_the_run_folder_of_simulate_is_taken_by_replay_and_report(tmp_path: Path) -> None:
+def test_the_run_folder_of_simulate_is_taken_by_replay_and_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     done, folder = simulated(tmp_path, *SHORT)
     assert done.exit_code == 0
     assert {path.name for path in folder.iterdir()} == {"bag", "figures", "params.yaml", "report.html", "run.json"}
@@ -67,7 +69,8 @@ def test_without_a_page_there_are_bag_and_metrics_and_a_report_is_made_later(tmp
     assert json.loads((folder / "run.json").read_text())["metrics"]["position_error_rms"] > 0.0
 
 
-def test_without_a_bag_page_and_metrics_are_still_written(tmp_path: Path) -> None:
+def test_without_a_bag_page_and_metrics_are_still_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     done, folder = simulated(tmp_path, *SHORT, "--no-bag")
     assert done.exit_code == 0
     assert (folder / "report.html").is_file()

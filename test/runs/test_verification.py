@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bag_making import PERIOD, STORE, TYPES, message, serialized, topic
 from click.testing import CliRunner, Result
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import repair
@@ -211,7 +212,10 @@ def test_a_bag_with_edited_parameters_fails_and_shows_the_versions(tmp_path: Pat
     assert "recorded with the present versions" in done.output
 
 
-def test_a_scenario_is_rerun_with_a_change_and_compared_with_the_recording(recorded: Path, tmp_path: Path) -> None:
+def test_a_scenario_is_rerun_with_a_change_and_compared_with_the_recording(
+    recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leave_unrendered(monkeypatch)
     done = call(recorded, "--with", "controller.law=guided", "--output", tmp_path)
     assert done.exit_code == 0, done.output
     assert "position error, final" in done.output

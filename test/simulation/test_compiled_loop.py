@@ -86,6 +86,16 @@ def test_at_the_pivot_a_law_runs_compiled_to_the_same_bits(law: str) -> None:
     assert_same_run(scenario_of("case2_tracking", law, **{"controller.vessel.sway_yaw_inertia": 6e5}))
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [{"guided.cross_track": 0.1}, {"vessel.surge_force_limit": 5e3, "vessel.yaw_moment_limit": 1e5}],
+    ids=["along the leg", "little force"],
+)
+def test_other_settings_of_the_guided_law_run_compiled_to_the_same_bits(changes: dict[str, float]) -> None:
+    """Its kernel is compared in these loops only: on its own it would have to be compiled once more."""
+    assert_same_run(scenario_of("case2_tracking", "guided", **{f"controller.{name}": value for name, value in changes.items()}))
+
+
 def test_every_law_but_model_predictive_control_is_compiled() -> None:
     assert {*LAWS} - {*compilable_laws()} <= {"nmpc", *LAWS.others}
 

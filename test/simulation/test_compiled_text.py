@@ -1,6 +1,7 @@
 """What surrounds the kernels in compiled loops, with the kernels as plain Python: the same numbers as the loop of the classes."""
 
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from vessel_hsmc_ros.campaign.ship_family import ShipFamily
 from vessel_hsmc_ros.control.control_loop import ages
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.run_data import Published, Run
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.scenario.control import make_control_loop
@@ -89,6 +91,14 @@ def scenario_of(made: str, observed: bool) -> Scenario:
     return load_scenario(CASE2, {**changes, **THRUSTERS}) if made == "thrusters" else load_scenario("case2_tracking", changes)
 
 
+@cache
+def run_of_classes(made: str, observed: bool) -> tuple[Run, Published]:
+    """The interpreted run that a compiled one is compared with, and whose measurements a replay takes."""
+    loop = ClosedLoop(scenario_of(made, observed), interpreted=True)
+    loop.run()
+    return loop.result(), loop.published()
+
+
 def same(first: Any, second: Any) -> bool:
     return first is second or bool(np.array_equal(first, second, equal_nan=first.dtype.kind == "f"))
 
@@ -96,12 +106,12 @@ def same(first: Any, second: Any) -> bool:
 @pytest.mark.parametrize("observed", [False, True])
 @pytest.mark.parametrize("made", ["unlike", "thrusters", "stranger"])
 def test_the_text_of_the_compiled_loop_gives_the_run_of_the_classes(made: str, observed: bool) -> None:
-    scenario = scenario_of(made, observed)
-    loops = [ClosedLoop(scenario, interpreted=interpreted) for interpreted in (False, True)]
-    assert isinstance(loops[0]._loop, CompiledLoop)
-    for loop in loops:
-        loop.run()
-    for first, second in ([loop.result() for loop in loops], [loop.published() for loop in loops]):
+    loop = ClosedLoop(scenario_of(made, observed))
+    assert isinstance(loop._loop, CompiledLoop)
+    loop.run()
+    result, published = run_of_classes(made, observed)
+    pairs: list[tuple[Any, Any]] = [(loop.result(), result), (loop.published(), published)]
+    for first, second in pairs:
         for name in (field.name for field in fields(first) if field.name != "control"):
             assert same(getattr(first, name), getattr(second, name)), name
         assert all(same(first.control[name], second.control[name]) for name in first.control)
@@ -120,10 +130,8 @@ def test_a_run_that_is_only_evaluated_has_the_numbers_of_the_classes() -> None:
         np.testing.assert_array_equal(first, second, name)
 
 
-def recorded_of(scenario: Scenario) -> Recorded:
-    loop = ClosedLoop(scenario, interpreted=True)
-    loop.run()
-    run, published = loop.result(), loop.published()
+def recorded_of(made: str, observed: bool) -> Recorded:
+    scenario, (run, published) = scenario_of(made, observed), run_of_classes(made, observed)
     n, grid = len(run.time), RateGrid(scenario.controller.rate_hz)
     stamps = RateGrid(scenario.vessel_sim.rate_hz).stamps(n)
     due = np.diff(grid.indices(stamps), prepend=-1) != 0
@@ -138,7 +146,7 @@ def test_a_replay_gives_the_wrenches_of_the_classes_whatever_the_spans_and_the_a
     made: str, observed: bool
 ) -> None:
     scenario = scenario_of(made, observed)
-    recorded, found = recorded_of(scenario), []
+    recorded, found = recorded_of(made, observed), []
     for interpreted, cut in ((True, 0), (False, 0), (False, 70)):
         controller = scenario.controller
         loop, wrench = make_control_loop(controller), np.full_like(recorded.wrench, np.nan)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
+from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
 from vessel_hsmc_ros.tuning.plan import Objective, Tuning, held_out_cases, load_cases
 from vessel_hsmc_ros.tuning.result import Result, front_of, open_study, tune
@@ -71,7 +72,10 @@ def endless(folder: Path) -> None:
     run(folder, 10_000)
 
 
-def test_a_killed_tuning_continues_with_the_same_trials(tmp_path: Path, uninterrupted: Result) -> None:
+def test_a_killed_tuning_continues_with_the_same_trials(
+    tmp_path: Path, uninterrupted: Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(DISABLED, "1")  # a few dozen steps take less time than the import of a compiler by the process
     process = multiprocessing.get_context("spawn").Process(target=endless, args=(tmp_path,))
     process.start()
     journal, deadline = tmp_path / "journal.log", time.monotonic() + 120.0

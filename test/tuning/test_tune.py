@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 from click.testing import CliRunner, Result
+from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import parse_changes
@@ -90,7 +91,8 @@ def test_the_page_contains_the_verdict_and_both_pictures(folder: Path) -> None:
     assert "On the held-out runs the cost" in (folder / "output.txt").read_text()
 
 
-def test_a_run_without_noise_has_no_other_seeds(tmp_path: Path) -> None:
+def test_a_run_without_noise_has_no_other_seeds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_unrendered(monkeypatch)
     short = [part for node in ("vessel_sim", "controller", "reference_ship") for part in ("--set", f"{node}.rate_hz=10")]
     done = vessel_hsmc(
         "tune", "case2_tracking", "--law", "guided", "--gain", "controller.guided.position_gain", *short, "--workers", "1",
