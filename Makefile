@@ -64,10 +64,11 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 	@cp build/reproduce/claims.md build/reproduce/results.json docs/
 	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
 
-# Two processes share the tests file by file, because fixtures live as long as their file. Each has a ROS domain of its own.
+# Three processes share the tests file by file, because fixtures live as long as their file: on two cores one works while others
+# wait for nodes. Each has a ROS domain of its own.
 # One that ends, by a crash or because a test hangs, ends the run: what is left would not be scheduled.
 test: tools laws definitions  ## run all tests but those that build the package
-	@$(BIN)/python -m pytest -m 'not builds' --numprocesses 2 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+	@$(BIN)/python -m pytest -m 'not builds' --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
 coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project

@@ -9,7 +9,7 @@ import pytest
 from vessel_hsmc_ros.control.controlled_point import ORIGIN, START
 from vessel_hsmc_ros.control.linearised_law import LinearShip, LoopState, _loop, loops
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.law.linear_loop import margins
+from vessel_hsmc_ros.law.linear_loop import System, margins
 from vessel_hsmc_ros.laws import make_controller
 
 PERIOD, U, K = 0.05, 2.0, 0.5
@@ -60,15 +60,27 @@ def controller_of(law: str) -> Any:
     return made
 
 
-@pytest.mark.parametrize(("name", "channel"), [("surge force", 0), ("yaw moment", 1)])
-def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(name: str, channel: int) -> None:
-    late = DAMPED._replace(dead_times=(0.3, 0.3))
+LATE = DAMPED._replace(dead_times=(0.3, 0.3))
 
-    tolerated = 10.0 ** (margins(loops(controller_of("guided"), ORIGIN, late, PERIOD)[name], PERIOD).gain_db / 20.0)
+
+@pytest.fixture(scope="module")
+def late_loops() -> dict[str, System]:
+    """The loops of the guided law, whose memory must be left as it is."""
+    law = controller_of("guided")
+    before = [np.copy(each) for each in law.memory if isinstance(each, np.ndarray)]
+    found = loops(law, ORIGIN, LATE, PERIOD)
+    for old, now in zip(before, (each for each in law.memory if isinstance(each, np.ndarray)), strict=True):
+        np.testing.assert_array_equal(old, now)
+    return found
+
+
+@pytest.mark.parametrize(("name", "channel"), [("surge force", 0), ("yaw moment", 1)])
+def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(late_loops: dict[str, System], name: str, channel: int) -> None:
+    tolerated = 10.0 ** (margins(late_loops[name], PERIOD).gain_db / 20.0)
 
     def deviation(factor: float) -> float:
-        gains = late.gains * np.where(np.arange(2) == channel, factor, 1.0)
-        advance = _loop(controller_of("guided"), ORIGIN, late._replace(gains=gains), PERIOD)
+        gains = LATE.gains * np.where(np.arange(2) == channel, factor, 1.0)
+        advance = _loop(controller_of("guided"), ORIGIN, LATE._replace(gains=gains), PERIOD)
         at = LoopState(
             np.array([0.01, 0.01, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0]), ((0.0,) * 6, (0.0,) * 6), START, controller_of("guided").memory
         )
@@ -80,14 +92,6 @@ def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(name: str, channel
 
     assert deviation(0.9 * tolerated) < 0.3
     assert deviation(1.15 * tolerated) > 0.6  # its limits bound the oscillation
-
-
-def test_the_memory_of_the_law_is_left_as_it_is() -> None:
-    law = controller_of("guided")
-    before = [np.copy(each) for each in law.memory if isinstance(each, np.ndarray)]
-    loops(law, ORIGIN, DAMPED, PERIOD)
-    for old, now in zip(before, (each for each in law.memory if isinstance(each, np.ndarray)), strict=True):
-        np.testing.assert_array_equal(old, now)
 
 
 def test_a_loop_that_is_unstable_is_found_so() -> None:

@@ -4,15 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from compiling import fastest, only_compiled
 from hypothesis import example, given
 from hypothesis import strategies as st
-from observer_consistency import replay
 from sailing import STEP, rms, sail
 
 from vessel_hsmc_ros.control.observer import Observer, units, wave_motion
 from vessel_hsmc_ros.control.observer_covariance import change, jacobian, pass_waves
-from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD, initial_state
+from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD
 from vessel_hsmc_ros.control.observer_model import D1, ObserverParameters, model, propagate, wave_transition
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
@@ -265,35 +263,6 @@ def test_a_new_position_is_used_while_the_heading_sample_is_held() -> None:
     for k in range(20):
         estimate = observer.update(k * STEP, np.array([1.0 + 0.1 * k, 2.0, 0.5]), (0.0, 0.0))
     assert estimate.x == pytest.approx(2.9, abs=0.4)
-
-
-def measurements() -> list[tuple[float, float, float]]:
-    """Noisy poses at 20 Hz: position sampled at 5 Hz, heading at 10 Hz, with an outlier and a permanent jump."""
-    random = np.random.default_rng(5)
-    noise = random.normal(size=(400, 3)) * [0.5, 0.5, 0.005]
-    poses = []
-    for k in range(400):
-        i, j = k - k % 4, k - k % 2
-        jump = 300.0 if k > 250 or 152 <= k < 156 else 0.0
-        poses.append((0.1 * i + noise[i, 0] + jump, noise[i, 1], wrap(0.02 * j + noise[j, 2] + jump)))
-    return poses
-
-
-@only_compiled
-@pytest.mark.parametrize("wave_period", [0.0, 6.0])
-def test_the_compiled_filter_is_bit_identical_to_the_interpreted_one(wave_period: float) -> None:
-    observer = Observer(ObserverParameters(wave_period=wave_period, actuator_lag=0.3), KnownVessel())
-    c, poses = observer.constants, np.array(measurements())
-    wrench = [(3e5 * math.sin(0.05 * k), 1e6 * math.cos(0.03 * k)) for k in range(len(poses))]
-    x, P = np.empty((len(poses), 6)), np.empty((len(poses), 6, 6))
-    fastest(replay)(np.arange(len(poses)) * STEP, poses, np.array(wrench), initial_state(c), c, x, P)
-    restarts, last = 0, (0.0, 0.0)
-    for k, pose in enumerate(poses):
-        estimate = observer.update(k * STEP, pose, last)
-        np.testing.assert_array_equal(x[k], observer.state.x[:6])
-        np.testing.assert_array_equal(P[k], observer.state.P[:6, :6])
-        restarts, last = restarts + (k > 1 and estimate.u == 0.0), wrench[k]
-    assert restarts == 1
 
 
 @pytest.mark.parametrize("x_p", [-3.0, 0.0, 4.0])

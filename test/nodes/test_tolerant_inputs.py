@@ -134,7 +134,7 @@ def test_a_goal_in_map_is_taken_and_its_frame_is_that_of_the_reference(bench: An
 def test_a_twist_that_is_not_filled_in_is_named_on_the_log_and_ends_in_the_safe_action(
     sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    node = sea.start(ControllerNode, law="guided", safety__monitors__velocity_warning=0.1, safety__monitors__velocity_safe=0.2)
+    node = sea.start(ControllerNode, law="pd", safety__monitors__velocity_warning=0.1, safety__monitors__velocity_safe=0.2)
     monkeypatch.setattr(sea, "send_odometry", at_two_metres_per_second(sea))
     sea.run(6.5)
     assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.SAFE, ControlState.VELOCITY)

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import definitions
 import pytest
-from harness import Command
+from harness import Command, exit_code
 from sockets import free_port
 
-from vessel_hsmc_ros.cli.command import execute
 from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
 
 BOAT = Path(__file__).parents[1] / "support" / "foreign_boat.py"
@@ -37,10 +36,7 @@ def vessel_hsmc(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
 
     def carried_out(*arguments: object) -> int:
         monkeypatch.setattr("sys.argv", ["vessel-hsmc", *map(str, arguments)])
-        try:
-            return execute()
-        except SystemExit as end:
-            return int(end.code or 0)
+        return exit_code()
 
     return carried_out
 

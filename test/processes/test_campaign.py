@@ -7,11 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from bag_comparison import assert_equal_to_the_offline_bag
 from campaigns import INERTIA, X, campaign_file
-from harness import Command
+from harness import Command, run_folder
 
-from vessel_hsmc_ros import load_law_file
+from vessel_hsmc_ros import load_law_file, open_bag, simulate
 from vessel_hsmc_ros.campaign.dataset import Dataset, read_rows
 from vessel_hsmc_ros.campaign.execute import run_campaign
 from vessel_hsmc_ros.law.registry import Registry
@@ -127,3 +129,16 @@ def test_a_row_is_repeated_by_the_nodes_bit_identically(start: Start, tmp_path: 
     command = start("vessel-hsmc", "run", "--campaign", folder, "--run", "2", "--no-page")
     assert command.wait(120.0) == 0, command.text
     assert "all metrics are bit-identical to those of row 2 of the campaign" in command.text
+    found = run_folder(command.output.parent / "runs")
+    assert found
+    bag = open_bag(found / "bag")
+    counts = {name: series.count for name, series in bag.topics.items()}
+    assert counts["/odom"] == counts["/odom/truth"] == counts["/dynamics/truth"] == counts["/disturbance"] == 101
+    assert counts["/controller/estimate"] == 51
+    run, offline = bag.run(), simulate(bag.scenario())
+    for name in ("time", "state", "measured", "reference", "wrench", "disturbance"):
+        np.testing.assert_array_equal(getattr(run, name), getattr(offline, name), err_msg=name)
+    for name, values in offline.control.items():
+        np.testing.assert_array_equal(run.control[name], values, err_msg=name)
+    assert not np.array_equal(offline.measured, offline.state)
+    assert_equal_to_the_offline_bag(bag, tmp_path / "bag")

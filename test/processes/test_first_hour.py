@@ -6,22 +6,24 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from harness import Command, executable, run_folder
+from harness import exit_code, run_folder
 
-LIMIT = 120.0
 BOAT = ("--length", 4, "--mass", 500, "--surge-force-limit", 300, "--yaw-moment-limit", 250, "--wind", 5)
 
 Execute = Callable[..., str]
 
 
 @pytest.fixture
-def execute(tmp_path: Path) -> Execute:
-    """Execute a command in one folder for all commands; a command that fails fails the test."""
+def execute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Execute:
+    """Execute a command in one folder for all commands, in this process; a command that fails fails the test."""
+    monkeypatch.chdir(tmp_path)
 
     def executed(*arguments: object) -> str:
-        command = Command([executable("vessel-hsmc"), *arguments], tmp_path, {})
-        assert command.wait(LIMIT) == 0, command.text
-        return command.text
+        monkeypatch.setattr("sys.argv", ["vessel-hsmc", *map(str, arguments)])
+        code = exit_code()
+        shown = capsys.readouterr()
+        assert code == 0, shown
+        return shown.out + shown.err
 
     return executed
 

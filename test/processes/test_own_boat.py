@@ -6,19 +6,9 @@ from pathlib import Path
 
 import pytest
 import yaml
-from harness import run_folder
-
-from vessel_hsmc_ros.cli.command import execute
+from harness import exit_code, run_folder
 
 PAGE = (Path(__file__).parents[2] / "docs" / "own_boat.md").read_text(encoding="utf-8")
-
-
-def exit_code() -> int:
-    """Run the command in this process: each of its own would import and load everything again."""
-    try:
-        return execute()
-    except SystemExit as end:
-        return int(end.code or 0)
 
 
 def test_the_commands_of_the_tutorial_lead_from_data_to_an_identified_boat_under_control(

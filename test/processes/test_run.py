@@ -219,7 +219,7 @@ def test_simulate_gives_the_same_metrics_without_ros(tmp_path: Path, recorded: R
 
 def test_simulate_does_not_import_ros(tmp_path: Path) -> None:
     code = (
-        "import sys; sys.argv[1:] = ['simulate', 'case2_tracking', '--set', 'vessel_sim.duration=1'];"
+        "import sys; sys.argv[1:] = ['simulate', 'case2_tracking', '--no-page', '--set', 'vessel_sim.duration=1'];"
         "from vessel_hsmc_ros.cli.main import main; assert main() == 0; assert 'rclpy' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=60.0, capture_output=True)

@@ -11,6 +11,7 @@ from typing import TypeVar
 
 import pytest
 
+from vessel_hsmc_ros.cli.command import execute
 from vessel_hsmc_ros.core.install_paths import PACKAGE, prefixes
 
 Found = TypeVar("Found")
@@ -32,6 +33,14 @@ def executable(name: str) -> Path:
     if not (BIN / name).exists():
         pytest.skip(f"{name} is not installed in lib/{PACKAGE} of a sourced workspace, nor beside {sys.executable}")
     return BIN / name
+
+
+def exit_code() -> int:
+    """Carry out the command of sys.argv in this process: each of its own would import and load everything again."""
+    try:
+        return execute()
+    except SystemExit as end:
+        return int(end.code or 0)
 
 
 class Command:
