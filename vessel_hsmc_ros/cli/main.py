@@ -5,18 +5,19 @@ import os
 import sys
 
 from vessel_hsmc_ros.cli.interrupts import handle_interrupts, ignore_interrupts
-from vessel_hsmc_ros.core.exceptions import InstallationError
-from vessel_hsmc_ros.core.install_paths import require
-from vessel_hsmc_ros.core.spelling import HANDLER
 
 
 def main() -> int:
     """Run the command as this process; returns its exit code."""
     handle_interrupts()
+    # Imported from here on, during which the user may press Ctrl-C: the command takes a second.
+    from vessel_hsmc_ros.core.exceptions import InstallationError
+    from vessel_hsmc_ros.core.install_paths import require
+
     prepare_streams()
     try:
         require("click", "numpy", "rich", "yaml")
-        from vessel_hsmc_ros.cli.command import execute  # takes a second, during which the user may press Ctrl-C
+        from vessel_hsmc_ros.cli.command import execute
 
         return execute()
     except InstallationError as error:
@@ -28,6 +29,8 @@ def main() -> int:
 
 def prepare_streams() -> None:
     """Open closed standard streams on /dev/null, and let the output spell out characters that its encoding lacks."""
+    from vessel_hsmc_ros.core.spelling import HANDLER
+
     _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
