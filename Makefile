@@ -24,7 +24,7 @@ LOCKED = @mkdir -p build && exec 9> build/.lock && { flock --nonblock 9 || { \
 	echo "Another make sets this folder up: waiting for it ..."; flock 9; }; } && $(MAKE) --no-print-directory --silent
 
 .DEFAULT_GOAL := help
-.PHONY: help setup tools laws definitions wheels try-wheels try-builds demo reproduce verdict test coverage mutants golden node-readers check hooks format terms \
+.PHONY: help setup tools laws definitions wheels try-wheels demo reproduce verdict test test-long coverage mutants golden node-readers check hooks format terms \
 	benchmark benchmark-page benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site dev lock clean
 
 help:  ## list the targets
@@ -49,9 +49,6 @@ wheels: tools  ## build the wheels of package and messages into dist, for this v
 try-wheels: wheels  ## install the wheels into an empty environment without a compiler, and run the demo there
 	@$(BIN)/python tools/try_wheels.py
 
-try-builds: tools  ## build the package from a copy of its source by pip and by colcon, and run it from there
-	@$(BIN)/python -m pytest -m builds
-
 demo:  ## set up as far as it needs, run the paper's case 2 with the paper's law and with the guided law, and compare them in one page
 	$(LOCKED) $(VENV)/.package
 	@$(BIN)/vessel-hsmc demo
@@ -67,8 +64,11 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 # Three processes share the tests file by file, because fixtures live as long as their file: on two cores one works while others
 # wait for nodes. Each has a ROS domain of its own.
 # One that ends, by a crash or because a test hangs, ends the run: what is left would not be scheduled.
-test: tools laws definitions  ## run all tests but those that build the package
-	@$(BIN)/python -m pytest -m 'not builds' --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+test: tools laws definitions  ## run all tests but the long ones
+	@$(BIN)/python -m pytest -m 'not long' --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+
+test-long: tools laws  ## run the long tests: builds by pip and by colcon; demo, soak, tutorial and reproduction over nodes
+	@$(BIN)/python -m pytest -m long
 
 coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project

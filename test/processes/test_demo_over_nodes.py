@@ -4,6 +4,7 @@ import json
 import sys
 from pathlib import Path
 
+import pytest
 from harness import Command
 
 SHORT = """
@@ -15,6 +16,7 @@ cli(["demo"])
 """
 
 
+@pytest.mark.long
 def test_both_laws_run_over_nodes_and_end_in_one_page_and_one_table(tmp_path: Path) -> None:
     command = Command(
         [sys.executable, "-c", SHORT], tmp_path, {"ROS_DOMAIN_ID": ""}

@@ -11,6 +11,7 @@ from harness import exit_code, run_folder
 PAGE = (Path(__file__).parents[2] / "docs" / "own_boat.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_the_commands_of_the_tutorial_lead_from_data_to_an_identified_boat_under_control(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,6 +4,7 @@ import dataclasses
 import subprocess
 from pathlib import Path
 
+import pytest
 from harness import BIN
 
 from vessel_hsmc_ros.paper import reproduction
@@ -16,6 +17,7 @@ SHORT = [
 ]
 
 
+@pytest.mark.long
 def test_the_nodes_reproduce_the_numbers_of_the_offline_loop(tmp_path: Path) -> None:
     progress: list[float] = []
     by_nodes = reproduction.run_cases(SHORT, tmp_path / "nodes", progress.append)

@@ -21,6 +21,7 @@ def soak() -> Any:
     return module
 
 
+@pytest.mark.long
 def test_over_half_a_minute_of_ship_time_no_node_grows_misses_a_period_or_loses_a_message(tmp_path: Path) -> None:
     """The bound is generous, as the run is shorter than its warm-up; a queue that is never emptied exceeds it nevertheless."""
     picture = tmp_path / "soak.png"

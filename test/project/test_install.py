@@ -57,7 +57,7 @@ def data(top: str) -> set[Path]:
     return {path.relative_to(ROOT) for path in (ROOT / top).rglob("*") if path.is_file() and path.suffix != ".pyc"}
 
 
-@pytest.mark.builds
+@pytest.mark.long
 def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tmp_path: Path) -> None:
     prefix = tmp_path / "venv"
     check_output(sys.executable, "-m", "venv", "--without-pip", prefix, cwd=tmp_path)
@@ -80,7 +80,7 @@ def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tm
     assert "messages recorded" in check_output(*command, cwd=tmp_path, environment=environment)
 
 
-@pytest.mark.builds
+@pytest.mark.long
 def test_plain_colcon_build_in_a_workspace_builds_the_package_with_its_messages(source: Path) -> None:
     underlay = {"AMENT_PREFIX_PATH": sys.prefix, "CMAKE_PREFIX_PATH": sys.prefix}
     underlay |= {"CFLAGS": "-O0", "CXXFLAGS": "-O0"}  # compiles in less time
