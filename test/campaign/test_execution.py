@@ -93,11 +93,14 @@ def test_remainders_of_a_killed_process_are_removed(done: Path) -> None:
     assert not remainder.exists()
 
 
-def test_the_folder_has_one_process_at_a_time(done: Path) -> None:
+def test_the_folder_has_one_process_at_a_time_which_keeps_the_file_that_it_is_writing(done: Path) -> None:
+    begun = Dataset(done).rows / ".chunk-00001.parquet.4711"
+    begun.write_bytes(b"PAR1")
     with (done / "campaign.lock").open("ab") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         with pytest.raises(CampaignError, match="another process computes the campaign in"):
             run_campaign(done, workers=1)
+    assert begun.exists()
 
 
 def test_the_folder_of_another_campaign_is_refused(done: Path, tmp_path: Path) -> None:

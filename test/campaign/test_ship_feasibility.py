@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 
 from vessel_hsmc_ros.campaign.feasibility import Demand, _exceeded, demand, infeasible
 from vessel_hsmc_ros.campaign.ship_expansion import expand
@@ -25,6 +26,7 @@ def scenario(family: ShipFamily, **changes: object) -> Scenario:
     return load_scenario("case2_tracking", {"controller.law": "guided", **expand(family), **NO_GUSTS, **changes})
 
 
+@only_compiled
 @pytest.mark.parametrize(("ratio", "coupling"), [(0.6, 0.0), (0.6, 0.03), (1.0, 0.0), (1.08, -0.01)])
 def test_heading_force_and_moment_are_those_of_a_ship_that_is_on_its_reference(ratio: float, coupling: float) -> None:
     # Stable forwards in time, coupled, algebraic, and stable backwards; the law keeps the ship within 0.3 % of its length.

@@ -25,6 +25,7 @@ def error_of(scenario, over=0.25, **changes):
     return rms(position_error(run.state[first:], run.reference[first:])) / LENGTH
 
 
+@only_compiled
 @pytest.mark.parametrize(("scenario", "limit"), [("case2_straight", 0.001), ("case2_tracking", 0.003), ("figure_eight", 0.003)])
 def test_the_ship_tracks_though_nothing_but_inertia_and_limits_is_declared(scenario, limit):
     assert error_of(scenario) < limit
@@ -42,6 +43,7 @@ def test_the_ship_rests_in_a_current_from_every_side_though_it_does_not_know_it(
     assert error_of("case2_tracking", **AT_REST, **flow, **calm, **{"vessel_sim.duration": 600.0}) < 0.02
 
 
+@only_compiled
 def test_slow_actuators_that_are_declared_do_not_make_it_oscillate():
     slow = {"surge_lag": 1.0, "yaw_lag": 1.0, "surge_force_rate": 4e4, "yaw_moment_rate": 6e5}
     plant = {f"vessel_sim.actuators.{name}": value for name, value in slow.items()}
@@ -49,6 +51,7 @@ def test_slow_actuators_that_are_declared_do_not_make_it_oscillate():
     assert error_of("case2_straight", **plant, **known) < 0.005
 
 
+@only_compiled
 def test_a_ship_with_slow_actuators_reaches_a_turning_reference_from_six_lengths_away():
     slow = {"vessel_sim.actuators.surge_force_rate": 2e4, "vessel_sim.actuators.yaw_moment_rate": 3e5}
     known = {"surge_force_rate": 2e4, "yaw_moment_rate": 3e5, **INSTANT}
@@ -57,6 +60,7 @@ def test_a_ship_with_slow_actuators_reaches_a_turning_reference_from_six_lengths
     assert error_of("case2_tracking", **slow, **declared, **far) < 0.005
 
 
+@only_compiled
 def test_a_ship_whose_slow_actuators_are_not_declared_does_not_stay_on_a_circle_within_that_of_her_reference():
     slow = {"vessel_sim.actuators.surge_force_rate": 2e4, "vessel_sim.actuators.yaw_moment_rate": 3e5}
     turn = {"reference_ship.surge_force": 9e4, "reference_ship.yaw_moment": 6e5, "reference_ship.initial_pose": [15.0, 15.0, 0.0]}
@@ -64,6 +68,7 @@ def test_a_ship_whose_slow_actuators_are_not_declared_does_not_stay_on_a_circle_
     assert error_of("case2_tracking", **slow, **turn, **far) < 0.002
 
 
+@only_compiled
 @pytest.mark.parametrize(("to_full", "dead_time"), [(16.0, 1.5), (20.0, 0.0), (20.0, 1.5)])
 def test_turns_of_a_ship_whose_slow_actuators_are_not_declared_do_not_overshoot_for_ever(to_full, dead_time):
     slow = {
@@ -77,6 +82,7 @@ def test_turns_of_a_ship_whose_slow_actuators_are_not_declared_do_not_overshoot_
     assert error_of("case2_straight", **plant, **away) < 0.01
 
 
+@only_compiled
 @pytest.mark.parametrize("circling", [True, False])
 def test_a_ship_whose_pivot_is_ahead_of_her_origin_circles_and_rests(circling):
     coupled = {"sway_yaw_inertia": 1.2e6, "sway_damping_from_yaw": 4.8e5, "yaw_damping_from_sway": 4.8e5}
