@@ -88,6 +88,8 @@ def test_the_run_goes_on_while_a_node_is_suspended_and_restarted_on_demand(carri
         "restart of controller begins",
         "restart of controller ends",
     ]
+    log = (Path(bag.path).parent / "logs" / "controller.log").read_text(encoding="utf-8")
+    assert log.count("law pd at") == 2, "the log of the node that was killed goes on"
     at = np.array([*operations(bag)])
     at -= next(m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for _, _, m in bag.messages("/odom"))
     assert not ((at > 0.7) & (at < 1.25)).any()
