@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from compiling import only_compiled
 
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
@@ -53,6 +54,7 @@ def error_under_way(run: Run) -> float:
     return rms(position_error(run.state, run.reference)[run.time >= run.time[-1] - 0.5 * UNDER_WAY])
 
 
+@only_compiled
 def test_a_ship_that_has_rested_for_hours_under_noise_tracks_as_one_that_has_not() -> None:
     rest = 3600.0 * HOURS
     fresh = math.sqrt(np.mean([error_under_way(rested(SETTLED, seed)) ** 2 for seed in (1, 2, 3)]))
