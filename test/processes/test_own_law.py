@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from harness import BIN, run_folder
+from harness import BIN, exit_code, run_folder
 
 from vessel_hsmc_ros import Run, load_law_file, load_scenario, open_bag, simulate
-from vessel_hsmc_ros.cli.main import main
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.registry import Registry
 from vessel_hsmc_ros.report.from_bag import of_bag
@@ -50,10 +49,7 @@ def verb(folder: Path, monkeypatch: pytest.MonkeyPatch, laws: Registry) -> Verb:
 
     def call(*arguments: str) -> int:
         monkeypatch.setattr("sys.argv", ["vessel-hsmc", *arguments])
-        try:
-            return main()
-        except SystemExit as end:
-            return int(end.code or 0)
+        return exit_code()
 
     return call
 
