@@ -82,6 +82,15 @@ def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_p
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("module", ["vessel_hsmc_ros.nodes.controller", "vessel_hsmc_ros.nodes.vessel_group", "vessel_sim_node"])
+def test_a_node_that_is_interrupted_while_it_imports_ends_without_a_traceback(module: str, tmp_path: Path) -> None:
+    (tmp_path / "yaml.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n", encoding="utf-8")
+    path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
+    command = [sys.executable, "-m", module]
+    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120.0)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_path_that_needs_scipy_is_refused_in_one_line_where_it_is_missing() -> None:
     code = "from vessel_hsmc_ros.nodes import entry_points; sys.exit(entry_points.reference_ship_node())"
     command = [

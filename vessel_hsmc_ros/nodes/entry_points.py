@@ -24,8 +24,7 @@ def entry_point(program: NodeProgram) -> Callable[[], int]:
     """
 
     def main() -> int:
-        # The node's own handlers follow when it is imported; until then there is nothing to complete.
-        signal.signal(signal.SIGINT, lambda *_: os._exit(0))
+        end_on_interrupt()
         try:
             _check(program)
             node = import_module(program.source)
@@ -39,6 +38,11 @@ def entry_point(program: NodeProgram) -> Callable[[], int]:
         return code
 
     return main
+
+
+def end_on_interrupt() -> None:
+    """Let SIGINT end the process at once: until the node's own handlers follow, there is nothing to complete."""
+    signal.signal(signal.SIGINT, lambda *_: os._exit(0))
 
 
 def check_module(command: Sequence[str]) -> None:
