@@ -1,6 +1,6 @@
 """`vessel-hsmc identify`: the hull data of a ship from its recorded motion."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     "--output",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path(),
-    help="Folder of the files, which are replaced [default: this one].",
+    help="Folder of the files, which replace those of an earlier identification [default: this one].",
 )
 def identify(
     data: Sequence[Path], names: str, vessel: str | None, held_out: Sequence[Path], columns: Sequence[str], **options: Any
@@ -69,19 +69,43 @@ def identify(
 
     chosen = model(names if names in MODELS or "_" not in names else tuple(part.strip() for part in names.split(",")))
     start = None if vessel is None else read_vessel(vessel)
-    named, output = _columns(columns), options["output"]
+    named = _columns(columns)
     if again := {path.resolve() for path in data} & {path.resolve() for path in held_out}:
         raise ParameterError(f"--held-out {min(again)} is not allowed: it is a run of the estimation, which judges nothing")
     runs = [_measurements(path, named, options["namespace"]) for path in data]
     unused = [_measurements(path, named, options["namespace"]) for path in held_out]
-    output.mkdir(parents=True, exist_ok=True)
-    check_writable(output)
+    _check_output(options, start)
     known = ship_of(start.values) if start else None
     with progress_bar(f"identifying {options['name']}", 100.0, "%") as update:
         found = estimate(runs, chosen, known, options["window"], lambda what, done: update(100.0 * done, note=what))
     judged = _judged(unused, found, start, options["window"])
     _write(options, runs, found, judged, start)
     _print(runs, found, judged)
+
+
+def _check_output(options: dict[str, Any], start: "LibraryVessel | None") -> None:
+    """Check before the identification that its files can be written, and that they replace none but those of an earlier one.
+
+    Raises:
+        ParameterError: length or beam is not known, or the vessel file exists and was not identified.
+        RunError: the folder is not writable.
+    """
+    from vessel_hsmc_ros.identification.page import check_known, is_identified
+
+    check_known(_known(options, start, {}))
+    vessel = options["output"] / f"{options['name']}.yaml"
+    if vessel.exists() and not is_identified(vessel):
+        raise ParameterError(f"{vessel} exists and is not an identified vessel: choose another --name or --output")
+    options["output"].mkdir(parents=True, exist_ok=True)
+    check_writable(options["output"])
+
+
+def _known(options: dict[str, Any], start: "LibraryVessel | None", estimated: Mapping[str, float]) -> dict[str, object]:
+    """What is known of the ship beside the estimates, by the names in a vessel file."""
+    from vessel_hsmc_ros.identification.page import known_of
+
+    known = known_of(start.values, estimated) if start else {}
+    return known | {key: options[key] for key in ("length", "beam") if options[key] is not None}
 
 
 def _columns(given: Sequence[str]) -> dict[str, str]:
@@ -145,11 +169,10 @@ def _write(
     Raises:
         ParameterError: length or beam is not known.
     """
-    from vessel_hsmc_ros.identification.page import errors, known_of, render, vessel_text
+    from vessel_hsmc_ros.identification.page import errors, render, vessel_text
 
     name, output = options["name"], options["output"]
-    known = known_of(start.values, found.values) if start else {}
-    known |= {key: options[key] for key in ("length", "beam") if options[key] is not None}
+    known = _known(options, start, found.values)
     shown = {f"{each.run.name}, {key}": value for each in judged for key, value in errors(each.prediction).items()}
     text = vessel_text(name, found, runs, known, shown)
     page = render(name, runs, found, judged)

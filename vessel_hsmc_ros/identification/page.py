@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 ERRORS_TITLE = "Prediction errors, rms over windows"
 ERRORS_HEAD = ["run", "position", "heading", "surge velocity", "sway velocity", "yaw rate"]
+CITATION = "identified from recorded motion by vessel_hsmc_ros"
 PARAMETERS_HEAD = ["parameter", "estimate", "standard error", "relative", "unit", "meaning"]
 
 
@@ -257,16 +259,14 @@ def vessel_text(
     Raises:
         ParameterError: length or beam is not known.
     """
-    for needed in ("length", "beam"):
-        if needed not in known:
-            raise ParameterError(f"the {needed} of the ship is not known: it takes --vessel START, or --{needed}")
+    check_known(known)
     largest = {key: float(np.nanmax(np.abs(np.concatenate([run.wrench[:, i] for run in runs])))) for key, i in LIMITS.items()}
     hull = {key: _digits(value) for key, value in found.vessel_values().items()}
     document = {
         "name": name,
         "description": f"Identified from {', '.join(run.name for run in runs)}.",
         "source": {
-            "citation": f"identified from recorded motion by vessel_hsmc_ros {__version__}, model {found.model.name}",
+            "citation": f"{CITATION} {__version__}, model {found.model.name}",
             "table": ", ".join(run.name for run in runs),
         },
         "checks": {
@@ -276,6 +276,22 @@ def vessel_text(
         "vessel": {**{key: _digits(value) for key, value in largest.items() if value > 0.0}, **known, **hull},
     }
     return yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+
+
+def check_known(known: Mapping[str, object]) -> None:
+    """Check that what is known of a ship suffices for a vessel file.
+
+    Raises:
+        ParameterError: length or beam is not known.
+    """
+    for needed in ("length", "beam"):
+        if needed not in known:
+            raise ParameterError(f"the {needed} of the ship is not known: it takes --vessel START, or --{needed}")
+
+
+def is_identified(path: Path) -> bool:
+    """Whether a file is a vessel that `vessel_text` has written."""
+    return CITATION in path.read_text(encoding="utf-8", errors="replace")
 
 
 def known_of(values: Mapping[str, object], estimated: Mapping[str, float]) -> dict[str, object]:
