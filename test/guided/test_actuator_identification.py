@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from compiling import fastest, only_compiled
+from compiling import only_compiled
 
 from vessel_hsmc_ros.campaign.ship_expansion import expand
 from vessel_hsmc_ros.campaign.ship_family import ShipFamily
@@ -17,6 +17,7 @@ from vessel_hsmc_ros.law.inputs import unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law
+from vessel_hsmc_ros.simulation.compilation import compiled
 
 UNDECLARED = KnownVessel()
 T = unit_time(UNDECLARED)
@@ -45,7 +46,7 @@ def model_after(
 
     The command changes at random every 0.8 T. The heading passes 180 degrees many times: the hull turns to port on the whole.
     """
-    m, rng, identified_by = first_state(c, 2.0), np.random.default_rng(4), fastest(identify)
+    m, rng, identified_by = first_state(c, 2.0), np.random.default_rng(4), compiled(identify)
     commands, headings, psi, r, tau = [0.0] * (1 + round(dead_time * T / PERIOD)), [3.0] * (late + 1), 3.0, 0.0, 0.0
     command, limit = 0.0, UNDECLARED.yaw_moment_limit
     for k in range(round(duration * T / PERIOD)):

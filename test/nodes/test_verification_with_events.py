@@ -5,7 +5,6 @@ from typing import Any
 
 import nav_msgs.msg
 import numpy as np
-from compiling import fastest
 from geometry_msgs.msg import PoseStamped
 from rclpy.duration import Duration
 from std_srvs.srv import SetBool, Trigger
@@ -19,6 +18,7 @@ from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.runs.verification import verify
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
+from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_sim_node.node import VesselSimNode
 
 NODES = (RecorderNode, ReferenceShipNode, ControllerNode, VesselSimNode)
@@ -115,7 +115,7 @@ def test_a_path_that_is_changed_under_way_is_the_same_in_bag_offline_reference_c
         reference.advance()
         begin = end + 1
     rows = np.empty((len(recorded) - begin, 9))
-    fastest(reference.follow)(reference.memory, reference.constants, rows)
+    compiled(reference.follow)(reference.memory, reference.constants, rows)
     np.testing.assert_array_equal(recorded[begin:], rows)
     assert_steps(reference, recorded[begin:])
 

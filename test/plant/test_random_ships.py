@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from compiling import fastest, repeated
+from compiling import repeated
 from hulls import ship
 from numpy.typing import NDArray
 
@@ -15,6 +15,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force, rk4_step
 from vessel_hsmc_ros.plant.hull_check import check_hull, largest_gain
+from vessel_hsmc_ros.simulation.compilation import compiled
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -130,7 +131,7 @@ def fleet(symmetric: bool, count: int) -> Iterator[tuple[ShipParameters, Triple,
 
 
 def results(symmetric: bool, count: int) -> Array:
-    run = fastest(sail)
+    run = compiled(sail)
     rows = [
         (*run(start, parameters.coefficients(), INPUTS, units, current), units[1] / units[2] * STEP)
         for parameters, start, units, current in fleet(symmetric, count)

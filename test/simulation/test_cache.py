@@ -192,3 +192,13 @@ def test_compilation_can_be_switched_off(monkeypatch: pytest.MonkeyPatch) -> Non
     assert compilation.available()
     compilation.disable()
     assert not compilation.available()
+
+
+@pytest.mark.parametrize("variable", [compilation.DISABLED, "NUMBA_DISABLE_JIT"])
+def test_kernels_are_interpreted_where_compilation_is_switched_off(
+    monkeypatch: pytest.MonkeyPatch, place: Path, variable: str
+) -> None:
+    monkeypatch.setenv(variable, "1")
+    assert Compiled(doubled, "", {})(VALUES) == 12.0
+    assert Compiled(doubled, "", {"twice": thrice})(VALUES) == 18.0
+    assert not stored(place)

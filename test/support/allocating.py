@@ -1,7 +1,6 @@
 """The allocation of many demands at once, compiled, and random demands to a layout."""
 
 import numpy as np
-from compiling import fastest
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.allocated_forces import THRUST, TURN, Allocator
@@ -9,6 +8,7 @@ from vessel_hsmc_ros.control.allocation import allocate, allocated_wrench, alloc
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
 from vessel_hsmc_ros.plant.thruster_plant import ThrusterState, hull_wrench, thrusters_of
+from vessel_hsmc_ros.simulation.compilation import compiled
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def allocated(layout: ThrusterLayout, demands: Array, elapsed: float = 1.0) -> t
     c = allocator(layout)
     k = len(c.rows)
     rows = np.empty((len(demands), 3 + 2 * k))
-    fastest(allocate_all)(demands, elapsed, SURGE_SPEED, c, new_state(c), rows)
+    compiled(allocate_all)(demands, elapsed, SURGE_SPEED, c, new_state(c), rows)
     return rows[:, :3], rows[:, 3 : 3 + k], rows[:, 3 + k :]
 
 

@@ -7,15 +7,10 @@ import pytest
 
 from vessel_hsmc_ros.core.kernel import bound
 from vessel_hsmc_ros.simulation import compiled_loop, preparation, recorded_loop
-from vessel_hsmc_ros.simulation.compilation import available, compiled
+from vessel_hsmc_ros.simulation.compilation import available
 
 only_compiled = pytest.mark.skipif(not available(), reason="compilation is switched off, or Numba is not installed")
 """Marks tests of machine code, and those whose runs take minutes without it."""
-
-
-def fastest(kernel: Any) -> Any:
-    """A kernel compiled, or interpreted where compilation is switched off, as for mutants of kernels."""
-    return compiled(kernel) if available() else kernel
 
 
 def repeated(count: int) -> int:

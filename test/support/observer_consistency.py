@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.simulation.compilation import available, compiled
+from vessel_hsmc_ros.simulation.compilation import compiled
 
 Stamps = NDArray[np.int64]
 
@@ -54,7 +54,7 @@ def normalised_errors(run: Run, scenario: Scenario) -> tuple[Array, Array]:
     at = np.searchsorted(run.time, time - 1e-9)
     x, P = np.empty((len(at), DEGREES)), np.empty((len(at), DEGREES, DEGREES))
     stamps, poses = np.rint(time * 1e9).astype(np.int64), np.ascontiguousarray(run.measured[at, :3])
-    run_it = compiled(replay, "the observer over a run") if available() else replay
+    run_it = compiled(replay, "the observer over a run")
     run_it(stamps, poses, wrench, observer.state, observer.constants, x, P)
     error = x - run.state[at]
     error[:, 2] = (error[:, 2] + np.pi) % (2.0 * np.pi) - np.pi

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from vessel_hsmc_ros.identification.smoothing import smooth
 from vessel_hsmc_ros.identification.types import Measurements, Prediction, vessel
 from vessel_hsmc_ros.identification.types import inputs as inputs_of
 from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
-from vessel_hsmc_ros.simulation import compilation
+from vessel_hsmc_ros.simulation.compilation import compiled
 
 Integers = NDArray[np.int64]
 
@@ -125,8 +125,7 @@ def simulated(cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets
         delay: By how much the wrench acts later than it is recorded, s.
     """
     states = np.empty(cut.measured.shape)
-    call: Any = compilation.compiled(simulate_windows, allocates=False) if compilation.available() else simulate_windows
-    call(cut.times, cut.delayed(delay), starts, vessel, gains, offsets, cut.steps, states)
+    compiled(simulate_windows, allocates=False)(cut.times, cut.delayed(delay), starts, vessel, gains, offsets, cut.steps, states)
     return states
 
 

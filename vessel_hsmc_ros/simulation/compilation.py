@@ -64,7 +64,7 @@ _loading = threading.RLock()
 
 
 class Compiled:
-    """A kernel as machine code, loaded from the cache or compiled at its first call.
+    """A kernel as machine code, loaded from the cache or compiled at its first call; interpreted where nothing can be compiled.
 
     Args:
         function: The kernel.
@@ -85,7 +85,9 @@ class Compiled:
         return self._call is not None or is_stored(self._name)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the machine code; arguments with defaults may be left out."""
+        """Call the machine code, or the kernel itself; arguments with defaults may be left out."""
+        if not available():
+            return bound(self._function, **self._kernels)(*arguments)
         if (missing := self._function.__code__.co_argcount - len(arguments)) > 0:
             arguments += (self._function.__defaults__ or ())[-missing:]
         if self._call is None:
