@@ -48,6 +48,8 @@ def vessel_hsmc(
         return code, captured.out, captured.err
 
     monkeypatch.setenv("COLUMNS", "160")
+    for limit in ("DISCOVERY_LIMIT", "ANSWER_LIMIT"):  # of which a busy machine needs more
+        monkeypatch.setattr(remote, limit, 30.0)
     thread = threading.Thread(target=serve)
     yield run
     running = False
