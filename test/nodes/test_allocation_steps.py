@@ -59,6 +59,17 @@ def test_each_time_out_ends_every_thrust_and_every_shaft_speed_and_no_angle(make
         assert made.sent_by(made.node._check_age) == {}, "once: then the topics are left to others"
 
 
+def test_each_change_of_the_time_out_holds_from_the_next_period_on(make: Any) -> None:
+    made = make("twin")
+    for timeout in (0.8, 0.15, 0.5):
+        made.change(command_timeout=timeout)
+        made.drive()
+        made.wait(timeout - 0.02)
+        assert made.sent_by(made.node._check_age) == {}
+        made.wait(0.04)
+        assert made.sent_by(made.node._check_age) == made.at_rest
+
+
 @pytest.mark.parametrize("name", PARTS)
 def test_at_its_end_it_leaves_no_thrust_and_no_shaft_speed(make: Any, name: str) -> None:
     made = make(name)

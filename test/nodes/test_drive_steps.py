@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -102,10 +101,7 @@ def test_each_input_that_falls_silent_ends_the_output_and_again(make: Any, form:
 def test_a_changed_time_out_holds_in_each_form(make: Any, form: str) -> None:
     made = make(form)
     made.step()
-    longer = SimpleNamespace(**{**vars(made.node.parameters), "command_timeout": 2.0})
-    made.node.retune(longer)
-    if form == "cmd_vel":  # whose state is aged by the node's own parameters, which are exchanged after `retune`
-        made.node.parameters = longer
+    made.change(command_timeout=2.0)
     made.silent = "all"
     assert set(made.step(90)) == {FULL[form]}
     assert ZERO[form] in made.step(20)

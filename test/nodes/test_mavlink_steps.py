@@ -166,6 +166,16 @@ def test_after_each_takeover_a_person_may_enable_the_controller_that_was_stood_d
         assert made.step()[-1] == FULL["manual"]
 
 
+def test_where_the_sticks_rest_is_looked_at_anew_after_each_standby(boat: Any) -> None:
+    made = boat("guided")  # which sends no channels
+    for at in (1500, 1800, 1200):
+        made.step(STANDBY)
+        for width, kept in ((at, True), (at + 20, True), (at + 200, False)):
+            made.receive("RC_CHANNELS", **{f"chan{k}_raw": width for k in range(1, 19)})
+            made.step(ACTIVE, 30)
+            assert (made.step(ACTIVE)[-1:] == [FULL["guided"]]) == kept, f"the stick rests at {at} and is at {width}"
+
+
 def test_while_it_is_not_obeyed_standby_is_requested_again_and_again_and_no_longer(boat: Any) -> None:
     made = boat().driven()
     made.autopilot["custom_mode"] = HOLD
@@ -201,7 +211,7 @@ def test_each_command_that_falls_silent_ends_all_of_them_and_again(boat: Any, fo
 @pytest.mark.parametrize("form", FULL)
 def test_a_changed_time_out_holds_for_each_form(boat: Any, form: str) -> None:
     made = boat(form).driven()
-    made.node.retune(made.node.parameters.__class__(**{**vars(made.node.parameters), "command_timeout": 3.0}))
+    made.change(command_timeout=3.0)
     made.silent = "all"
     assert made.step(ACTIVE, 50)[-1] == FULL[form]
     assert made.step(ACTIVE, 30)[-1] != FULL[form]

@@ -96,6 +96,15 @@ def test_each_restart_and_each_other_mode_ends_the_commands_until_the_controller
         boat.driven()
 
 
+def test_each_change_of_the_time_out_holds_from_the_next_period_on(boat: Boat) -> None:
+    boat.driven()
+    for timeout in (1.0, 0.4):
+        boat.change(command_timeout=timeout)
+        boat.step(ACTIVE, 15)
+        held = boat.step(ACTIVE, 60, commanded=False)
+        assert held.count(FULL) == pytest.approx(timeout / PERIOD, abs=1.0)
+
+
 def test_a_stop_is_zero_at_once_each_time_and_what_follows_begins_at_zero(boat: Boat) -> None:
     boat.driven()
     for _ in range(2):

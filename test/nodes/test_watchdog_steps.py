@@ -174,7 +174,7 @@ def test_the_age_is_that_of_the_stamp_and_none_is_infinite(make: Any) -> None:
 def test_the_latest_command_holds_for_its_time_which_may_be_a_part_of_a_second(make: Any) -> None:
     made = make()
     for k, timeout in enumerate((0.3, 0.7, 0.12, 1.4)):
-        made.input.retune(timeout)
+        made.change(command_timeout=timeout)
         made.command(10.0 * k, -3.0 * k)
         made.wait(timeout - 0.01)
         assert made.input.present() == (10.0 * k, -3.0 * k)

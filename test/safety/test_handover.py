@@ -126,3 +126,4 @@ def test_a_channel_without_a_signal_has_no_stick(width: int) -> None:
     watched = sticks()
     watched.moved(0.0, [1500, 1500, 1500])
     assert not watched.moved(1.0, [width, 1500])
+    assert watched.moved(2.0, [width, 1500, 1900]) == "channel 3 of the radio is at 1900 µs", "those after it are watched"

@@ -5,6 +5,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from rclpy.parameter import Parameter
 
 from vessel_hsmc_ros.messages import conversions as conv
 
@@ -60,6 +61,11 @@ class SteppedNode:
 
     def _note(self, publisher: Any, message: Any) -> None:
         self.sent.append((publisher.topic_name[1:], deepcopy(message)))  # nodes fill in the same message again
+
+    def change(self, **values: Any) -> None:
+        """Change parameters of the node as a request of another node does."""
+        (result,) = self.node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
+        assert result.successful, result.reason
 
     def wait(self, seconds: float) -> None:
         """Let time pass, s, in which the node is not called."""
