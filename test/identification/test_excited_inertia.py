@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from compiling import only_compiled
 from otter_runs import OTTER, otter
 
 from vessel_hsmc_ros.core.arrays import Array
@@ -42,6 +43,7 @@ def test_a_force_may_be_held_between_samples_or_sampled_while_it_changes(held: b
     assert found.values["surge_inertia"] == pytest.approx(OTTER["surge_inertia"], rel=0.015)
 
 
+@only_compiled
 def test_a_motion_that_the_wrench_does_not_explain_is_a_warning() -> None:
     run = otter(0, 10.0, rich=True, held=True)
     gust = np.where(np.sin(run.time) > 0.0, 0.3 * OTTER["yaw_damping"], 0.0)

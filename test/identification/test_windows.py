@@ -10,6 +10,7 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification.types import Measurements
 from vessel_hsmc_ros.identification.windows import simulated, windows
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.simulation.compilation import DISABLED
 
 SHIP = VesselParameters().coefficients()
 TIME = np.arange(0.0, 2.0, 0.1)
@@ -21,6 +22,15 @@ def end_of(psi: float, wrench: Any = (0.0, 0.0, 0.0), gains: Any = (1.0, 1.0, 1.
     run = Measurements(TIME, np.zeros((len(TIME), 3)), np.zeros((len(TIME), 3)), recorded)
     start = np.array([[0.0, 0.0, psi, 0.0, 0.0, 0.0]])
     return np.asarray(simulated(windows([run], 2.0), start, SHIP, np.array(gains), np.array(offsets))[0, -1])
+
+
+@pytest.mark.parametrize("interpreted", ["0", "1"])
+def test_a_motion_that_diverges_is_not_finite_compiled_and_interpreted(monkeypatch: pytest.MonkeyPatch, interpreted: str) -> None:
+    monkeypatch.setenv(DISABLED, interpreted)
+    run = Measurements(TIME, np.zeros((len(TIME), 3)), np.zeros((len(TIME), 3)), np.tile([0.0, 0.0, 1e300], (len(TIME), 1)))
+    states = simulated(windows([run], 2.0), np.zeros((1, 6)), SHIP, np.ones(3), np.zeros(3))[0]
+    assert np.isfinite(states[0]).all()
+    assert not np.isfinite(states[-1]).any()
 
 
 @pytest.mark.parametrize("psi", [0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi])

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -123,9 +124,15 @@ def simulated(cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets
         gains: Factors on surge force, sway force and yaw moment, (3,).
         offsets: Steady forces in the earth-fixed frame and yaw moment, (3,).
         delay: By how much the wrench acts later than it is recorded, s.
+
+    Returns:
+        States at the samples of each window, (w, k, 6); not finite where the motion diverges.
     """
-    states = np.empty(cut.measured.shape)
-    compiled(simulate_windows, allocates=False)(cut.times, cut.delayed(delay), starts, vessel, gains, offsets, cut.steps, states)
+    states = np.full(cut.measured.shape, np.nan)
+    with suppress(ValueError):  # interpreted, the cosine of an infinite heading ends it; compiled, it is not finite either
+        compiled(simulate_windows, allocates=False)(
+            cut.times, cut.delayed(delay), starts, vessel, gains, offsets, cut.steps, states
+        )
     return states
 
 
