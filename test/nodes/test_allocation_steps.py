@@ -1,12 +1,15 @@
 """The thrust allocation step by step: what it leaves to each thruster after a time-out, at its end, and the second time."""
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 from std_msgs.msg import Float64
 from stepped_node import SteppedNode
 from thruster_layouts import layout
 
+from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import command_input
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
@@ -22,7 +25,7 @@ class Allocation(SteppedNode):
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, name: str, **more: Any) -> None:
         given = {"command_timeout": TIMEOUT, **layout(name), **COEFFICIENTS, **more}
         super().__init__(bench, monkeypatch, ThrusterAllocationNode, (command_input,), **given)
-        self.names = PARTS[name]
+        self.names = PARTS.get(name, ())
 
     def drive(self, force: float = 30.0, moment: float = 5.0) -> dict[str, float]:
         """Command a wrench; returns what is sent to the thrusters by topic."""
@@ -68,6 +71,22 @@ def test_each_change_of_the_time_out_holds_from_the_next_period_on(make: Any) ->
         assert made.sent_by(made.node._check_age) == {}
         made.wait(0.04)
         assert made.sent_by(made.node._check_age) == made.at_rest
+
+
+@pytest.mark.parametrize("heading", [0.5 * math.pi, math.pi, 0.0])
+def test_a_rudder_is_turned_for_the_surge_velocity_in_whichever_frame_the_odometry_gives_it(make: Any, heading: float) -> None:
+    angles = []
+    for frame in ("child", "parent"):
+        made = make("rudder", odometry__twist_frame=frame)
+        message = conv.new_odometry()
+        conv.write_odometry(message, conv.time_message(made.time.monotonic_ns()), np.array([0.0, 0.0, heading, 2.0, 0.0, 0.0]))
+        if frame == "parent":
+            twist = message.twist.twist.linear
+            twist.x, twist.y = 2.0 * math.cos(heading), 2.0 * math.sin(heading)
+        made.node._on_odometry(message)
+        angles.append({topic: value for topic, value in made.drive(0.0).items() if topic.endswith("angle")})
+    assert any(angles[0].values())
+    assert angles[1] == pytest.approx(angles[0])
 
 
 @pytest.mark.parametrize("name", PARTS)
