@@ -1,13 +1,20 @@
 """The regulator of the guided law: the Riccati equation, its closed loop, and the table between whose nodes it is taken."""
 
+import math
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.guided.controller import turn
+from vessel_hsmc_ros.guided.guidance import Integrals, Track
 from vessel_hsmc_ros.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.guided.regulator import DECAYS, LARGEST_HEADING_GAIN, RATIOS, SPEEDS, bounded, interpolate, regulator, table
 from vessel_hsmc_ros.law.known_vessel import INSTANT, ControlledVessel, KnownVessel
+from vessel_hsmc_ros.laws import make_controller
 
 E_0, R_0 = 0.1, 0.5
 
@@ -86,3 +93,17 @@ def test_a_track_is_followed_tightly_only_by_a_ship_of_known_actuators_whose_piv
     assert [distance_worth_the_moment(share * length) for share in (0.05, 0.1, 0.2)] == pytest.approx(
         [1.5 * tight, 2.0 * tight, 2.0 * tight]
     )
+
+
+@pytest.mark.parametrize("v", [0.02, -0.05])
+def test_astern_the_regulator_is_that_of_ahead_with_bow_and_stern_exchanged(v: float) -> None:
+    """The sway of a hull that sails astern is that of ahead, with the opposite turn: dv = -kappa·u·r - a·v."""
+    law: Any = make_controller("guided", 0.1)
+
+    def yaw_rate(way: float) -> float:
+        sailed = Track(0.3, 0.0, 0.0, 0.0, way, 0.0, way * 0.3, 0.0, 0.0, Integrals(0.0, 0.0, 0.0, 0.0))
+        ship = Motion(0.0, 0.0, 0.0 if way > 0.0 else math.pi, way * 0.3, v, 0.0)
+        return float(turn(sailed, ship, (0.0, 0.0), 0.0, 0.0, law.memory, law.constants.gains).r_c)
+
+    assert abs(yaw_rate(1.0)) > 0.1 * abs(v)
+    assert yaw_rate(-1.0) == pytest.approx(-yaw_rate(1.0))

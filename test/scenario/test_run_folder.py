@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, write_summary
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, write_summary
 
 
 @contextmanager
@@ -23,6 +23,12 @@ def files_end_at(size: int) -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_runs_that_start_in_the_same_second_have_a_folder_each(tmp_path: Path) -> None:
+    folders = [make_run_folder(tmp_path / "runs", "circle").path for _ in range(5)]
+    assert len(set(folders)) == 5
+    assert all(folder.is_dir() for folder in folders)
 
 
 def test_a_summary_or_parameters_that_do_not_fit_on_the_disk_leave_the_older_ones_as_they_are(tmp_path: Path) -> None:
