@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 import pytest
+from forwarded_share import Period, compare
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
@@ -60,6 +61,22 @@ class Drive(SteppedNode):
             self.node._on_timer()
         return self.pairs(count)
 
+    PERIOD = PERIOD
+
+    def period(self, given: Period) -> float:
+        """A period with some command; returns the share of it that was sent."""
+        count = len(self.sent)
+        self.wait(PERIOD)
+        if given.command:
+            self.node._on_command(self.command_of(given.command, 100.0, -25.0))
+        self.node._on_timer()
+        sent = self.pairs(count)
+        return float(sent[-1][0]) / FULL[self.form][0] if sent else 0.0
+
+    def stop(self, rearm: bool = False) -> None:
+        """Call a service of the latch."""
+        self.call(self.node._latch._rearm if rearm else self.node._latch._stop)
+
     def pairs(self, count: int) -> list[Any]:
         """What has been published since some messages, as pairs."""
         messages = [message for _, message in self.sent[count:]]
@@ -95,6 +112,11 @@ def test_each_input_that_falls_silent_ends_the_output_and_again(make: Any, form:
         assert set(ending[4:]) <= {ZERO[form]}
         assert ending.count(ZERO[form]) == LAST_COMMANDS, "then the topic is left to others"
         made.silent = ""
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(make: Any, seed: int) -> None:
+    compare(make("normalised"), seed, 2000, 1e-6, is_autopilot=False)
 
 
 @pytest.mark.parametrize("form", FULL)

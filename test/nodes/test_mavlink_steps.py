@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import pytest
+from forwarded_share import HEARTBEAT_TIMEOUT, Period, compare
 from geometry_msgs.msg import TwistStamped
 from sockets import free_port
 from std_msgs.msg import Float64
@@ -84,7 +85,7 @@ class Boat(SteppedNode):
         more = given_more | (THRUSTERS if form == "channels" else {})
         given = {"form": form, "ramp_time": ramp_time, "command_timeout": TIMEOUT, "mode": "MANUAL", **UNLIKE, **more}
         super().__init__(bench, monkeypatch, MavlinkNode, (mavlink, mavlink_link, command_input, stop_latch, takeover), **given)
-        self.form, self.link, self.silent = form, Recording.made[-1], ""
+        self.form, self.link, self.silent, self.boot = form, Recording.made[-1], "", 9_000_000
         self.autopilot = {"base_mode": 128, "custom_mode": MANUAL, "system_status": 4}
         self.standby_requests: list[bool] = []
         self.events: list[str] = []
@@ -106,6 +107,25 @@ class Boat(SteppedNode):
             self.command()
             self.node._on_timer()
         return self.link.sent[count:]
+
+    PERIOD = PERIOD
+
+    def period(self, given: Period) -> float:
+        """A period with some command and some state of controller and autopilot; returns the share that was sent."""
+        count = len(self.link.sent)
+        self.wait(PERIOD)
+        if given.heard:
+            state = {"base_mode": 128 * given.armed, "custom_mode": MANUAL if given.mode else HOLD}
+            self.receive("HEARTBEAT", **state, system_status=5 if given.failsafe else 4)
+        self.boot += -60_000 if given.restarted else round(1e3 * PERIOD)
+        self.receive("LOCAL_POSITION_NED", time_boot_ms=self.boot, x=0.0, y=0.0, vx=0.0, vy=0.0)
+        self.node._poll()
+        self.node._takeover._on_state(ControlState(operation=given.operation))
+        if given.command:
+            self.node._commands._on_wrench(self.command_of(given.command, 100.0, -25.0))
+        self.node._on_timer()
+        sent = [each for each in self.link.sent[count:] if each[0] == "manual"]
+        return float(sent[-1][2]) / FULL["manual"][2] if sent else 0.0  # type: ignore[operator]
 
     def command(self) -> None:
         commands = self.node._commands
@@ -384,3 +404,8 @@ def test_outputs_are_those_of_the_main_port_and_in_the_order_of_the_thrusters(bo
         made.node._poll()
     applied = [conv.read_wrench(message) for topic, message in made.sent if topic == "applied_wrench"]
     assert applied == [pytest.approx((50.0, 12.5)), pytest.approx((-50.0, 12.5))]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(boat: Any, seed: int) -> None:
+    compare(boat(heartbeat_timeout=HEARTBEAT_TIMEOUT), seed, 3000, 2e-3, is_autopilot=True)

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from definitions import module
+from forwarded_share import HEARTBEAT_TIMEOUT, Period, compare
 from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ControlState
@@ -29,9 +30,13 @@ FULL = pytest.approx((0.5, 0.2))
 class Boat(SteppedNode):
     """An autopilot in Offboard, a controller and its commands around the node."""
 
-    def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-        values = {"ramp_time": RAMP, "command_timeout": TIMEOUT, "surge_force_limit": 200.0, "yaw_moment_limit": 50.0}
+    PERIOD = PERIOD
+
+    def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, **more: Any) -> None:
+        given = {"ramp_time": RAMP, "command_timeout": TIMEOUT, "surge_force_limit": 200.0, "yaw_moment_limit": 50.0}
+        values = given | more
         super().__init__(bench, monkeypatch, Px4Node, (px4, command_input, stop_latch, takeover), **values)
+        self.boot = 9000.0
         self.status: dict[str, Any] = {"nav_state": OFFBOARD, "arming_state": 2}
         client = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda _: None)
         monkeypatch.setattr(self.node._takeover, "_enable", client)
@@ -50,6 +55,27 @@ class Boat(SteppedNode):
         throttle = [message.throttle_body_x for topic, message in sent if topic == "fmu/in/rover_throttle_setpoint"]
         steering = [getattr(message, self.node._steering) for topic, message in sent if topic == "fmu/in/rover_steering_setpoint"]
         return list(zip(throttle, steering, strict=True))
+
+    def period(self, given: Period) -> float:
+        """A period with some command and some state of controller and autopilot; returns the share that was sent."""
+        count = len(self.sent)
+        self.wait(PERIOD)
+        if given.heard:
+            state = {"nav_state": OFFBOARD if given.mode else MANUAL, "arming_state": 2 if given.armed else 1}
+            self.node._on_status(VehicleStatus(**state, failsafe=given.failsafe))
+        self.boot += -60.0 if given.restarted else PERIOD
+        self.estimate(self.boot, self.boot)
+        self.node._takeover._on_state(ControlState(operation=given.operation))
+        if given.command:
+            self.node._on_command(self.command_of(given.command, 100.0, -10.0))
+        self.node._on_timer()
+        throttle = [m.throttle_body_x for topic, m in self.sent[count:] if topic == "fmu/in/rover_throttle_setpoint"]
+        return throttle[-1] / 0.5 if throttle else 0.0
+
+    def stop(self, rearm: bool = False) -> None:
+        """Call a service of the latch."""
+        serve = self.node._latch._rearm if rearm else self.node._latch._stop
+        assert serve(Trigger.Request(), Trigger.Response()).success
 
     def estimate(self, sampled: float, published: float, filled_in: bool = True) -> int:
         """The stamp of the odometry that a message gives, by PX4's times, s, in ns; 0 for none."""
@@ -130,3 +156,10 @@ def test_without_commands_the_output_ramps_down_and_again_up_from_where_it_is(bo
         assert [throttle for throttle, _ in boat.step(ACTIVE, 4, commanded=False)] == pytest.approx([0.45, 0.4, 0.35, 0.3])
         assert [throttle for throttle, _ in boat.step(ACTIVE, 2)] == pytest.approx([0.35, 0.4])
         boat.step(ACTIVE, 10)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(
+    bench: Any, monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    compare(Boat(bench, monkeypatch, heartbeat_timeout=HEARTBEAT_TIMEOUT), seed, 3000, 1e-6, is_autopilot=True)

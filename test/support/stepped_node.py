@@ -1,5 +1,6 @@
 """A node whose callbacks a test calls itself, on a clock of the test: what it sends, and when, is exact."""
 
+import math
 from copy import deepcopy
 from types import ModuleType
 from typing import Any
@@ -45,6 +46,7 @@ class SteppedNode:
         node: The node.
         time: Its clock.
         sent: What it has published: the topic without slash, and the message.
+        last: The last good command of `command_of`.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class SteppedNode:
     ) -> None:
         self.time = SteppedTime()
         self.sent: list[tuple[str, Any]] = []
+        self.last: Any = None
         for module in modules:
             monkeypatch.setattr(module, "time", self.time)
         self.node = bench.start(kind, **{"lockstep": False, **parameters})
@@ -64,7 +67,7 @@ class SteppedNode:
 
     def change(self, **values: Any) -> None:
         """Change parameters of the node as a request of another node does."""
-        (result,) = self.node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
+        result = self.node.set_parameters_atomically([Parameter(name, value=value) for name, value in values.items()])
         assert result.successful, result.reason
 
     def wait(self, seconds: float) -> None:
@@ -74,6 +77,17 @@ class SteppedNode:
     def stamped(self, message: Any, late: float = 0.0) -> Any:
         """The message with the present stamp, or one that is late, s."""
         message.header.stamp = conv.time_message(self.time.monotonic_ns() - round(late * 1e9))
+        return message
+
+    def command_of(self, kind: str, force: float, moment: float) -> Any:
+        """A wrench that is good, or one of which its kind names what is wrong; the last one again where it is repeated."""
+        if kind == "repeated":
+            return self.last or self.wrench(force, moment, 60.0)
+        late = {"old": 5.0, "future": -5.0}.get(kind, 0.0)
+        message = self.wrench(math.nan if kind == "nan" else force, moment, late)
+        message.header.frame_id = "map" if kind == "frame" else message.header.frame_id
+        if kind == "good":
+            self.last = message
         return message
 
     def wrench(self, force: float, moment: float, late: float = 0.0) -> Any:
