@@ -133,7 +133,7 @@ def test_each_change_of_the_time_out_holds_from_the_next_period_on(boat: Boat) -
         boat.change(command_timeout=timeout)
         boat.step(ACTIVE, 15)
         held = boat.step(ACTIVE, 60, commanded=False)
-        assert held.count(FULL) == pytest.approx(timeout / PERIOD, abs=1.0)
+        assert sum(pair == FULL for pair in held) == pytest.approx(timeout / PERIOD, abs=1.0)
 
 
 def test_a_stop_is_zero_at_once_each_time_and_what_follows_begins_at_zero(boat: Boat) -> None:
