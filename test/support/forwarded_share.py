@@ -29,8 +29,8 @@ class Period(NamedTuple):
     Attributes:
         command: "good", one of REFUSED, or empty.
         operation: What the controller reports.
-        heard: Whether the autopilot is heard; the next four are its state.
-        armed, mode, failsafe, restarted: As the names say; mode is whether it takes commands in its mode.
+        heard: Whether the autopilot is heard; the next four are its state:
+        armed, mode, failsafe, restarted: Whether it is; mode is whether it takes commands in its present one.
     """
 
     command: str = "good"
