@@ -34,6 +34,31 @@ def read_by_rosbags(directory: Path) -> dict[str, list[Any]]:
     return messages
 
 
+@pytest.mark.parametrize("namespace", ["/", "/alpha/"])
+def test_velocities_that_the_controller_took_in_the_frame_of_the_pose_are_resolved_along_the_hull(
+    tmp_path: Path, namespace: str
+) -> None:
+    def run_of(name: str, attached: str) -> Any:
+        writer = BagWriter(tmp_path / name)
+        write_run(None, 50, namespace=namespace, writer=writer, close=False)
+        writer.attach("parameters.yaml", attached)
+        writer.close()
+        return open_bag(tmp_path / name).run(VESSEL)
+
+    frame = "{node}: {{ros__parameters: {{odometry: {{twist_frame: {frame}}}}}}}"
+    along_hull = run_of("child", frame.format(node=f"{namespace}controller", frame="child")).measured
+    resolved = run_of("parent", frame.format(node=f"{namespace}controller", frame="parent")).measured
+    psi = along_hull[:, 2]
+    u, v = (
+        along_hull[:, 3] * np.cos(psi) + along_hull[:, 4] * np.sin(psi),
+        along_hull[:, 4] * np.cos(psi) - along_hull[:, 3] * np.sin(psi),
+    )
+    np.testing.assert_allclose(resolved[:, 3:5], np.column_stack((u, v)), atol=1e-12)
+    np.testing.assert_array_equal(resolved[:, [0, 1, 2, 5]], along_hull[:, [0, 1, 2, 5]])
+    for attached in (frame.format(node="/beta/controller", frame="parent"), "a: [1"):
+        np.testing.assert_array_equal(run_of(f"other {len(attached)}", attached).measured, along_hull)
+
+
 def test_every_column_equals_what_rosbags_reads(recorded: Recorded) -> None:
     bag = open_bag(recorded[0])
     for name, messages in read_by_rosbags(recorded[0]).items():

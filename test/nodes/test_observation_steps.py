@@ -5,6 +5,7 @@ from collections import deque
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from vessel_hsmc_msgs.msg import Event
@@ -114,6 +115,18 @@ def test_ages_count_from_the_receipt_of_each_input_for_itself(observed: Any, mon
     vessel.put("cmd_wrench", wrench(5.0), wrench(6.0))
     found = made.look()
     assert (found.ages, found.wrench, found.desired) == ({"cmd_wrench": 0.0, "odom": 1.5}, (6.0, -6.0), None)
+
+
+@pytest.mark.parametrize("frame", ["child", "parent"])
+def test_velocities_are_shown_along_the_hull_in_whichever_frame_the_controller_takes_them(observed: Any, frame: str) -> None:
+    vessel = Vessel()
+    vessel.limits = {"controller": {**OWN_LIMITS, "odometry.twist_frame": frame}}  # type: ignore[dict-item] # the one text
+    made, message = observed(vessel), conv.new_odometry()
+    conv.write_odometry(message, conv.time_message(0), np.array([1.0, 2.0, 0.5 * math.pi, 3.0, -0.5, 0.1]))
+    vessel.put("odom", message)
+    ship = made.look().ship
+    assert (ship.u, ship.v) == pytest.approx((3.0, -0.5) if frame == "child" else (-0.5, -3.0))
+    assert (ship.x, ship.y, ship.r) == pytest.approx((1.0, 2.0, 0.1))
 
 
 def test_the_time_is_that_of_the_plant_counted_on_by_the_odometry_and_never_back(observed: Any) -> None:

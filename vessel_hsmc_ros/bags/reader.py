@@ -19,6 +19,7 @@ networks' weights or covariances are read only when they are used themselves.
 import heapq
 import math
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,7 +33,7 @@ from vessel_hsmc_ros.bags.mcap_contents import Contents
 from vessel_hsmc_ros.bags.recorded_scenario import former_names_accepted, recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
-from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
@@ -210,6 +211,12 @@ class Bag:
         """The parameters of every node during the recording, by the node's full name."""
         return recorded_parameters(self.attachments.get(PARAMETERS, b""))
 
+    def twist_frame(self, prefix: str) -> str:
+        """The frame in which the controller of a namespace took the velocities of its odometry: child, or parent, the pose's."""
+        with suppress(ScenarioError):  # of a damaged attachment, which costs its readers no more than the parameters
+            return str(self.parameters.get(f"{prefix}controller", {}).get("odometry.twist_frame", "child"))
+        return "child"
+
     @property
     def namespaces(self) -> list[str]:
         """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
@@ -301,7 +308,7 @@ class Bag:
         prefix = self.namespace(namespace)
         vessel = vessel or self.scenario(any_law=True, namespace=prefix).vessel_sim.vessel.coefficients()
         topics = self._of_vessel(prefix, *run_from_bag.NEEDED)
-        return run_from_bag.run(topics, vessel, weights)
+        return run_from_bag.run(topics, vessel, weights, self.twist_frame(prefix))
 
     def record(self, prefix: str, vessel: Vessel | None) -> VesselRecord:
         """All that a report takes of one vessel, without the networks' weights; of another recorder's bag, what it has.
@@ -315,9 +322,10 @@ class Bag:
         """
         topics = self._of_vessel(prefix, "odom")
         if vessel and all(name in topics for name in run_from_bag.NEEDED):
-            run, start = run_from_bag.run(topics, vessel, weights=False), run_from_bag.first_row(topics)
+            run = run_from_bag.run(topics, vessel, False, self.twist_frame(prefix))
+            start = run_from_bag.first_row(topics)
         else:
-            run, start = run_from_bag.partial_run(topics), int(topics["odom"].stamp.min())
+            run, start = run_from_bag.partial_run(topics, self.twist_frame(prefix)), int(topics["odom"].stamp.min())
         return VesselRecord(topics, run, start, self.events(prefix))
 
     def _of_vessel(self, prefix: str, *needed: str) -> dict[str, Series]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate
+from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate, in_body_frame
 from vessel_hsmc_ros.core.run_data import Run, held
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration
@@ -42,6 +42,14 @@ def states(series: Series) -> Array:
     columns = [series[f"{pose}.position.x"], series[f"{pose}.position.y"], heading]
     columns += [series[f"{twist}.{name}"] for name in ("linear.x", "linear.y", "angular.z")]
     return np.column_stack(columns)
+
+
+def measured_states(odometry: Series, twist_frame: str) -> Array:
+    """`states` of odometry, with velocities along the hull whether they are given in the frame `child` or in that of the pose."""
+    found = states(odometry)
+    if twist_frame == "parent":
+        found = np.array([in_body_frame(as_motion(row)) for row in found]).reshape(found.shape)
+    return found
 
 
 def accelerations(series: Series, group: str) -> Array:
@@ -88,13 +96,14 @@ def _filled(column: Array) -> Array:
     return rows
 
 
-def run(topics: Topics, vessel: Vessel, weights: bool = True) -> Run:
+def run(topics: Topics, vessel: Vessel, weights: bool = True, twist_frame: str = "child") -> Run:
     """The run of one vessel, with a row for each stamp that odometry, disturbance and applied wrench have in common.
 
     Args:
         topics: Of TOPICS, those that the bag has.
         vessel: The plant's coefficients, which convert the disturbance from forces to accelerations.
         weights: Whether to include the networks' weights.
+        twist_frame: Frame of the velocities in the odometry: child, or parent, that of the pose.
 
     Returns:
         The arrays of the run; its time is zero at the first common stamp.
@@ -112,7 +121,7 @@ def run(topics: Topics, vessel: Vessel, weights: bool = True) -> Run:
     if not len(rows):
         raise BagError("no odometry message has an applied wrench and a disturbance of its stamp")
     stamps, start = stamps[rows], int(stamps[rows[0]])
-    measured = states(odometry)[order][rows]
+    measured = measured_states(odometry, twist_frame)[order][rows]
     no_acceleration = np.full((len(rows), 3), math.nan)
     terms = topics.get("controller/state")
     return Run(
@@ -133,8 +142,11 @@ def first_row(topics: Topics) -> int:
     return int(reduce(np.intersect1d, (topics[name].stamp for name in ("odom", "applied_wrench", "disturbance")))[0])
 
 
-def partial_run(topics: Topics) -> Run:
-    """A run with a row for each odometry message; other topics are held, those that the bag lacks are NaN."""
+def partial_run(topics: Topics, twist_frame: str = "child") -> Run:
+    """A run with a row for each odometry message; other topics are held, those that the bag lacks are NaN.
+
+    The arguments are those of `run`.
+    """
     odometry = topics["odom"]
     order = np.argsort(odometry.stamp, kind="stable")
     stamps = odometry.stamp[order]
@@ -145,7 +157,7 @@ def partial_run(topics: Topics) -> Run:
             return np.full((len(stamps), width), np.nan)
         return held(topics[name].stamp, columns_of(topics[name]), stamps)
 
-    pose = states(odometry)[order]
+    pose = measured_states(odometry, twist_frame)[order]
     estimates = topics.get("controller/estimate")
     terms = topics.get("controller/state")
     return Run(

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
-from vessel_hsmc_ros.bags.run_from_bag import matched, seconds_of, states, wrenches
+from vessel_hsmc_ros.bags.run_from_bag import matched, measured_states, seconds_of, wrenches
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.run_data import Run
@@ -145,7 +145,8 @@ def from_bag(path: Path | str, namespace: str | None = None) -> Measurements:
         raise IdentificationError(f"bag {path}: no wrench on {series.name} is as old as an odometry message")
     time = seconds_of(stamps - stamps[np.argmax(found)])
     rows = np.flatnonzero(found)
-    return _measurements(time[rows], states(odometry)[order][rows], wrenches(series)[index[rows]], str(path))
+    measured = measured_states(odometry, bag.twist_frame(prefix))[order][rows]
+    return _measurements(time[rows], measured, wrenches(series)[index[rows]], str(path))
 
 
 def _wrench_topic(bag: Bag, prefix: str) -> str:

@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import Motion, in_body_frame
 from vessel_hsmc_ros.core.node_list import ALLOCATION, CONTROLLER, LOOP, PLANT, RECORDER
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
@@ -99,6 +99,7 @@ class Observation:
             remote.require(PLANT, CONTROLLER)  # names what is there instead
             raise RunError(f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {FIRST_LOOK:g} s")
         self._limits = self._find_limits()
+        self._is_twist_of_pose = self._find_twist_frame() == "parent"
 
     def look(self) -> Snapshot:
         """The present state."""
@@ -155,7 +156,10 @@ class Observation:
         message = self._latest.get(topic)
         if message is None:
             return None
-        return conversions.read_odometry(message) if topic == "odom" else conversions.read_reference(message)[0]
+        if topic != "odom":
+            return conversions.read_reference(message)[0]
+        motion = conversions.read_odometry(message)
+        return in_body_frame(motion) if self._is_twist_of_pose and math.isfinite(motion.psi) else motion
 
     def _time(self) -> float | None:
         """Simulated time of the latest odometry, counted on from the plant's diagnostics, which come once a second."""
@@ -164,6 +168,11 @@ class Observation:
             return None
         simulated, stamp = self._clock
         return simulated + max(0.0, seconds(conversions.nanoseconds(odometry.header.stamp) - stamp))
+
+    def _find_twist_frame(self) -> str:
+        if self._remote.name(CONTROLLER) not in self._remote.nodes():
+            return "child"
+        return str(get_parameters(self._remote, CONTROLLER, ["odometry.twist_frame"])["odometry.twist_frame"])
 
     def _find_limits(self) -> tuple[float, float]:
         there = self._remote.nodes()

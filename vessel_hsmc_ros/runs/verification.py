@@ -101,7 +101,7 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
     bag.load(*(prefix + name for name in TOPICS))
     odometry, reference, command = (bag.topics[prefix + name] for name in TOPICS)
     order = np.argsort(odometry.stamp, kind="stable")
-    measured_at, states = odometry.stamp[order], run_from_bag.states(odometry)[order]
+    measured_at, states = odometry.stamp[order], run_from_bag.measured_states(odometry, bag.twist_frame(prefix))[order]
     stamps = run_from_bag.shown_at(measured_at, command.stamp)
     answers, answered = run_from_bag.matched(stamps, command)
     if not answered.any():
