@@ -2,9 +2,11 @@
 
 from typing import Any
 
+import pytest
 import rclpy
 import yaml
 from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.parameter import Parameter
 
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 
@@ -48,3 +50,26 @@ def test_a_node_that_offers_no_parameters_is_tried_once(bench: Any, monkeypatch:
     for _ in range(20):
         collector.request()
     assert [name for name in created if name.startswith("/monitor/")] == ["/monitor/list_parameters", "/monitor/get_parameters"]
+
+
+@pytest.mark.parametrize("unset", [(), ("first", "last")], ids=["", "declared without a value"])
+def test_values_that_are_zero_false_or_empty_are_collected_also_beside_those_that_are_not_set(
+    bench: Any, unset: tuple[str, ...]
+) -> None:
+    values: dict[str, Any] = {"rate": 0.0, "count": 0, "enabled": False, "path": "", "names": ["left", ""], "gains": [0.0]}
+    node = rclpy.create_node("plain", context=bench.context)
+    bench.nodes.append(node)
+    bench.executor.add_node(node)
+    for name, value in values.items():
+        node.declare_parameter(name, value)
+    for name in unset:  # rclpy then answers a request for all of them with nothing
+        node.declare_parameter(name, Parameter.Type.DOUBLE)
+    collector = ParameterCollector(bench.probe)
+
+    def collected() -> dict[str, Any] | None:
+        collector.request()
+        return collector.parameters.get("/plain")
+
+    found = bench.until(collected)
+    assert {name: value for name, value in found.items() if name in values} == values
+    assert not found.keys() & {*unset}

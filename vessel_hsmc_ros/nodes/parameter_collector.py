@@ -103,13 +103,31 @@ class ParameterCollector:
         # Chained callbacks: waiting for an answer here would deadlock the executor that delivers it.
         def on_names(future: Future) -> None:
             names = list(future.result().result.names)
-            getter.call_async(GetParameters.Request(names=names)).add_done_callback(lambda answer: on_values(names, answer))
-
-        def on_values(names: list[str], future: Future) -> None:
-            values = [_plain(parameter_value_to_python(value)) for value in future.result().values]
-            self.parameters[name] = {key: value for key, value in zip(names, values, strict=True) if value is not None}
+            self._get(name, getter, names, len(names), {})
 
         lister.call_async(ListParameters.Request()).add_done_callback(on_names)
+
+    def _get(self, node: str, getter: "Client", names: list[str], count: int, found: dict[str, Any]) -> None:
+        """Get the values of parameters, some at a time, beside those that were found before.
+
+        A node answers with fewer values than requested, with none in rclpy, where one was declared without a value or has been
+        removed since: then they are requested one at a time.
+        """
+        if not names:
+            self.parameters[node] = found
+            return
+        requested, left = names[:count], names[count:]
+
+        def on_values(future: Future) -> None:
+            self._calls[node] = 0  # it answers: its request is not sent again meanwhile
+            values = [_plain(parameter_value_to_python(value)) for value in future.result().values]
+            if len(values) < count and count > 1:
+                self._get(node, getter, names, 1, found)
+                return
+            found.update({key: value for key, value in zip(requested, values, strict=False) if value is not None})
+            self._get(node, getter, left, count, found)
+
+        getter.call_async(GetParameters.Request(names=requested)).add_done_callback(on_values)
 
     def _destroy_clients(self, name: str) -> None:
         for client in self._clients.pop(name):
