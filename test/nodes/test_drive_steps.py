@@ -73,10 +73,6 @@ class Drive(SteppedNode):
         sent = self.pairs(count)
         return float(sent[-1][0]) / FULL[self.form][0] if sent else 0.0
 
-    def stop(self, rearm: bool = False) -> None:
-        """Call a service of the latch."""
-        self.call(self.node._latch._rearm if rearm else self.node._latch._stop)
-
     def pairs(self, count: int) -> list[Any]:
         """What has been published since some messages, as pairs."""
         messages = [message for _, message in self.sent[count:]]

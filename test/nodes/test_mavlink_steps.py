@@ -2,14 +2,13 @@
 
 import time
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 from forwarded_share import HEARTBEAT_TIMEOUT, Period, compare
 from geometry_msgs.msg import TwistStamped
 from sockets import free_port
 from std_msgs.msg import Float64
-from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ControlState
 
@@ -21,6 +20,7 @@ pytest.importorskip("pymavlink", exc_type=ImportError)
 import itertools
 
 from mavlink_autopilot import Autopilot
+from recorded_link import Recording
 
 from vessel_hsmc_ros.nodes import mavlink, mavlink_link
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
@@ -41,38 +41,6 @@ THRUSTERS = {
 FULL = {"manual": ("manual", 500, 500), "channels": ("override", {2: 1700, 4: 1300}), "guided": ("velocity", 0.5, 0.2)}
 ZERO = {"manual": ("manual", 0, 0), "channels": ("override", {2: 1500, 4: 1500}), "guided": ("velocity", 0.0, 0.0)}
 RELEASE = {"manual": ("override", {1: 0, 3: 0}), "channels": ("override", {2: 0, 4: 0})}
-
-
-class Recording:
-    """Stands for the connection: gives the messages that a test has put in, and notes what is sent."""
-
-    made: ClassVar[list["Recording"]] = []
-
-    def __init__(self, *_: Any) -> None:
-        self.target, self.broken, self.waiting, self.sent = 1, "", [], []
-        Recording.made.append(self)
-
-    waiting: list[Any]
-    sent: list[tuple[Any, ...]]
-
-    def receive(self) -> list[Any]:
-        waiting, self.waiting = self.waiting, []
-        return waiting
-
-    def manual(self, y: int, z: int) -> None:
-        self.sent.append(("manual", y, z))
-
-    def override(self, channels: dict[int, int]) -> None:
-        self.sent.append(("override", channels))
-
-    def velocity(self, speed: float, yaw_rate: float) -> None:
-        self.sent.append(("velocity", pytest.approx(speed), pytest.approx(yaw_rate)))
-
-    def request(self, *_: Any) -> None:
-        """Nothing comes."""
-
-    def close(self) -> None:
-        """Nothing is open."""
 
 
 class Boat(SteppedNode):
@@ -144,10 +112,6 @@ class Boat(SteppedNode):
         self.step(STANDBY)
         assert self.step(ACTIVE, 30)[-1] == FULL[self.form]
         return self
-
-    def stop(self, rearm: bool = False) -> None:
-        serve = self.node._latch._rearm if rearm else self.node._latch._stop
-        assert serve(Trigger.Request(), Trigger.Response()).success
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from definitions import module
 from forwarded_share import HEARTBEAT_TIMEOUT, Period, compare
-from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ControlState
 
@@ -72,11 +71,6 @@ class Boat(SteppedNode):
         throttle = [m.throttle_body_x for topic, m in self.sent[count:] if topic == "fmu/in/rover_throttle_setpoint"]
         return throttle[-1] / 0.5 if throttle else 0.0
 
-    def stop(self, rearm: bool = False) -> None:
-        """Call a service of the latch."""
-        serve = self.node._latch._rearm if rearm else self.node._latch._stop
-        assert serve(Trigger.Request(), Trigger.Response()).success
-
     def estimate(self, sampled: float, published: float, filled_in: bool = True) -> int:
         """The stamp of the odometry that a message gives, by PX4's times, s, in ns; 0 for none."""
         message = VehicleOdometry(timestamp=round(published * 1e6), timestamp_sample=round(sampled * 1e6))
@@ -140,10 +134,10 @@ def test_a_stop_is_zero_at_once_each_time_and_what_follows_begins_at_zero(boat: 
     boat.driven()
     for _ in range(2):
         count = len(boat.sent)
-        assert boat.node._latch._stop(Trigger.Request(), Trigger.Response()).success
+        boat.stop()
         assert boat.sent[count][1].throttle_body_x == 0.0
         assert set(boat.step(ACTIVE, 10)) == {(0.0, 0.0)}
-        assert boat.node._latch._rearm(Trigger.Request(), Trigger.Response()).success
+        boat.stop(rearm=True)
         assert [throttle for throttle, _ in boat.step(ACTIVE, 3)] == pytest.approx([0.05, 0.1, 0.15])
         boat.step(ACTIVE, 10)
 

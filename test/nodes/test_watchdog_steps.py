@@ -76,13 +76,13 @@ def test_each_limit_holds_on_either_side(make: Any, side: float) -> None:
 def test_what_is_refused_during_a_stop_is_not_passed_on_during_it_or_after(make: Any) -> None:
     made = make()
     made.command(100.0, -7.0)
-    made.node._latch._stop(Trigger.Request(), Trigger.Response())
+    made.stop()
     for refused in ({"force": math.nan}, {"force": 500.0, "frame": "map"}):
         made.wait(0.05)
         assert not made.command(**refused)
         made.node._on_timer()
         assert conv.read_wrench(made.sent[-1][1]) == (0.0, 0.0)
-    made.node._latch._rearm(Trigger.Request(), Trigger.Response())
+    made.stop(rearm=True)
     made.wait(0.1)
     made.node._on_timer()
     assert abs(conv.read_wrench(made.sent[-1][1])[0]) <= 10.0 + 1e-9
@@ -266,7 +266,7 @@ def test_at_its_end_it_leaves_zero_with_stamps_that_no_consumer_takes_for_repeti
         made.wait(0.05)
         made.command()
     if ended_in == "stop":
-        made.node._latch._stop(Trigger.Request(), Trigger.Response())
+        made.stop()
     elif ended_in != "commands":
         for _ in range(8 if ended_in == "ramp" else 40):
             made.wait(0.1)

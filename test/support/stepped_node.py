@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.messages import conversions as conv
 
@@ -69,6 +70,11 @@ class SteppedNode:
         """Change parameters of the node as a request of another node does."""
         result = self.node.set_parameters_atomically([Parameter(name, value=value) for name, value in values.items()])
         assert result.successful, result.reason
+
+    def stop(self, rearm: bool = False) -> None:
+        """Call the service `~/stop` of a node that has a latch, or `~/rearm`."""
+        serve = self.node._latch._rearm if rearm else self.node._latch._stop
+        assert serve(Trigger.Request(), Trigger.Response()).success
 
     def wait(self, seconds: float) -> None:
         """Let time pass, s, in which the node is not called."""

@@ -48,6 +48,7 @@ def measured_states(odometry: Series, twist_frame: str) -> Array:
     """`states` of odometry, with velocities along the hull whether they are given in the frame `child` or in that of the pose."""
     found = states(odometry)
     if twist_frame == "parent":
+        # Row by row, for the bits of the nodes; NumPy's cosine may differ.
         found = np.array([in_body_frame(as_motion(row)) for row in found]).reshape(found.shape)
     return found
 

@@ -11,12 +11,13 @@ from rclpy.qos import QoSProfile
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.kinematics import Motion, in_body_frame
+from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.node_list import ALLOCATION, CONTROLLER, LOOP, PLANT, RECORDER
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.nodes.executor import BURST
 from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 
@@ -99,7 +100,7 @@ class Observation:
             remote.require(PLANT, CONTROLLER)  # names what is there instead
             raise RunError(f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {FIRST_LOOK:g} s")
         self._limits = self._find_limits()
-        self._is_twist_of_pose = self._find_twist_frame() == "parent"
+        self._twist_frame = self._find_twist_frame()
 
     def look(self) -> Snapshot:
         """The present state."""
@@ -158,8 +159,7 @@ class Observation:
             return None
         if topic != "odom":
             return conversions.read_reference(message)[0]
-        motion = conversions.read_odometry(message)
-        return in_body_frame(motion) if self._is_twist_of_pose and math.isfinite(motion.psi) else motion
+        return read_odometry(message, self._twist_frame).motion
 
     def _time(self) -> float | None:
         """Simulated time of the latest odometry, counted on from the plant's diagnostics, which come once a second."""
