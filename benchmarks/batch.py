@@ -96,7 +96,7 @@ def scenarios(law: str, runs: int) -> Iterator[Scenario]:
 
 def agree(scalar: Scalar) -> None:
     """Check that both give the same final state, rms and largest position error."""
-    run = simulate(list(scenarios("hierarchical", 2))[1])
+    run = simulate(list(scenarios("hierarchical_printed", 2))[1])
     error = position_error(run.state, run.reference)
     ours = np.array([*run.state[-1], rms(error), error.max()])
     theirs = np.array(scalar.results(2)[1:])
@@ -120,7 +120,7 @@ def one_core(scalar: Scalar, turns: int) -> tuple[float, float]:
 
     The turns are short, so that both share the minute's speed of the machine.
     """
-    hierarchical, guided = list(scenarios("hierarchical", SHORT)), list(scenarios("guided", SHORT))
+    hierarchical, guided = list(scenarios("hierarchical_printed", SHORT)), list(scenarios("guided", SHORT))
     for warm in (hierarchical, guided):
         simulate_many(warm)
     steps = SHORT * samples(hierarchical[0])
@@ -140,7 +140,7 @@ def two_cores(scalar: Scalar, runs: int, rounds: int) -> float:
     with Progress(console=console, transient=True) as progress:
         for _ in progress.track(range(rounds), description="two cores"):
             single, double = elapsed(lambda: scalar.results(runs)), elapsed(lambda: two_at_once(scalar, runs))
-            alone, both = (elapsed(lambda n=n: simulate_many(scenarios("hierarchical", n * runs), workers=n)) for n in (1, 2))  # type: ignore[misc]
+            alone, both = (elapsed(lambda n=n: simulate_many(scenarios("hierarchical_printed", n * runs), workers=n)) for n in (1, 2))  # type: ignore[misc]
             # A speed-up of 2 takes as long as one core with half of the runs.
             found.append((alone / both) / (single / double))
     return statistics.median(found)
@@ -168,7 +168,7 @@ def elapsed(work: Callable[[], object]) -> float:
 
 def forms(scalar: Scalar, runs: int) -> dict[str, float]:
     """Measure the processor time of one run of case 2 in each form, s."""
-    one, many = next(scenarios("hierarchical", 1)), list(scenarios("hierarchical", runs))
+    one, many = next(scenarios("hierarchical_printed", 1)), list(scenarios("hierarchical_printed", runs))
     simulate(one), simulate_many(many[:1])
     return {
         "interpreted: simulate, everything recorded": processor_time(lambda: simulate(one, interpreted=True)),

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
+    from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedController
 
 SOURCE = Path(__file__).parent / "scalar" / "case2.cpp"
 COMPILE = ["g++", "-O3", "-march=native", "-o"]
@@ -46,7 +46,7 @@ def write_input(scenario: Scenario, path: Path) -> None:
     sim = scenario.vessel_sim
     plant, law = (
         Simulator(sim, 1.0 / sim.rate_hz).constants(),
-        cast("HierarchicalController", make_law(scenario.controller)).constants,
+        cast("HierarchicalPrintedController", make_law(scenario.controller)).constants,
     )
     count = samples(scenario)
     reference = trajectory(scenario.reference_ship, scenario.reference_ship.rate_hz, count)

@@ -36,7 +36,7 @@ runs: 300
 draw:
   {EAST}: {{uniform: [0.0, 5000.0]}}
   {LAG}: {{choice: [0.0, 0.5]}}
-  controller.hierarchical.switching: {{choice: [sgn, tanh]}}
+  controller.hierarchical_printed.switching: {{choice: [sgn, tanh]}}
 limits: {{{LIMIT}: 0.1}}
 chunk: 600
 """
@@ -190,8 +190,8 @@ def test_a_grid_of_starts_is_a_map_of_the_time_to_settle(grid: Results) -> None:
 
 
 def test_shares_of_a_grid_are_not_called_probabilities(grid: Results) -> None:
-    assert "shares of its points, not probabilities" in words(grid)["hierarchical"]
-    assert "Too few runs for sensitivities, which need at least 100." in words(grid)["hierarchical"]
+    assert "shares of its points, not probabilities" in words(grid)["hierarchical_printed"]
+    assert "Too few runs for sensitivities, which need at least 100." in words(grid)["hierarchical_printed"]
     assert not drawn(grid).bars
     settling = next(line for line in texts(findings.quantiles(grid)) if line[0].endswith("settling time"))
     assert settling[-2] == "none: ended early or not settled"

@@ -69,7 +69,7 @@ def test_limits_are_largest_magnitudes(limits: dict[str, float], text: str) -> N
 
 def test_a_run_that_is_unstable_or_refused_is_a_row(tmp_path: Path) -> None:
     draw = {"controller.rate_hz": {"choice": [100.0, 30.0, 45.0]}}
-    plan = campaign(tmp_path, runs=30, laws=["hierarchical"], set={"vessel_sim.duration": 0.1}, draw=draw, chunk=30)
+    plan = campaign(tmp_path, runs=30, laws=["hierarchical_printed"], set={"vessel_sim.duration": 0.1}, draw=draw, chunk=30)
     rows = parquet.read_table(io.BytesIO(run_chunk(plan, 0))).to_pylist()
     by_rate = {row["controller.rate_hz"]: row for row in rows}
     assert not by_rate[100.0]["failed"]

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.exceptions import CampaignError
 from vessel_hsmc_ros.core.metrics import Metrics
 
 HEADING = "vessel_sim.initial_pose[2]"
-LAWS = ["los_pid", "hierarchical"]
+LAWS = ["los_pid", "hierarchical_printed"]
 
 
 def test_all_drawn_elements_of_a_list_are_in_it(tmp_path: Path) -> None:

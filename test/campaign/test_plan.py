@@ -39,9 +39,9 @@ def test_a_latin_hypercube_has_one_draw_in_each_stratum(tmp_path: Path) -> None:
 
 def test_the_laws_of_a_draw_share_its_values_and_its_noise(tmp_path: Path) -> None:
     plan = campaign(tmp_path)
-    assert (plan.runs, plan.draws, plan.laws, plan.drawn) == (10, 5, ("los_pid", "hierarchical"), (INERTIA, X))
+    assert (plan.runs, plan.draws, plan.laws, plan.drawn) == (10, 5, ("los_pid", "hierarchical_printed"), (INERTIA, X))
     one, other = plan.planned(6), plan.planned(7)
-    assert (one.draw, one.law, other.law) == (3, "los_pid", "hierarchical")
+    assert (one.draw, one.law, other.law) == (3, "los_pid", "hierarchical_printed")
     assert (one.seed, one.values) == (other.seed, other.values)
 
 

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.campaign.sensitivity import Influence
 def test_laws_are_compared_on_the_same_draws_where_each_lacks_some(tmp_path: Path) -> None:
     """The metric of a row shows its law and its draw."""
     plan = campaign(tmp_path)
-    draws = {"los_pid": [0, 2, 3, 5], "hierarchical": [5, 1, 0, 3]}
+    draws = {"los_pid": [0, 2, 3, 5], "hierarchical_printed": [5, 1, 0, 3]}
     rows = [(law, draw) for law, those in draws.items() for draw in those]
     results = Results(
         plan,
@@ -26,10 +26,10 @@ def test_laws_are_compared_on_the_same_draws_where_each_lacks_some(tmp_path: Pat
             plan.variant_column: np.array([law for law, _ in rows]),
             "ended_early": np.zeros(len(rows), bool),
             "failed": np.zeros(len(rows), bool),
-            ALWAYS[0]: np.array([draw + (100.0 if law == "hierarchical" else 0.0) for law, draw in rows]),
+            ALWAYS[0]: np.array([draw + (100.0 if law == "hierarchical_printed" else 0.0) for law, draw in rows]),
         },
     )
-    first, second = results.paired("los_pid", "hierarchical", ALWAYS[0])
+    first, second = results.paired("los_pid", "hierarchical_printed", ALWAYS[0])
     assert (first.tolist(), second.tolist()) == ([0.0, 3.0, 5.0], [100.0, 103.0, 105.0])
 
 
@@ -54,13 +54,13 @@ def test_a_campaign_of_several_laws_is_complete_with_the_rows_of_all(tmp_path: P
 
 def test_all_laws_of_a_diagram_are_drawn_in_one_unit(tmp_path: Path) -> None:
     """One law needs newton metres, the other meganewton metres; the limit lies between them."""
-    plan = campaign(tmp_path, laws=["los_pid", "hierarchical"], limits={"yaw_moment_rms": 4e4})
+    plan = campaign(tmp_path, laws=["los_pid", "hierarchical_printed"], limits={"yaw_moment_rms": 4e4})
     n = 20
     size = np.where(np.arange(2 * n) < n, 50.0, 4e6) * (1.0 + np.arange(2 * n) % n)
     rows = {
         "run": np.arange(2 * n),
         "draw": np.arange(2 * n) % n,
-        plan.variant_column: np.repeat(["los_pid", "hierarchical"], n),
+        plan.variant_column: np.repeat(["los_pid", "hierarchical_printed"], n),
         "ended_early": np.zeros(2 * n, bool),
         "failed": size > 4e4,
         "yaw_moment_rms": size,

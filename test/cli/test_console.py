@@ -59,7 +59,7 @@ def test_paths_and_brackets_are_printed_as_they_are(capsys: pytest.CaptureFixtur
     assert captured.err == f"error: {path} does not exist\n"
 
 
-LAW_NAMES = ["hierarchical", "guided", "los_pid", "nmpc"]
+LAW_NAMES = ["hierarchical_printed", "guided", "los_pid", "nmpc"]
 
 
 @pytest.mark.parametrize("width", [40, 60, 200])

@@ -25,7 +25,7 @@ NONE = Acceleration(0.0, 0.0, 0.0)
 
 @pytest.fixture
 def loop() -> ControlLoop:
-    return ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0))
+    return ControlLoop(make_controller("hierarchical_printed", 0.01), RateGrid(100.0))
 
 
 def step(loop: ControlLoop, milliseconds: int, heading: float = STATE.psi) -> Terms:
@@ -63,7 +63,7 @@ def test_periods_that_are_counted_anew_miss_none_across_the_step(loop: ControlLo
 
 @pytest.mark.parametrize("order", ["standby", "stop", "fault"])
 def test_the_observer_predicts_with_the_wrench_that_is_commanded_whatever_the_law_gives(order: str) -> None:
-    loop, observer = ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed()), observed()
+    loop, observer = ControlLoop(make_controller("hierarchical_printed", 0.01), RateGrid(100.0), observed()), observed()
     if order != "fault":
         getattr(loop.supervision, order)()
     reason = Reason.JUMP if order == "fault" else Reason.NONE
@@ -123,8 +123,8 @@ def test_weight_norms_and_lyapunov_function_are_added_to_the_terms(loop: Control
 
 def test_the_law_receives_the_estimate_of_the_observer() -> None:
     observer = observed()
-    law = make_controller("hierarchical", 0.01)
-    loop = ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed())
+    law = make_controller("hierarchical_printed", 0.01)
+    loop = ControlLoop(make_controller("hierarchical_printed", 0.01), RateGrid(100.0), observed())
     wrench = (0.0, 0.0)
     for milliseconds in (0, 10, 20):
         measured = as_motion(np.array(STATE) + 1e-3 * milliseconds)
@@ -143,7 +143,7 @@ def test_the_law_receives_the_estimate_of_the_observer() -> None:
 
 
 def test_the_observer_predicts_to_the_time_of_the_measurement() -> None:
-    early, late = (ControlLoop(make_controller("hierarchical", 0.01), RateGrid(100.0), observed()) for _ in range(2))
+    early, late = (ControlLoop(make_controller("hierarchical_printed", 0.01), RateGrid(100.0), observed()) for _ in range(2))
     for milliseconds in (0, 10, 20):
         moved = as_motion(np.array(STATE) + 1e-3 * milliseconds)
         early.step(milliseconds * 1_000_000, moved, REFERENCE, NONE)

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.law.guard import guarded_step
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws import LAWS, make_controller
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.laws.manoeuvre import KINDS
 from vessel_hsmc_ros.simulation.compilation import compiled
 
@@ -28,7 +28,13 @@ LISTED: dict[str, Any] = {"network.layout": "listed", "network.listed_centers": 
 NETWORKS: list[dict[str, Any]] = [{}, LISTED, {"network.basis": "as_printed"}, {"network.centers_per_axis": 4}]
 SWITCHING: list[dict[str, Any]] = [{"switching": "saturation"}, {"switching": "tanh"}]
 SETTINGS: dict[str, list[dict[str, Any]]] = {
-    "hierarchical": [*NETWORKS, *SWITCHING, {"adaptation": "as_printed"}, {"sway_weight_sign": "switched", "sway_weight": 0.5}],
+    "hierarchical": NETWORKS,
+    "hierarchical_printed": [
+        *NETWORKS,
+        *SWITCHING,
+        {"adaptation": "as_printed"},
+        {"sway_weight_sign": "switched", "sway_weight": 0.5},
+    ],
     "course": [*NETWORKS, *SWITCHING],
     "pd": [{}],
     "los_pid": [{}, {"surge_force_limit": 5e3}, {"guidance": "alos"}],
@@ -104,7 +110,7 @@ def test_the_holder_returns_what_the_kernel_returns(name: str) -> None:
         np.testing.assert_equal([getattr(terms, field) for field in absent], [Terms._field_defaults[field] for field in absent])
 
 
-@pytest.mark.parametrize("name", ["hierarchical", "course"])
+@pytest.mark.parametrize("name", ["hierarchical_printed", "course"])
 def test_the_weights_among_the_terms_are_copies(name: str) -> None:
     law = make_controller(name, PERIOD)
     inputs = series(1)
@@ -116,14 +122,14 @@ def test_the_weights_among_the_terms_are_copies(name: str) -> None:
 
 
 def test_a_wrench_that_overflows_is_reported_although_the_law_is_defined_there() -> None:
-    law = make_controller("hierarchical", PERIOD)
+    law = make_controller("hierarchical_printed", PERIOD)
     fast = 1e200
     with pytest.raises(ControlError, match="both must be finite"):
         guarded_step(law, Motion(0.0, 0.0, 0.0, fast, fast, fast), Motion(*[0.0] * 6), Acceleration(0.0, 0.0, 0.0))
 
 
 def test_a_step_at_the_singularity_leaves_the_memory_of_the_law_as_it_was() -> None:
-    law, twin = (make_controller("hierarchical", PERIOD) for _ in range(2))
+    law, twin = (make_controller("hierarchical_printed", PERIOD) for _ in range(2))
     still, reference = Acceleration(0.0, 0.0, 0.0), Motion(*[0.0] * 6)
     near = Motion(1.0, 2.0, 0.3, 1.0, 0.1, 0.05)
     for each in (law, twin):
@@ -136,16 +142,16 @@ def test_a_step_at_the_singularity_leaves_the_memory_of_the_law_as_it_was() -> N
 
 
 def test_a_variant_of_a_kernel_law_is_a_subclass_that_may_call_its_step() -> None:
-    class Halved(LAWS["hierarchical"].controller):  # type: ignore[name-defined, misc]
+    class Halved(LAWS["hierarchical_printed"].controller):  # type: ignore[name-defined, misc]
         name = "halved"
 
         def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> Any:
             (tau_1, tau_2), terms = super().step(motion, desired, acceleration)
             return (0.5 * tau_1, tau_2), terms
 
-    law: Law[Any] = Halved(HierarchicalParameters(), make_controller("hierarchical", PERIOD).vessel, PERIOD)
+    law: Law[Any] = Halved(HierarchicalPrintedParameters(), make_controller("hierarchical_printed", PERIOD).vessel, PERIOD)
     inputs = series(2)[0]
-    assert law.step(*inputs)[0][0] == 0.5 * make_controller("hierarchical", PERIOD).step(*inputs)[0][0]
+    assert law.step(*inputs)[0][0] == 0.5 * make_controller("hierarchical_printed", PERIOD).step(*inputs)[0][0]
     assert math.isfinite(law.step(*inputs)[0][1])
 
 

@@ -10,12 +10,12 @@ from independent_law import IndependentLaw
 from vessel_hsmc_ros.core.schema import entries, symbols
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 
 PERIOD = 0.01
 SYMBOLS = {
     entry.symbol: name
-    for cls in (KnownVessel, HierarchicalParameters)
+    for cls in (KnownVessel, HierarchicalPrintedParameters)
     for name, entry in entries(cls).items()
     if entry.symbol and "." not in name
 }
@@ -63,7 +63,7 @@ def compare(random, motion, settings, options):
     weights = random.normal(size=(3, 8))
     named = {SYMBOLS[symbol]: value for symbol, value in gains.items()}
     shape = {f"network.{name}": value for name, value in {**network, "width": width}.items()}
-    law: Any = make_controller("hierarchical", PERIOD, **{**named, **shape, **settings})
+    law: Any = make_controller("hierarchical_printed", PERIOD, **{**named, **shape, **settings})
     law.memory.W[:] = weights[[2, 0, 1]]  # the double has the order W1, W2, W3
     wrench, _ = law.update(0.0, *motion)
     _, terms = law.update(PERIOD, *motion)
@@ -111,9 +111,9 @@ def test_listed_neurons_agree(seed: int) -> None:
     random = np.random.default_rng(seed)
     motion, listed, weights = random_motion(random), random.uniform(-1.0, 1.0, (4, 3)), random.normal(size=(3, 4))
     named = {"network.layout": "listed", "network.listed_centers": list(listed.ravel()), "network.width": 0.8}
-    law: Any = make_controller("hierarchical", PERIOD, **named)
+    law: Any = make_controller("hierarchical_printed", PERIOD, **named)
     law.memory.W[:] = weights[[2, 0, 1]]
-    gains = {**symbols(HierarchicalParameters()), **symbols(KnownVessel()), "delta": 0.8}
+    gains = {**symbols(HierarchicalPrintedParameters()), **symbols(KnownVessel()), "delta": 0.8}
     expected, _ = IndependentLaw(gains, listed).update(*motion, *weights)
     assert law.update(0.0, *motion)[0] == pytest.approx([float(tau) for tau in expected], rel=1e-9)
 
@@ -130,7 +130,7 @@ def test_the_course_law_is_the_same_law_with_the_heading_surface_alone(seed: int
     (_, tau_2), _ = law.update(0.0, state, reference, acceleration)
     _, after = law.update(PERIOD, state, reference, acceleration)
 
-    gains = {**symbols(HierarchicalParameters()), **symbols(KnownVessel()), "delta": 5.0, "eta1": 0.1, "gamma2": 0.5}
+    gains = {**symbols(HierarchicalPrintedParameters()), **symbols(KnownVessel()), "delta": 5.0, "eta1": 0.1, "gamma2": 0.5}
     double = IndependentLaw({**gains, "a": 0.0, "b": 1.0}, grid(0.5, 0.5, 2))
     (_, expected), rates = double.update(state, reference, acceleration, [0.0] * 8, weights, [0.0] * 8)
     assert tau_2 == pytest.approx(float(expected), rel=1e-9)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.law.switching import SWITCHING, switch
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
@@ -35,7 +35,7 @@ def test_the_switching_functions_match_values_by_hand(kind: str, expected) -> No
 @pytest.mark.parametrize(("switching", "chatters"), [("sgn", True), ("saturation", False), ("tanh", False)])
 def test_sgn_chatters_at_rest_and_a_boundary_layer_does_not(switching: str, chatters: bool) -> None:
     """With k2·T = 1 and without disturbance, sgn makes S2 oscillate between ±eta2·T, with force steps of ±2·eta2·m11 = 240 N."""
-    changes = {"vessel_sim.duration": 40.0, "controller.hierarchical.switching": switching}
+    changes = {"vessel_sim.duration": 40.0, "controller.hierarchical_printed.switching": switching}
     force = simulate(load_scenario("case3_calm", changes)).wrench[-101:, 0]
     steps = np.abs(np.diff(force))
     if chatters:
@@ -47,7 +47,7 @@ def test_sgn_chatters_at_rest_and_a_boundary_layer_does_not(switching: str, chat
 @given(states, states)
 def test_a_switched_weight_gives_both_terms_of_the_yaw_surface_one_sign(state, reference) -> None:
     terms = {
-        kind: make_controller("hierarchical", 0.01, sway_weight_sign=kind).update(0.0, state, reference, np.zeros(3))[1]
+        kind: make_controller("hierarchical_printed", 0.01, sway_weight_sign=kind).update(0.0, state, reference, np.zeros(3))[1]
         for kind in ("constant", "switched")
     }
     sway, heading = 0.001 * terms["switched"].sway_surface, 100.0 * terms["switched"].heading_surface
@@ -69,7 +69,7 @@ def test_with_the_printed_damping_a_steady_turn_solves_its_polynomial() -> None:
 @given(states, states)
 def test_with_zero_weights_the_law_is_symmetric_to_port_and_starboard(state, reference) -> None:
     wrenches = [
-        make_controller("hierarchical", 0.01).update(0.0, side * state, side * reference, np.zeros(3))[0]
+        make_controller("hierarchical_printed", 0.01).update(0.0, side * state, side * reference, np.zeros(3))[0]
         for side in (1.0, MIRROR)
     ]
     assert wrenches[1] == pytest.approx(wrenches[0] * [1.0, -1.0], rel=1e-9, abs=1e-3)
@@ -87,10 +87,10 @@ def test_the_yaw_moment_is_continuous_at_z1_zero() -> None:
 
 
 def test_an_unstable_gain_is_rejected_while_the_law_runs_and_changes_nothing() -> None:
-    law = make_controller("hierarchical", 0.01)
+    law = make_controller("hierarchical_printed", 0.01)
     motion = np.array([1.0, 2.0, 0.2, 0.0, 0.0, 0.0]), np.zeros(6), np.zeros(3)
     with pytest.raises(ParameterError, match=r"surge_reaching_gain = 250 1/s is unstable .* below 199\.7 1/s"):
-        law.retune(HierarchicalParameters(surge_reaching_gain=250.0))
-    untouched = make_controller("hierarchical", 0.01).update(0.0, *motion)[0]
+        law.retune(HierarchicalPrintedParameters(surge_reaching_gain=250.0))
+    untouched = make_controller("hierarchical_printed", 0.01).update(0.0, *motion)[0]
     np.testing.assert_array_equal(law.update(0.0, *motion)[0], untouched)
     assert math.isfinite(untouched[0])

@@ -56,7 +56,7 @@ def speeds_after(steps, period, slope):
     gains = {f"{axis}_adaptation_gain": 0.0 for axis in ("surge", "sway", "yaw")}
     gains |= {"yaw_reaching_gain": 50.0, "surge_reaching_gain": 50.0, "yaw_switching_gain": 0.0, "surge_switching_gain": 0.0}
     gains |= {"heading_surface_slope": slope, "surge_surface_slope": slope, "sway_weight": 0.0}
-    law = make_controller("hierarchical", 0.001, **gains)  # learning nothing, it does not depend on its period
+    law = make_controller("hierarchical_printed", 0.001, **gains)  # learning nothing, it does not depend on its period
     state, still = np.array([1e-3, 0.0, 1e-3, 0.0, 0.0, 0.0]), np.zeros(6)
     for _ in range(steps):
         wrench, _ = law.update(0.0, state, still, np.zeros(3))

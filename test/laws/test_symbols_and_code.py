@@ -12,11 +12,11 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, transform, 
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
 
 SHIP = symbols(VesselParameters())
-GAINS = {**symbols(KnownVessel()), **symbols(HierarchicalParameters())}
+GAINS = {**symbols(KnownVessel()), **symbols(HierarchicalPrintedParameters())}
 SIGN = {"sgn": lambda value: math.copysign(1.0, value)}
 
 
@@ -75,7 +75,7 @@ def test_the_law_matches_equations_22_and_28(motion) -> None:
     values[p.S1], values[p.S2] = number(p.YAW_SURFACE, values), number(p.SURGE_SURFACE, values)
     values[p.tau_2] = number(p.SUMMED_TAU_2, values)
 
-    law: Any = make_controller("hierarchical", 0.01, **{"network.centers_per_axis": 1, "network.width": 1000.0})
+    law: Any = make_controller("hierarchical_printed", 0.01, **{"network.centers_per_axis": 1, "network.width": 1000.0})
     at_centre = state_of(motion)
     law.memory.W[:, 0] = [estimates[q] / activation(at_centre) for q in (p.fu_hat, p.fv_hat, p.fr_hat)]
     wrench, terms = law.update(0.0, at_centre, state_of(motion, p.DESIRED), d_acceleration)

@@ -61,7 +61,7 @@ def test_wrenches_and_accelerations_are_written_in_the_body_frame() -> None:
 
 
 def test_the_terms_of_a_law_are_written_into_fields_of_the_same_name() -> None:
-    _, terms = make_controller("hierarchical", period=0.01).update(0.0, STATE, STATE + 1.0, ACCELERATION)
+    _, terms = make_controller("hierarchical_printed", period=0.01).update(0.0, STATE, STATE + 1.0, ACCELERATION)
     state = conversions.new_control_state()
     conversions.write_terms(state, conversions.time_message(STAMP), diagnosed(terms, None, 0.01))
     written = read_control_state(state)

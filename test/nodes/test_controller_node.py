@@ -86,7 +86,7 @@ def test_the_command_and_the_control_state_are_those_of_the_law(bench: Any, plan
     plant.send_reference(0)
     plant.send_odometry(0)
     bench.until(lambda: plant.commands and plant.states)
-    law = make_controller("hierarchical", 0.01)
+    law = make_controller("hierarchical_printed", 0.01)
     odometry, reference = conv.new_odometry(), conv.new_reference()
     conv.write_odometry(odometry, conv.time_message(0), STATE)
     conv.write_reference(reference, conv.time_message(0), REFERENCE, ACCELERATION)
@@ -160,7 +160,7 @@ def test_a_changed_gain_acts_and_the_weights_stay(bench: Any, plant: Any) -> Non
         ("hierarchical.yaw_reaching_gain", 250.0, "must be below 2"),
         ("hierarchical.sway_weight", -1.0, ""),
         ("rate_hz", 50.0, "read-only"),
-        ("law", "hierarchical", "read-only"),
+        ("law", "hierarchical_printed", "read-only"),
     ],
 )
 def test_a_change_that_is_not_allowed_is_refused(bench: Any, plant: Any, name: str, value: Any, expected: str) -> None:

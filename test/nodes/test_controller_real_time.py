@@ -134,7 +134,7 @@ def test_an_older_reference_is_extrapolated_to_the_time_of_the_odometry(sea: Rea
     conv.write_odometry(odometry, conv.time_message(0), STATE)
     conv.write_reference(reference, conv.time_message(0), REFERENCE, ACCELERATION)
     desired, acceleration = conv.read_reference(reference)
-    law = make_controller("hierarchical", 0.01)
+    law = make_controller("hierarchical_printed", 0.01)
     _, terms = law.update(0.0, conv.read_odometry(odometry), extrapolate(desired, acceleration, 0.02), acceleration)
     first = next(state for state in sea.states if math.isfinite(state.yaw_surface))
     np.testing.assert_allclose((first.yaw_surface, first.surge_error), (terms.yaw_surface, terms.surge_error), rtol=1e-9)

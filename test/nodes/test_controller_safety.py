@@ -270,7 +270,7 @@ def test_a_fallback_law_steers_where_the_chosen_one_is_undefined(sea: RealTimePl
     """The hierarchical law is singular at z1 = b/a, here 10 m."""
     sea.desired, sea.state = np.zeros(6), np.array([50.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     settings = {"hierarchical__sway_weight": 10.0, "safety__action": "fallback", "safety__fallback_law": "los_pid"}
-    start(sea, law="hierarchical", **settings)
+    start(sea, law="hierarchical_printed", **settings)
     sea.run(0.2)
     sea.state = np.array([9.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     sea.run(0.5)

@@ -94,7 +94,7 @@ class ExactlyKnown(Law[None]):
     def __init__(self) -> None:
         network = {"network.layout": "listed", "network.width": self.WIDTH}
         frozen = {f"{name}_adaptation_gain": 0.0 for name in ("surge", "sway", "yaw")}
-        self._law: Any = make_controller("hierarchical", 0.01, **network, **frozen)
+        self._law: Any = make_controller("hierarchical_printed", 0.01, **network, **frozen)
 
     def retune(self, parameters: None) -> None:
         """There are no parameters."""
@@ -116,5 +116,5 @@ def test_with_the_exact_model_the_circle_ends_farther_from_its_reference() -> No
     assert results["circle_exact"].position_error_final == pytest.approx(50.0, rel=0.1)
     assert results["circle_exact"].position_error_final > 1.5 * results["circle"].position_error_final
     scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 10.0})
-    exact = ExactModelLaw(scenario.controller.hierarchical, scenario.controller.vessel, SHIP)
+    exact = ExactModelLaw(scenario.controller.hierarchical_printed, scenario.controller.vessel, SHIP)
     np.testing.assert_allclose(simulate(scenario, law=ExactlyKnown()).state, simulate(scenario, law=exact).state, atol=1e-6)

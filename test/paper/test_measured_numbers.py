@@ -8,7 +8,7 @@ import pytest
 
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.law.network import NetworkParameters, activations
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.paper import case_run, errata
 from vessel_hsmc_ros.paper.checks import Check, Claim
 from vessel_hsmc_ros.paper.measure import growth_rate, measure
@@ -17,7 +17,7 @@ from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 VESSEL = replace(VesselParameters(), surge_damping_quadratic=7.0, surge_damping_cubic=3.0).coefficients()
 GAINS = replace(
-    HierarchicalParameters(),
+    HierarchicalPrintedParameters(),
     sway_weight=0.25,
     heading_weight=8.0,
     yaw_switching_gain=0.5,

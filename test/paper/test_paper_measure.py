@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.paper.case_run import ExactModelLaw
 from vessel_hsmc_ros.paper.measure import Surfaces, growth_rate, lateral_error, measure, on_surfaces, reduced_error, settling_time
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
@@ -22,7 +22,7 @@ PRINTED = Surfaces(0.3, 0.3, 0.3, 0.001, 100.0)
 @pytest.fixture(scope="module")
 def circle() -> Run:
     scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 60.0})
-    law = ExactModelLaw(scenario.controller.hierarchical, scenario.controller.vessel, VESSEL)
+    law = ExactModelLaw(scenario.controller.hierarchical_printed, scenario.controller.vessel, VESSEL)
     return simulate(scenario, law=law)
 
 
@@ -36,7 +36,7 @@ def test_the_settling_time_is_the_last_crossing_of_the_limit() -> None:
 
 def test_the_velocities_of_the_reduced_dynamics_make_both_surfaces_zero() -> None:
     rng = np.random.default_rng(3)
-    law = ExactModelLaw(HierarchicalParameters(), KnownVessel(), VESSEL)
+    law = ExactModelLaw(HierarchicalPrintedParameters(), KnownVessel(), VESSEL)
     for _ in range(20):
         x, y, psi, v = rng.uniform(-1.0, 1.0, 4) * (50.0, 50.0, 3.0, 1.0)
         reference = rng.uniform(-1.0, 1.0, 6) * (50.0, 50.0, 3.0, 3.0, 1.0, 0.2)
@@ -48,7 +48,7 @@ def test_the_velocities_of_the_reduced_dynamics_make_both_surfaces_zero() -> Non
 
 
 def test_the_reduced_dynamics_predict_the_lateral_error_of_the_closed_loop(circle: Run) -> None:
-    time, predicted = reduced_error(circle, VESSEL, HierarchicalParameters())
+    time, predicted = reduced_error(circle, VESSEL, HierarchicalPrintedParameters())
     actual = np.interp(time, circle.control["time"], circle.control["sway_error"])
     assert len(time) == 201
     assert np.max(np.abs(actual)) > 3.0
@@ -98,7 +98,7 @@ def test_a_diverging_prediction_ends_in_nan() -> None:
 
 
 def test_the_numbers_of_the_circle_have_their_known_values(circle: Run) -> None:
-    numbers = measure(circle, VESSEL, HierarchicalParameters())
+    numbers = measure(circle, VESSEL, HierarchicalPrintedParameters())
     assert numbers.duration == pytest.approx(60.0)
     assert numbers.position_error_start == pytest.approx(math.hypot(10.0, 14.0))
     assert numbers.surge_force_peak == pytest.approx(3.1e7, rel=0.05)

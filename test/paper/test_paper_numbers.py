@@ -10,13 +10,13 @@ from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.law.network import NetworkParameters, activations
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.plant.disturbance import PeriodicParameters, periodic_wrench
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
 SHIP = VesselParameters().coefficients()
-GAINS = symbols(HierarchicalParameters())
+GAINS = symbols(HierarchicalPrintedParameters())
 PEAK = 0.5 * math.pi / PeriodicParameters().frequency  # s, when the disturbance of section 6.2 is at its largest
 INITIAL_STATE = np.array([5.0, 1.0, math.pi / 4, 0.0, 0.0, 0.0])
 INITIAL_REFERENCE = np.array([15.0, 15.0, 0.0, 0.0, 0.0, 0.0])
@@ -51,7 +51,7 @@ def test_with_the_printed_width_a_network_is_nearly_constant(as_printed: bool, l
 
 def test_with_a_of_1_a_straight_run_ends_at_z1_of_b_over_a() -> None:
     """E6: a0 = 1 reduces the error to 3 cm at 38 s; at 100 m from the origin the law is singular."""
-    straight = {"reference_ship.yaw_moment": 0.0, "controller.hierarchical.sway_weight": 1.0}
+    straight = {"reference_ship.yaw_moment": 0.0, "controller.hierarchical_printed.sway_weight": 1.0}
     run = simulate(load_scenario("case2_tracking", {**straight, "vessel_sim.duration": 39.0}))
     distance, along = position_error(run.state, run.reference), run.reference[:, 0]
     at = np.searchsorted(run.time, 38.0)
@@ -64,7 +64,7 @@ def test_with_a_of_1_a_straight_run_ends_at_z1_of_b_over_a() -> None:
 def initial_wrench(distance: float) -> tuple[Any, Any]:
     """Command and terms of the law at the start of case 2, with both ships moved along x away from the origin."""
     shift = np.array([distance, 0.0, 0.0, 0.0, 0.0, 0.0])
-    law = make_controller("hierarchical", 0.01)
+    law = make_controller("hierarchical_printed", 0.01)
     inputs = np.array([1e5 / SHIP.m11, 0.0, 1e6 / SHIP.m33])
     return law.update(0.0, INITIAL_STATE + shift, INITIAL_REFERENCE + shift, inputs)
 

@@ -10,7 +10,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, transform, transform_acceleration, transform_rate
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 
@@ -150,7 +150,7 @@ def test_two_runs_of_case_2_diverge_at_the_rate_of_the_reduced_dynamics() -> Non
     With a finite k2, f_u, which changes with u_e = -r·z2e, leaves an error z1e = e·z2e with e = -(df_u/du)·r/(k2·c3);
     inserted into the derivation above, it reduces the destabilising term of the turn by (d_v/m22)·e·r.
     """
-    ship, g = VesselParameters().coefficients(), HierarchicalParameters()
+    ship, g = VesselParameters().coefficients(), HierarchicalPrintedParameters()
     u, v, r = ON_THE_CIRCLE
     damping = (ship.d_v + 2.0 * ship.d_v2 * abs(v) + 3.0 * ship.d_v3 * v * v) / ship.m22
     drag = (ship.d_u + 2.0 * ship.d_u2 * u + 3.0 * ship.d_u3 * u * u) / ship.m11

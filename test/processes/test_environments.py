@@ -17,7 +17,7 @@ Start = Callable[..., Command]
 
 C_LOCALE = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 SECOND = ["--set", "vessel_sim.duration=1"]
-LAWS = ["hierarchical", "guided"]
+LAWS = ["hierarchical_printed", "guided"]
 COMPARE = ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS), "--jobs", "1"]
 
 VERBS = {

@@ -32,7 +32,7 @@ NAMESPACE = "launched"
 @pytest.mark.launch_test
 def generate_test_description():
     source = PythonLaunchDescriptionSource(str(share_directory() / "launch" / "closed_loop.launch.py"))
-    arguments = {"scenario": SCENARIO, "namespace": NAMESPACE, "output": OUTPUT, "record": "true", "law": "hierarchical"}
+    arguments = {"scenario": SCENARIO, "namespace": NAMESPACE, "output": OUTPUT, "record": "true", "law": "hierarchical_printed"}
     included = IncludeLaunchDescription(source, launch_arguments=[(key, str(value)) for key, value in arguments.items()])
     return launch.LaunchDescription([included, ReadyToTest()])
 

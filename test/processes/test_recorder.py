@@ -132,6 +132,6 @@ def test_after_sigkill_every_reader_finds_all_but_the_last_second(start: Any, wi
     second_before = max(stamp for at, stamp in witness.heard if at < killed_at - 1.0)
     assert min(before.values()) > second_before // PERIOD
     opened = open_bag(bag)
-    assert opened.scenario().controller.law == "hierarchical"
+    assert opened.scenario().controller.law == "hierarchical_printed"
     assert repair(bag).messages == opened.count
     assert {name: len(READERS[name](bag)["/odom"]) for name in READERS} == before

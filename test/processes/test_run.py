@@ -240,6 +240,6 @@ def test_every_recorded_command_is_recomputed_bit_identically(recorded: Recorded
     done = vessel_hsmc("replay", "bag", "--verify", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "301 commands over 3 s: max |delta tau| = 0 N, 0 N·m" in done.stdout
-    done = vessel_hsmc("replay", "bag", "--verify", "--set", "controller.hierarchical.sway_weight=0.002", cwd=tmp_path)
+    done = vessel_hsmc("replay", "bag", "--verify", "--set", "controller.hierarchical_printed.sway_weight=0.002", cwd=tmp_path)
     assert done.returncode == 1
     assert "commands differ, the first at t = 0 s" in done.stdout

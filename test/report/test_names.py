@@ -26,7 +26,7 @@ def test_runs_of_different_scenarios_are_named_by_scenario() -> None:
 
 
 def test_runs_of_one_scenario_are_named_by_law() -> None:
-    assert names(case2(), case2(**{"controller.law": "guided"})) == ["hierarchical", "guided"]
+    assert names(case2(), case2(**{"controller.law": "guided"})) == ["hierarchical_printed", "guided"]
 
 
 def test_runs_of_several_scenarios_and_laws_are_named_by_both() -> None:
@@ -36,7 +36,7 @@ def test_runs_of_several_scenarios_and_laws_are_named_by_both() -> None:
 
 
 def test_runs_with_one_law_are_named_by_the_parameters_that_differ() -> None:
-    name = "controller.hierarchical.sway_weight"
+    name = "controller.hierarchical_printed.sway_weight"
     assert names(case2(), case2(**{name: 0.002})) == ["sway_weight = 0.001", "sway_weight = 0.002"]
 
 

@@ -130,7 +130,7 @@ def test_lines_of_several_runs_are_labelled_and_a_common_reference_appears_once(
 
 
 def test_limits_of_every_run_are_drawn_once() -> None:
-    changes: list[dict[str, Any]] = [{"controller.law": law} for law in ("hierarchical", "guided", "los_pid")]
+    changes: list[dict[str, Any]] = [{"controller.law": law} for law in ("hierarchical_printed", "guided", "los_pid")]
     runs = [record(str(i), 1.0, **changes[i]) for i in range(3)]
     force = next(overlay for overlay in overlays(runs) if overlay.panel.title == "surge force")
     assert force.panel.limits == ((2e5, "law"),)

@@ -192,7 +192,7 @@ def test_a_table_of_many_rows_is_written_to_its_last_row(tmp_path: Path, monkeyp
 
 
 def test_of_three_runs_the_parameters_are_named_in_which_any_differs() -> None:
-    changes: list[dict[str, Any]] = [{}, {"vessel_sim.seed": 5}, {"controller.hierarchical.sway_weight": 0.002}]
+    changes: list[dict[str, Any]] = [{}, {"vessel_sim.seed": 5}, {"controller.hierarchical_printed.sway_weight": 0.002}]
     names = [each.name for each in making.distinguished([record("case2_tracking", 1.0, **each) for each in changes])]
     assert [set(name.split(", ")) for name in names] == [
         {"sway_weight = 0.001", "seed = 0"},

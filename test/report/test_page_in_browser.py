@@ -172,7 +172,7 @@ def test_several_runs_are_overlaid(window: Browser, pages: Path, tmp_path: Path)
 
 def test_tables_of_several_runs_fit_a_page_of_1280_pixels(window: Browser, runs: list[Recorded], tmp_path: Path) -> None:
     circle, straight = (made for made, _ in runs)
-    laws = ("hierarchical", "guided", "los_pid", "a law with a long name")
+    laws = ("hierarchical_printed", "guided", "los_pid", "a law with a long name")
     for count in (2, 4):
         report.write(tmp_path / "laws.html", [replace((circle, straight)[i % 2], name=laws[i]) for i in range(count)], "Laws")
         window.open(tmp_path / "laws.html", width=1280)

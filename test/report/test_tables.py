@@ -105,9 +105,9 @@ def test_the_time_of_a_pause_does_not_count_as_time_to_settle() -> None:
 
 
 def test_parameters_that_differ_between_runs_are_marked() -> None:
-    changed_weight: dict[str, Any] = {"controller.hierarchical.sway_weight": 0.002}
+    changed_weight: dict[str, Any] = {"controller.hierarchical_printed.sway_weight": 0.002}
     records = [record("near", 1.0), record("far", 4.0, **changed_weight)]
-    assert changed_parameters(records) == {"controller.hierarchical.sway_weight"}
+    assert changed_parameters(records) == {"controller.hierarchical_printed.sway_weight"}
 
 
 def test_parameters_of_a_single_run_are_marked_where_they_differ_from_their_defaults() -> None:

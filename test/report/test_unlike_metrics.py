@@ -145,12 +145,12 @@ def test_a_difference_of_values_of_either_sign_has_its_own_sign_and_the_nearer_t
 
 
 def test_a_parameter_that_differs_in_any_of_three_runs_is_marked() -> None:
-    changes: list[dict[str, Any]] = [{}, {"vessel_sim.seed": 5}, {"controller.hierarchical.sway_weight": 0.002}]
+    changes: list[dict[str, Any]] = [{}, {"vessel_sim.seed": 5}, {"controller.hierarchical_printed.sway_weight": 0.002}]
     runs = [still("run", scenario=load_scenario("case2_tracking", each)) for each in changes]
     found = {f"{node['name']}.{row['name']}": row for node in parameter_tables(runs) for row in node["rows"]}
-    assert {name for name, row in found.items() if row["changed"]} == {"vessel_sim.seed", "controller.hierarchical.sway_weight"}
+    assert {name for name, row in found.items() if row["changed"]} == {"vessel_sim.seed", "controller.hierarchical_printed.sway_weight"}
     assert found["vessel_sim.seed"]["values"] == ["0", "5", "0"]
-    assert found["controller.hierarchical.sway_weight"]["values"] == ["0.001", "0.001", "0.002"]
+    assert found["controller.hierarchical_printed.sway_weight"]["values"] == ["0.001", "0.001", "0.002"]
 
 
 def test_every_run_has_its_own_origin() -> None:
@@ -179,7 +179,7 @@ def at_limits(surge: float, yaw: float, samples: int = 400) -> Run:
         ({"controller.law": "guided", "vessel_sim.vessel.yaw_moment_limit": 2.5e6}, 2e5, 2.5e6),
         (
             {
-                "controller.law": "hierarchical",
+                "controller.law": "hierarchical_printed",
                 "vessel_sim.vessel.surge_force_limit": 1.2e5,
                 "vessel_sim.actuators.yaw_moment_limit": 1.7e6,
             },

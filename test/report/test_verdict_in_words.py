@@ -95,7 +95,7 @@ def test_saturation_is_stated_with_its_share_of_the_time() -> None:
 
 
 def test_the_papers_law_has_no_limit_at_which_it_could_be() -> None:
-    text = judged(np.zeros_like, lambda t: 0.0 * t + 2e5, changes={"controller.law": "hierarchical"})
+    text = judged(np.zeros_like, lambda t: 0.0 * t + 2e5, changes={"controller.law": "hierarchical_printed"})
     assert "limit" not in text
 
 

@@ -167,7 +167,7 @@ def test_a_column_has_the_unit_of_its_largest_value_in_whatever_row() -> None:
 def test_every_law_that_ran_at_another_rate_and_every_failure_is_noted() -> None:
     runs = [
         replace(OUTCOME, fell_back=False),
-        replace(OUTCOME, law="hierarchical", rate_hz=100.0),
+        replace(OUTCOME, law="hierarchical_printed", rate_hz=100.0),
         LawRun(Row("second"), "los_pid", 25.0, failure="it failed"),
     ]
     assert comparison_page.notes(runs) == [

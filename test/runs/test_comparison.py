@@ -35,7 +35,7 @@ def vessel_hsmc(*arguments: str) -> Result:
 
 def test_the_default_laws_track_a_position_and_are_installed() -> None:
     laws = default_laws()
-    assert {"hierarchical", "los_pid"} <= set(laws) <= set(LAWS)
+    assert {"hierarchical_printed", "los_pid"} <= set(laws) <= set(LAWS)
     assert not {"course", "pd"} & set(laws)
 
 
@@ -45,16 +45,16 @@ def test_the_requested_rate_is_that_of_the_law() -> None:
 
 
 def test_a_law_that_is_unstable_at_the_requested_rate_runs_at_100_hz_with_a_note() -> None:
-    outcome = run_task(Task(ROW, "hierarchical", 50.0))
+    outcome = run_task(Task(ROW, "hierarchical_printed", 50.0))
     assert outcome.rate_hz == 100.0
     assert comparison_page.notes([outcome]) == ["hierarchical is unstable at the requested rate and ran at 100 Hz"]
 
 
 def test_a_law_at_100_hz_instead_of_its_rate_has_the_changes_of_its_row() -> None:
-    own = Row("circle", changes={"vessel_sim.duration": 2.5, "vessel_sim.seed": 7, "controller.hierarchical.sway_weight": 1.5})
-    scenario, fell_back = prepare(Task(own, "hierarchical", 50.0))
-    assert (fell_back, scenario.controller.rate_hz, scenario.controller.law) == (True, 100.0, "hierarchical")
-    changed = scenario.vessel_sim.duration, scenario.vessel_sim.seed, scenario.controller.hierarchical.sway_weight
+    own = Row("circle", changes={"vessel_sim.duration": 2.5, "vessel_sim.seed": 7, "controller.hierarchical_printed.sway_weight": 1.5})
+    scenario, fell_back = prepare(Task(own, "hierarchical_printed", 50.0))
+    assert (fell_back, scenario.controller.rate_hz, scenario.controller.law) == (True, 100.0, "hierarchical_printed")
+    changed = scenario.vessel_sim.duration, scenario.vessel_sim.seed, scenario.controller.hierarchical_printed.sway_weight
     assert changed == (2.5, 7, 1.5)
 
 
@@ -64,8 +64,8 @@ def test_an_unknown_parameter_is_an_error_before_anything_runs() -> None:
 
 
 def test_a_simulation_that_diverges_is_an_outcome() -> None:
-    wild = Row("wild", changes={"vessel_sim.duration": 50.0, "controller.hierarchical.sway_weight": 30.0}, at_most=1.0)
-    outcome = run_task(Task(wild, "hierarchical", None))
+    wild = Row("wild", changes={"vessel_sim.duration": 50.0, "controller.hierarchical_printed.sway_weight": 30.0}, at_most=1.0)
+    outcome = run_task(Task(wild, "hierarchical_printed", None))
     assert "no longer finite" in outcome.failure
     assert comparison_page.overview_cell(outcome) == "stopped miss"
     head, lines = comparison_page.table(outcome.row, [outcome])
@@ -74,7 +74,7 @@ def test_a_simulation_that_diverges_is_an_outcome() -> None:
 
 def test_a_column_has_the_unit_that_suits_its_largest_value() -> None:
     small = LawRun(Row("boat"), "guided", 50.0, metrics=LawMetrics(0.002, 0.004, 0.001, 1.5, 90.0, 56.0, 0.2, 3.1))
-    large = replace(small, law="hierarchical", metrics=LawMetrics(3.0, 4.0, 2.5, 1.5, 2e5, 3.2e6, 0.2, 40.0))
+    large = replace(small, law="hierarchical_printed", metrics=LawMetrics(3.0, 4.0, 2.5, 1.5, 2e5, 3.2e6, 0.2, 40.0))
     assert comparison_page.table(small.row, [small]) == (
         ["law", "Hz", "rms mm", "largest mm", "final mm", "heading °", "force N", "moment N·m", "rev/s", "travel/min"],
         [["guided", "50", "2", "4", "1", "1.5", "90", "56", "0.2", "3.1"]],
@@ -112,7 +112,7 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
     folder = next(tmp_path.iterdir())
     assert {path.name for path in (folder / "figures").iterdir()} == {"case2_tracking.png", "case2_straight.png"}
     runs = json.loads((folder / "compare.json").read_text())["runs"]
-    assert [(r["case"], r["law"]) for r in runs][:2] == [("case2_tracking", "hierarchical"), ("case2_tracking", "los_pid")]
+    assert [(r["case"], r["law"]) for r in runs][:2] == [("case2_tracking", "hierarchical_printed"), ("case2_tracking", "los_pid")]
     assert all(r["position_rms"] > 0.0 and r["verdict"] is None for r in runs)
     assert (folder / "compare.html").read_text().count("data:image/png;base64,") == 2
     assert f"page: {folder / 'compare.html'}" in done.output

@@ -32,7 +32,7 @@ def test_a_law_with_a_vanishing_position_error_converges() -> None:
 
 
 def test_a_law_with_a_lasting_position_error_does_not_converge() -> None:
-    (sentence,) = conclusions([approaching("hierarchical", 4.0)])
+    (sentence,) = conclusions([approaching("hierarchical_printed", 4.0)])
     assert sentence.startswith(
         "The paper's law (hierarchical) does not converge: the position error is 4 m rms over the last quarter of 100 s,"
         " while the heading error is 0° at the end: the sway and heading terms of its sliding surface S1 cancel"
@@ -40,12 +40,12 @@ def test_a_law_with_a_lasting_position_error_does_not_converge() -> None:
 
 
 def test_approaches_with_unequal_forces_are_not_to_be_compared() -> None:
-    *_, sentence = conclusions([approaching("hierarchical", 4.0, 31e6), approaching("guided", 0.004, 2e5)])
+    *_, sentence = conclusions([approaching("hierarchical_printed", 4.0, 31e6), approaching("guided", 0.004, 2e5)])
     assert sentence == (
         "The approaches were made with unequal forces: the paper's law (hierarchical) took a surge force of up to 31 MN,"
         " the guided law of up to 200 kN. The last quarter shows how well a law tracks."
     )
-    assert len(conclusions([approaching("hierarchical", 4.0, 2e5), approaching("guided", 0.004, 2e5)])) == 2
+    assert len(conclusions([approaching("hierarchical_printed", 4.0, 2e5), approaching("guided", 0.004, 2e5)])) == 2
 
 
 def test_runs_without_metrics_allow_no_conclusion() -> None:
@@ -55,12 +55,12 @@ def test_runs_without_metrics_allow_no_conclusion() -> None:
 
 def test_both_runs_are_in_one_page_under_the_names_of_their_laws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     leave_unrendered(monkeypatch)
-    for law in ("hierarchical", "guided"):
+    for law in ("hierarchical_printed", "guided"):
         bag_making.write_run(tmp_path / law / "bag", 100)
         scenario = load_scenario("case2_tracking", {"controller.law": law})
         (tmp_path / law / "params.yaml").write_text(dump_scenario(scenario))
-    found = compare_bags([tmp_path / law / "bag" for law in ("hierarchical", "guided")], tmp_path / "report.html")
-    assert [record.name for record in found.records] == ["hierarchical", "guided"]
+    found = compare_bags([tmp_path / law / "bag" for law in ("hierarchical_printed", "guided")], tmp_path / "report.html")
+    assert [record.name for record in found.records] == ["hierarchical_printed", "guided"]
     assert len(found.conclusions) == 2
     assert found.files == {"page": tmp_path / "report.html", "figures": tmp_path / "figures"}
     page = (tmp_path / "report.html").read_text()

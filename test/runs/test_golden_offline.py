@@ -28,11 +28,11 @@ def test_a_scenario_reproduces_its_golden_run(name: str) -> None:
 @pytest.mark.parametrize(
     ("parameter", "value"),
     [
-        ("controller.hierarchical.heading_surface_slope", 0.3 * (1 + 1e-6)),
-        ("controller.hierarchical.surge_surface_slope", 0.3 * (1 + 1e-6)),
-        ("controller.hierarchical.sway_surface_slope", 0.3 * (1 + 1e-4)),  # its weight is small
-        ("controller.hierarchical.yaw_adaptation_gain", 0.001 * (1 + 1e-4)),
-        ("controller.hierarchical.surge_switching_gain", 0.001 * (1 + 1e-2)),  # k2 = 100 stands beside it
+        ("controller.hierarchical_printed.heading_surface_slope", 0.3 * (1 + 1e-6)),
+        ("controller.hierarchical_printed.surge_surface_slope", 0.3 * (1 + 1e-6)),
+        ("controller.hierarchical_printed.sway_surface_slope", 0.3 * (1 + 1e-4)),  # its weight is small
+        ("controller.hierarchical_printed.yaw_adaptation_gain", 0.001 * (1 + 1e-4)),
+        ("controller.hierarchical_printed.surge_switching_gain", 0.001 * (1 + 1e-2)),  # k2 = 100 stands beside it
         ("vessel_sim.vessel.sway_inertia", 177.9e3 * (1 + 1e-6)),
         ("vessel_sim.disturbance.periodic.frequency", 0.01 * (1 + 1e-4)),
         ("reference_ship.yaw_moment", 1e6 * (1 + 1e-6)),

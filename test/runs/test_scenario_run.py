@@ -13,7 +13,7 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.plant.simulator import Simulator
 
 SHORT = ["case2_tracking", "--set", "vessel_sim.duration=1"]
-UNSTABLE = ["case2_tracking", "--set", "controller.hierarchical.sway_weight=30.0", "--set", "vessel_sim.duration=60"]
+UNSTABLE = ["case2_tracking", "--set", "controller.hierarchical_printed.sway_weight=30.0", "--set", "vessel_sim.duration=60"]
 
 
 def vessel_hsmc(*arguments: str) -> Result:

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.runs import sweep_page
 from vessel_hsmc_ros.runs.sweep import Axis, Outcome, Point, parse_axis, points, run_all, run_point
 from vessel_hsmc_ros.simulation.compilation import DISABLED
 
-GAIN, WEIGHT = "controller.guided.position_gain", "controller.hierarchical.sway_weight"
+GAIN, WEIGHT = "controller.guided.position_gain", "controller.hierarchical_printed.sway_weight"
 SHORT = {"vessel_sim.duration": 1.0}
 METRICS = ("position_error_rms", "yaw_moment_rms")
 

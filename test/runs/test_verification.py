@@ -106,7 +106,7 @@ def test_the_recomputed_commands_of_every_law_are_bit_identical(tmp_path: Path, 
 def test_with_another_parameter_the_commands_differ_from_the_first_on(recorded: Path) -> None:
     bag = open_bag(recorded)
     assert verify(bag, bag.scenario()).largest == (0.0, 0.0)
-    found = verify(bag, bag.scenario({"controller.hierarchical.surge_surface_slope": 0.31}))
+    found = verify(bag, bag.scenario({"controller.hierarchical_printed.surge_surface_slope": 0.31}))
     assert found.largest[0] > 0.0
     assert found.differing[0] == 0
 
@@ -163,7 +163,7 @@ def test_changes_of_the_controllers_parameters_are_found_and_no_other_events(rec
 
 
 def test_a_failed_verification_names_the_first_change_of_a_parameter(recorded: Path, tmp_path: Path) -> None:
-    changed = ["--verify", "--set", "controller.hierarchical.surge_surface_slope=0.31"]
+    changed = ["--verify", "--set", "controller.hierarchical_printed.surge_surface_slope=0.31"]
     line = "the controller's parameters were changed during the recording, first at t = 2 s"
     retuned = record(tmp_path / "bag", events=True)
     assert line in call(retuned, *changed).output.splitlines()
@@ -191,13 +191,13 @@ def test_a_successful_verification_prints_two_lines_and_exits_with_0(recorded: P
         "300 commands over 2.99 s: max |delta tau| = 0 N, 0 N·m",
         "every command is bit-identical",
     ]
-    done = call(recorded, "--verify", "--set", "controller.hierarchical.surge_surface_slope=0.31")
+    done = call(recorded, "--verify", "--set", "controller.hierarchical_printed.surge_surface_slope=0.31")
     assert done.exit_code == 1
     assert "300 commands differ, the first at t = 0 s: surge force" in done.output
 
 
 def test_a_bag_with_edited_parameters_fails_and_shows_the_versions(tmp_path: Path) -> None:
-    scenario = load_scenario("case2_tracking", {"controller.hierarchical.heading_weight": 101.0})
+    scenario = load_scenario("case2_tracking", {"controller.hierarchical_printed.heading_weight": 101.0})
     directory = record(tmp_path / "bag")
     (attached,) = {a.name: a for _, _, a in open_bag(directory).files[0].attachments}.values()
     assert attached.name == SCENARIO

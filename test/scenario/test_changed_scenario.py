@@ -54,7 +54,7 @@ def test_changes_add_up_and_leave_the_original_as_it_is() -> None:
         {"vessel_sim.initial_pose": [0.0, 0.0]},
         {"controller.law": "pid"},
         {"controller.rate_hz": 30.0},
-        {"controller.hierarchical.yaw_reaching_gain": 1e3},
+        {"controller.hierarchical_printed.yaw_reaching_gain": 1e3},
         {"reference_ship.yaw_moment_steps.times": [0.0, 5.0]},
         {"reference_ship.mode": "circle", "vessel.yaw_moment_limit": 1.0},
     ],

@@ -21,7 +21,7 @@ def test_case_2_has_the_parameters_of_the_paper() -> None:
     assert (s.reference_ship.surge_force, s.reference_ship.yaw_moment) == (1e5, 1e6)
     assert s.vessel_sim.initial_pose == pytest.approx((5.0, 1.0, 0.785398163))
     assert s.reference_ship.initial_pose == (15.0, 15.0, 0.0)
-    law = s.controller.hierarchical
+    law = s.controller.hierarchical_printed
     assert (law.sway_surface_slope, law.heading_surface_slope, law.surge_surface_slope) == (0.3, 0.3, 0.3)
     assert (law.sway_weight, law.heading_weight) == (0.001, 100.0)
     assert (law.yaw_reaching_gain, law.surge_reaching_gain) == (100.0, 100.0)
@@ -31,7 +31,7 @@ def test_case_2_has_the_parameters_of_the_paper() -> None:
 
 def test_changes_override_the_file() -> None:
     assert (
-        load_scenario("case2_tracking", {"controller.hierarchical.sway_weight": 0.1}).controller.hierarchical.sway_weight == 0.1
+        load_scenario("case2_tracking", {"controller.hierarchical_printed.sway_weight": 0.1}).controller.hierarchical_printed.sway_weight == 0.1
     )
 
 
@@ -94,7 +94,7 @@ def test_sections_match_nodes_in_any_namespace_and_by_wildcard(tmp_path: Path) -
     )
     s = load_scenario(path)
     assert all(getattr(s, node).recorded for node in NODES)
-    assert s.controller.hierarchical.sway_weight == 0.002
+    assert s.controller.hierarchical_printed.sway_weight == 0.002
     assert s.vessel_sim.duration == 7.0
 
 

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
 
 SECONDS = 3.0
-GENTLE = {"controller.hierarchical.yaw_reaching_gain": 5.0, "controller.hierarchical.surge_reaching_gain": 5.0}
+GENTLE = {"controller.hierarchical_printed.yaw_reaching_gain": 5.0, "controller.hierarchical_printed.surge_reaching_gain": 5.0}
 """Gains that are stable at the low rate of the realistic scenario."""
 
 ROUGH = {
@@ -81,7 +81,7 @@ def test_with_the_observer_a_law_runs_compiled_to_the_same_bits() -> None:
     assert_same_run(scenario_of("realistic", "guided"))
 
 
-@pytest.mark.parametrize("law", ["guided", "hierarchical"])
+@pytest.mark.parametrize("law", ["guided", "hierarchical_printed"])
 def test_at_the_pivot_a_law_runs_compiled_to_the_same_bits(law: str) -> None:
     assert_same_run(scenario_of("case2_tracking", law, **{"controller.vessel.sway_yaw_inertia": 6e5}))
 
@@ -113,9 +113,9 @@ def test_a_law_of_ones_own_runs_interpreted() -> None:
 
 
 FAILING: list[tuple[type[Exception], dict[str, Any]]] = [
-    (SimulationError, {"controller.hierarchical.sway_weight": 30.0, "vessel_sim.duration": 400.0}),
+    (SimulationError, {"controller.hierarchical_printed.sway_weight": 30.0, "vessel_sim.duration": 400.0}),
     (ControlError, {"reference_ship.surge_force": 9e8, "vessel_sim.duration": 400.0}),
-    (ControlError, {"vessel_sim.initial_pose": (3.0, 0.0, 0.0), "controller.hierarchical.sway_weight": 100.0 / 3.0}),
+    (ControlError, {"vessel_sim.initial_pose": (3.0, 0.0, 0.0), "controller.hierarchical_printed.sway_weight": 100.0 / 3.0}),
 ]
 
 
@@ -157,7 +157,7 @@ def test_a_batch_has_the_metrics_of_single_runs_in_any_number_of_processes() -> 
 
 
 def test_of_chosen_runs_a_batch_keeps_every_kth_row() -> None:
-    scenario = scenario_of("case2_tracking", "hierarchical")
+    scenario = scenario_of("case2_tracking", "hierarchical_printed")
     kept = simulate_many([scenario, scenario], keep={1}, every=10)
     assert kept[0].run is None
     assert kept[0].metrics == kept[1].metrics

@@ -42,7 +42,7 @@ def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_b
 ) -> None:
     monkeypatch.setattr(recorded_loop, "MIN_COMPILED_STEPS", 1)
     scenario = load_scenario(
-        "case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 3.0, "vessel.sway_yaw_inertia": coupling}
+        "case2_tracking", {"controller.law": "hierarchical_printed", "vessel_sim.duration": 3.0, "vessel.sway_yaw_inertia": coupling}
     )
     recorded = recorded_of(scenario)
     spans = [range(120), range(120, 301)]
@@ -53,9 +53,9 @@ def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_b
 
 def test_an_input_at_which_the_law_is_undefined_raises_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recorded_loop, "MIN_COMPILED_STEPS", 1)
-    scenario = load_scenario("case2_tracking", {"controller.law": "hierarchical", "vessel_sim.duration": 1.0})
+    scenario = load_scenario("case2_tracking", {"controller.law": "hierarchical_printed", "vessel_sim.duration": 1.0})
     recorded = recorded_of(scenario)
-    slope = scenario.controller.hierarchical
+    slope = scenario.controller.hierarchical_printed
     recorded.motion[50, :3] = slope.heading_weight / slope.sway_weight, 0.0, 0.0
     messages = []
     for interpreted in (False, True):

@@ -18,7 +18,7 @@ def entries(**changes: object) -> dict[str, object]:
     given: dict[str, object] = {
         "scenario": "case2_tracking",
         "set": {"vessel_sim.duration": 0.5},
-        "laws": ["los_pid", "hierarchical"],
+        "laws": ["los_pid", "hierarchical_printed"],
         "runs": 5,
         "seed": 1,
         "chunk": 4,

@@ -75,7 +75,7 @@ def test_held_out_runs_of_a_suite_have_other_seeds(suite: str) -> None:
 
 @pytest.mark.parametrize("kind", ["scenario", "suite", "campaign"])
 @pytest.mark.parametrize("others", [False, True])
-@pytest.mark.parametrize("law", ["guided", "los_pid", "hierarchical"])
+@pytest.mark.parametrize("law", ["guided", "los_pid", "hierarchical_printed"])
 def test_held_out_runs_have_the_law_and_the_changes_of_the_tuning(
     suite: str, campaign: str, kind: str, others: bool, law: str
 ) -> None:

@@ -73,7 +73,7 @@ def test_a_range_beside_an_asterisk_takes_precedence(present: Scenario) -> None:
         ("controller.los_pid.integral_gain=0:1:log", "los_pid", "with log, low takes a number above 0"),
         (f"{GAIN}=1:2:3:4", "guided", "it takes controller.law.name"),
         (f"{GAIN}=1:2:log:log", "guided", "it takes controller.law.name"),
-        ("controller.hierarchical.switching", "hierarchical", "a gain is a number"),
+        ("controller.hierarchical_printed.switching", "hierarchical_printed", "a gain is a number"),
         ("controller.observer.wave_period", "guided", "needs a range"),
         ("controller.los_pid.x*", "los_pid", "it matches none of"),
     ],
@@ -99,4 +99,4 @@ def test_gains_change_the_controller_only(present: Scenario) -> None:
 def test_an_unstable_gain_is_an_error(present: Scenario) -> None:
     slow = load_scenario("case2_tracking", {"controller.law": "los_pid", "controller.rate_hz": 10.0})
     with pytest.raises(InstabilityError):
-        with_gains(slow, {"controller.law": "hierarchical"})
+        with_gains(slow, {"controller.law": "hierarchical_printed"})

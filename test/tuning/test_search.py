@@ -21,7 +21,7 @@ SHORT = {"vessel_sim.duration": 1.0, "vessel_sim.sensors.position_noise": 0.1} |
     f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")
 }
 GAINS = ("controller.guided.position_gain=0.5:5:log", "controller.guided.approach_speed=0.2:2")
-STABLE = {"controller.hierarchical.surge_reaching_gain": 10.0, "controller.hierarchical.yaw_reaching_gain": 10.0}
+STABLE = {"controller.hierarchical_printed.surge_reaching_gain": 10.0, "controller.hierarchical_printed.yaw_reaching_gain": 10.0}
 """Gains of the paper's law that are stable at 20 Hz."""
 
 TRIALS = 14
@@ -107,7 +107,7 @@ def test_a_trial_that_was_killed_while_it_was_proposed_is_proposed_again(
 
 
 def test_unstable_gains_are_pruned_with_their_reason(tmp_path: Path) -> None:
-    planned = tuning(["controller.hierarchical.yaw_reaching_gain=5:100"], "hierarchical")
+    planned = tuning(["controller.hierarchical_printed.yaw_reaching_gain=5:100"], "hierarchical_printed")
     trials = run(tmp_path, 8, planned).trials
     pruned = [trial for trial in trials if trial.cost is None]
     assert 0 < len(pruned) < len(trials)

@@ -38,7 +38,11 @@ from vessel_hsmc_ros.core.kinematics import (
     transform,
 )
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.guided.actuator_identification import (
+from vessel_hsmc_ros.guided.filter import CE, CN, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
+from vessel_hsmc_ros.guided.guidance import Integrals, Track, braked, drift_in_turn, track
+from vessel_hsmc_ros.guided.parameters import Gains, GuidedParameters, gains
+from vessel_hsmc_ros.guided.regulator import interpolate
+from vessel_hsmc_ros.law.actuator_identification import (
     BEST,
     DEAD_TIMES,
     Bank,
@@ -48,10 +52,6 @@ from vessel_hsmc_ros.guided.actuator_identification import (
     identify,
     with_model,
 )
-from vessel_hsmc_ros.guided.filter import CE, CN, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
-from vessel_hsmc_ros.guided.guidance import Integrals, Track, braked, drift_in_turn, track
-from vessel_hsmc_ros.guided.parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.guided.regulator import interpolate
 from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel

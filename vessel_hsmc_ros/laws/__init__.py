@@ -15,6 +15,7 @@ from vessel_hsmc_ros.laws.backstepping import BacksteppingController
 from vessel_hsmc_ros.laws.course import CourseController
 from vessel_hsmc_ros.laws.hand_position import HandPositionController
 from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedController
 from vessel_hsmc_ros.laws.los_pid import LosPidController
 from vessel_hsmc_ros.laws.manoeuvre import ManoeuvreController
 from vessel_hsmc_ros.laws.nmpc import NmpcController
@@ -25,6 +26,7 @@ __all__ = ["LAWS", "KnownVessel", "construct", "make_controller"]
 
 LAWS = Registry(
     HierarchicalController,
+    HierarchicalPrintedController,
     GuidedController,
     CourseController,
     PdController,

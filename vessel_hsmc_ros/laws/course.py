@@ -29,7 +29,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.law.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.law.network import NetworkParameters, Neurons, activate, adapt, output
 from vessel_hsmc_ros.law.switching import SWITCHING, check_step, switch
-from vessel_hsmc_ros.laws.hierarchical import gain, layer
+from vessel_hsmc_ros.laws.hierarchical_printed import gain, layer
 
 
 def thrust() -> float:

@@ -1,143 +1,47 @@
-"""The paper's law: hierarchical sliding-mode control of yaw, sliding-mode control of surge, adaptive networks; (12) to (29).
+"""Hierarchical sliding-mode control with adaptive networks about a point on the vessel: the paper's law (12) to (29), repaired.
 
 | symbol | meaning | unit | equation |
 |---|---|---|---|
-| z1e, z2e, z3e | tracking errors | m, m, rad | (11) |
-| sigma1, sigma2 | first-level surfaces, sway and heading | m/s, rad/s | (12), (17) |
-| S1, S2 | second-level surface of yaw, surface of surge | rad/s, m/s | (20), (23) |
-| c1, c2, c3 | slopes of sigma1, sigma2, S2 | 1/s | (12), (17), (23) |
-| a, b | weights of sigma1, sigma2 in S1; the sign of a may be switched | rad/m, - | (20) |
-| k1, k2 | reaching gains | 1/s | (21), (27) |
-| eta1, eta2 | switching gains | rad/s², m/s² | (21), (27) |
-| phi1, phi2 | boundary layers of S1, S2, not used with sgn | rad/s, m/s | - |
-| gamma1, gamma2, gamma3 | adaptation gains of f_v, f_r, f_u | mixed | (29) |
+| e, d | position error p - p_d and its length | m | (11) |
+| f | rate at which the error is to decay | 1/s | (12) |
+| w | wanted velocity dp_d - f·e | m/s | (12) |
+| psi_e | heading error | rad | (11) |
+| r_c | yaw rate of the reference, corrected for the current | rad/s | (17) |
+| sigma1, sigma2 | first-level surfaces of sway and heading | m/s, rad/s | (12), (17) |
+| l, ahead | distance of the controlled point ahead of the origin, b/a of the paper | m | (20) |
+| S1, S2 | second-level surface of yaw, surface of surge | m/s, m/s | (20), (23) |
+| k1, k2; eta1, eta2; phi1, phi2 | reaching gains, switching gains, boundary layers | 1/s, m/s², m/s | (21), (27) |
 | fu, fv, fr | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (14), (15), (25) |
-| W | their weights W3, W1, W2, shape (3, l) | as the outputs | (14), (15), (25) |
-| H | activations shared by the three networks, shape (l,) | - | (2) |
+| W, H | their weights, shape (3, l), and activations, shape (l,) | as the outputs, - | (1), (2) |
+| eu, ev, er | prediction errors of u, v, r | m/s, m/s, rad/s | - |
+| c | estimated current, earth-fixed, and lasting sway velocity of the hull | m/s | - |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m | (28), (22) |
 
-Two interpretations differ from the printed equations. The parts of tau_2 are summed before the division, because z1 cancels: the
-printed (16) is singular at z1 = 0. The weights adapt by the law that makes the derivative of the Lyapunov function (32) negative:
-the printed (29) assigns the networks to the wrong errors. It remains selectable.
-Source: Trajectory tracking of underactuated surface vessels based on neural network and hierarchical sliding mode.
+    f = 2·c/(1 + sqrt(1 + 2·c²·d/a)),   l = ±sqrt(l0² + (T_a·|w - c|)²) with the sign of u_d
+    sigma1 = v - w·beam,   sigma2 = r - r_c,   S1 = sigma1 + l·sigma2,   S2 = u - w·bow
+
+S1 and S2 are the velocity error of the point at the distance l ahead, across and along the hull. In the printed law this point is
+b/a = 100 km ahead. Both surfaces obey dS = -k·S - eta·sat(S/phi) as far as the networks are right and the wrench is not limited.
+docs/hierarchical.md derives the law and states what is proven. Source: docs/paper.md.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import (
-    Acceleration,
-    Motion,
-    tracking_error,
-    transform,
-    transform_acceleration,
-    transform_rate,
-)
-from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, to_body, wrap
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.law.actuator_identification import BEST, Bank, BankState, bank, first_state, identify, with_model
 from vessel_hsmc_ros.law.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.law.network import Estimates, NetworkParameters, Neurons, activate, adapt, outputs
-from vessel_hsmc_ros.law.switching import SWITCHING, check_step, switch
+from vessel_hsmc_ros.law.network import Estimates, Neurons, activate, adapt, outputs
+from vessel_hsmc_ros.laws.hierarchical_parameters import LASTING, Gains, HierarchicalParameters, gains
 
-
-def gain(default: float, description: str, unit: str, symbol: str) -> float:
-    """Declare a non-negative gain that may be changed while the law runs; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=0.0, high=1e9, symbol=symbol, tunable=True)
-
-
-def layer(description: str, unit: str, symbol: str) -> float:
-    """Declare the width of a boundary layer, 0.01 by default; the arguments are those of `parameter`."""
-    return parameter(0.01, description, unit=unit, low=1e-9, high=1e3, symbol=symbol, tunable=True)
-
-
-@dataclass(frozen=True)
-class HierarchicalParameters:
-    """Gains of the paper's section 6.2; it gives no adaptation gains, boundary layers or centres, so those are our choice."""
-
-    sway_surface_slope: float = gain(0.3, "Slope of the sway surface (12).", "1/s", "c1")
-    heading_surface_slope: float = gain(0.3, "Slope of the heading surface (17).", "1/s", "c2")
-    surge_surface_slope: float = gain(0.3, "Slope of the surge surface (23).", "1/s", "c3")
-    sway_weight: float = gain(0.001, "Weight of the sway surface in the yaw surface (20).", "rad/m", "a")
-    heading_weight: float = gain(100.0, "Weight of the heading surface in the yaw surface (20).", "", "b")
-    yaw_reaching_gain: float = gain(100.0, "Reaching gain of the yaw surface (21).", "1/s", "k1")
-    surge_reaching_gain: float = gain(100.0, "Reaching gain of the surge surface (27).", "1/s", "k2")
-    yaw_switching_gain: float = gain(0.001, "Switching gain of the yaw law (21).", "rad/s²", "eta1")
-    surge_switching_gain: float = gain(0.001, "Switching gain of the surge law (27).", "m/s²", "eta2")
-    # The units of the adaptation gains differ with the surfaces in (29); they are left out of the declarations.
-    sway_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_v (29).", "", "gamma1")
-    yaw_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_r (29).", "", "gamma2")
-    surge_adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_u (29).", "", "gamma3")
-    sway_weight_sign: str = parameter(
-        "constant",
-        "Sign of the sway weight: constant as printed, or switched so that both terms of the yaw surface agree in sign.",
-        choices=("constant", "switched"),
-    )
-    switching: str = parameter(
-        "sgn",
-        "Switching function of both laws: sgn as printed, saturation with a boundary layer, or tanh.",
-        choices=SWITCHING,
-    )
-    yaw_boundary_layer: float = layer("Boundary layer of the yaw surface; not used with sgn.", "rad/s", "phi1")
-    surge_boundary_layer: float = layer("Boundary layer of the surge surface; not used with sgn.", "m/s", "phi2")
-    adaptation: str = parameter(
-        "lyapunov",
-        "Adaptation law of the weights: derived from the Lyapunov function (32), or (29) as printed.",
-        choices=("lyapunov", "as_printed"),
-    )
-    network: NetworkParameters = group(NetworkParameters)
-
-
-class Gains(NamedTuple):
-    """The constants by the paper's symbols, the period T, and the interpretations; `switching` is an index in SWITCHING."""
-
-    c1: float
-    c2: float
-    c3: float
-    a: float
-    b: float
-    k1: float
-    k2: float
-    eta1: float
-    eta2: float
-    gamma1: float
-    gamma2: float
-    gamma3: float
-    m11: float
-    m33: float
-    T: float
-    phi1: float = 0.01
-    phi2: float = 0.01
-    switching: int = 0
-    sign_switches: bool = False
-    adapts_as_printed: bool = False
-
-
-def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> Gains:
-    """The constants of the law from its parameters, the known vessel and the control period, s."""
-    p = parameters
-    return Gains(
-        **schema.symbols(p),
-        **schema.symbols(vessel),
-        T=period,
-        switching=SWITCHING.index(p.switching),
-        sign_switches=p.sway_weight_sign == "switched",
-        adapts_as_printed=p.adaptation == "as_printed",
-    )
-
-
-class Rates(NamedTuple):
-    """Rates of the weights of the three networks, divided by the activations H that they share."""
-
-    u: float
-    v: float
-    r: float
+MAX_AGE = 2.0
+"""Age of a measurement up to which the identification of the actuators keeps commands, s."""
 
 
 class Constants(NamedTuple):
@@ -145,25 +49,27 @@ class Constants(NamedTuple):
 
     gains: Gains
     neurons: Neurons
+    bank: Bank
 
 
 class Memory(NamedTuple):
-    """Internal state of the law.
+    """Internal state of the law; arrays are written in place.
 
     Attributes:
-        W: Weights of the networks for f_u, f_v, f_r, shape (3, l), written in place.
-        H: Activations of the last step, shape (l,), written in place.
-        scratch: Working memory, shape (3, l).
-        growth: Rates of the weights of the last step, divided by H and times T, shape (3, 1), written in place; the next step
-            integrates them.
-        side: Sign of b - a·z1 at the last step; 0 before the first.
+        W, H, scratch: Weights, activations of the last step, and working memory, shapes (3, l), (l,) and (3, l).
+        growth: Rates of the weights of the last step, divided by H and times T, shape (3, 1); the next step integrates them.
+        predicted: u, v, r predicted for this step; NaN before the first.
+        c: Estimated current along x and y, and lasting sway velocity of the hull.
+        bank: What is learned of the actuators.
     """
 
     W: Array
     H: Array
     scratch: Array
     growth: Array
-    side: float
+    predicted: tuple[float, float, float]
+    c: tuple[float, float, float]
+    bank: BankState
 
 
 class StepTerms(NamedTuple):
@@ -179,199 +85,255 @@ class StepTerms(NamedTuple):
     heading_surface: float
     yaw_surface: float
     surge_surface: float
+    commanded_surge_velocity: float
+    commanded_yaw_rate: float
     surge_estimate: float
     sway_estimate: float
     yaw_estimate: float
+    surge_saturated: float
+    yaw_saturated: float
 
 
-def initial(neurons: int) -> Memory:
-    """The internal state before the first step, for a number of neurons."""
-    return Memory(np.zeros((3, neurons)), np.zeros(neurons), np.zeros((3, neurons)), np.zeros((3, 1)), 0.0)
+class Guidance(NamedTuple):
+    """Errors, their rates and the wanted velocity with its rate, each along bow (1) and beam (2)."""
 
-
-UNDEFINED_WRENCH = math.nan, math.nan
-UNDEFINED = StepTerms(*[math.nan] * len(StepTerms._fields))
+    e1: float
+    e2: float
+    psi_e: float
+    de1: float
+    de2: float
+    w1: float
+    w2: float
+    dw1: float
+    dw2: float
 
 
 @kernel
-def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
-    """The weight a of (20): constant, or with the sign of sigma1·sigma2, so that both terms of S1 have the same sign.
+def guidance(motion: Motion, desired: Motion, acceleration: Acceleration, g: Gains) -> Guidance:
+    """The wanted velocity w = dp_d - f·e and its rate dw = ddp_d - f·de - df·e, resolved along the hull.
 
     Args:
-        sigma1, sigma2: First-level surfaces of sway [m/s] and heading [rad/s].
+        motion, desired, acceleration: Vessel, reference, and derivatives of the reference's velocities.
         g: Gains.
-
-    Returns:
-        a, rad/m, with its sign.
     """
-    return -g.a if g.sign_switches and sigma1 * sigma2 < 0.0 else g.a
+    psi_e, r_d = wrap(motion.psi - desired.psi), desired.r
+    e1, e2 = to_body(motion.x - desired.x, motion.y - desired.y, motion.psi)
+    v1, v2 = to_body(desired.u, desired.v, psi_e)
+    a1, a2 = to_body(acceleration.du - r_d * desired.v, acceleration.dv + r_d * desired.u, psi_e)
+    de1, de2 = motion.u - v1, motion.v - v2
+    d = magnitude(e1, e2)
+    root = math.sqrt(1.0 + 2.0 * g.c * g.c * d / g.a)
+    f = 2.0 * g.c / (1.0 + root)
+    dd = (e1 * de1 + e2 * de2) / max(d, 1e-9)
+    df = -f * g.c * g.c * dd / (g.a * root * (1.0 + root))
+    return Guidance(
+        e1, e2, psi_e, de1, de2, v1 - f * e1, v2 - f * e2, a1 - f * de1 - df * e1, a2 - f * de2 - df * e2
+    )  # fmt: skip
+
+
+@kernel
+def turn_in_current(desired: Motion, acceleration: Acceleration, c: tuple[float, float, float], g: Gains) -> tuple[float, float]:
+    """The yaw rate r_c of the reference in a current, and its rate: the hull points along its way through the water.
+
+    r_c = s·r_d with the share s = v_d·(v_d - c)/|v_d - c|² by which the velocity through the water turns faster than v_d. In the
+    axes of the reference the current turns by -r_d.
+
+    Args:
+        desired, acceleration: Reference, and derivatives of its velocities.
+        c: Estimated current.
+        g: Gains.
+    """
+    c1, c2 = to_body(c[0], c[1], desired.psi)
+    u, v = desired.u - c1, desired.v - c2
+    du, dv = acceleration.du - desired.r * c2, acceleration.dv + desired.r * c1
+    least = g.U_c * g.U_c
+    below = u * u + v * v + least
+    share = (desired.u * u + desired.v * v + least) / below
+    above = acceleration.du * u + desired.u * du + acceleration.dv * v + desired.v * dv
+    dshare = (above - 2.0 * share * (u * du + v * dv)) / below
+    return desired.r * share, acceleration.dr * share + desired.r * dshare
+
+
+@kernel
+def learned_current(motion: Motion, desired: Motion, c: tuple[float, float, float], g: Gains) -> tuple[float, float, float]:
+    """The estimated current and the lasting sway velocity after a period: what the hull drifts sideways beyond the reference.
+
+    The drift of a current turns with the hull, which tells it from what is fixed to the hull.
+    """
+    c_x, c_y, lasting = c
+    cosine, sine = math.cos(motion.psi), math.sin(motion.psi)
+    growth = g.T / g.T_c * clip(motion.v - desired.v - (c_y * cosine - c_x * sine) - lasting, g.U_c)
+    return c_x - sine * growth, c_y + cosine * growth, lasting + LASTING * growth
+
+
+@kernel
+def adapt_weights(m: Memory, errors: tuple[float, float, float], S: tuple[float, float, float], g: Gains) -> None:
+    """The rates of the weights (29), normalised: dW = (gamma·S + lam²/4·error)·H/|H|².
+
+    A prediction error and its weights then are two real poles at lam/2.
+
+    Args:
+        m: Internal state, whose `growth` is written.
+        errors: Prediction errors eu, ev, er.
+        S: Parts of the surfaces for f_u, f_v and f_r: S2, S1 and l·S1, or 0 while the wrench is limited.
+        g: Gains.
+    """
+    power = 1e-12
+    for h in m.H.tolist():
+        power += h * h
+    p = 0.25 * g.lam * g.lam
+    m.growth[0, 0] = g.T / power * (p * errors[0] + g.gamma3 * S[0])
+    m.growth[1, 0] = g.T / power * (p * errors[1] + g.gamma1 * S[1])
+    m.growth[2, 0] = g.T / power * (p * errors[2] + g.gamma2 * S[2])
+
+
+class Surfaces(NamedTuple):
+    """The surfaces, the distance of the controlled point, and the wrench without limits."""
+
+    sigma1: float
+    sigma2: float
+    S1: float
+    S2: float
+    ahead: float
+    tau_1: float
+    tau_2: float
 
 
 @kernel
 def control(
-    motion: Motion, desired: Motion, acceleration: Acceleration, f: Estimates, g: Gains
-) -> tuple[tuple[float, float], StepTerms]:
-    """The wrench (22), (28), with the parts of tau_2 summed so that z1 cancels.
+    motion: Motion, n: Guidance, turn: tuple[float, float], c: tuple[float, float, float], way: float, f: Estimates, g: Gains
+) -> Surfaces:
+    """The surfaces (12) to (23) and the wrench (22), (28): equivalent control, reaching and switching part.
 
-    tau_2 = [b·tau_eq22 - a·(z1·tau_eq21) + m33·(-eta1·sgn S1 - k1·S1)] / (b - a·z1)
-
-    The equivalent controls tau_eq keep the motion on the surfaces; the switching and reaching terms drive it there. With
-    g.switching other than sgn, its smooth approximation takes the place of sgn.
+    tau_2 = m33/l·(dw·beam - r·w·bow + l·dr_c - dl·sigma2 - f_v - l·f_r - k1·S1 - eta1·sat(S1/phi1))
+    tau_1 = m11·(dw·bow + r·w·beam - f_u - k2·S2 - eta2·sat(S2/phi2))
 
     Args:
-        motion: State of the ship.
-        desired: State of the virtual ship.
-        acceleration: du_d, dv_d, dr_d.
+        motion: Vessel.
+        n: Wanted velocity.
+        turn: r_c and its rate.
+        c: Estimated current.
+        way: Surge velocity of the reference, whose sign l has.
         f: Outputs of the networks.
         g: Gains.
-
-    Returns:
-        (tau_1 [N], tau_2 [N·m]) and the intermediate terms. Undefined where b = a·z1, which the caller must exclude.
     """
-    u, v, r = motion.u, motion.v, motion.r
-    z, z_d = transform(motion), transform(desired)
-    dz, dz_d = transform_rate(z, motion), transform_rate(z_d, desired)
-    ddz_d = transform_acceleration(z_d, desired, acceleration)
-    z_e = tracking_error(z, z_d)
-    dz1e, dz2e, dz3e = dz.z1 - dz_d.z1, dz.z2 - dz_d.z2, dz.z3 - dz_d.z3
-    fu, fv, fr = f
+    r, square = motion.r, g.T_a * g.T_a
+    c1, c2 = to_body(c[0], c[1], motion.psi)
+    U1, U2 = n.w1 - c1, n.w2 - c2
+    ahead = math.copysign(math.sqrt(g.l0 * g.l0 + square * (U1 * U1 + U2 * U2)), way)
+    dl = square * (U1 * n.dw1 + U2 * n.dw2) / ahead
+    sigma1, sigma2 = motion.v - n.w2, r - turn[0]
+    S1, S2 = sigma1 + ahead * sigma2, motion.u - n.w1
 
-    sigma1 = g.c1 * z_e.z2 + dz2e
-    sigma2 = g.c2 * z_e.z3 + dz3e
-    a = sway_weight(sigma1, sigma2, g)
-    S1 = a * sigma1 + g.b * sigma2
-    S2 = g.c3 * z_e.z1 + dz1e
-
-    # z1 times (16): the condition dsigma1 = 0 contains the moment only as -z1·tau_2/m33, so (16) divides by z1, and a·z1 in the
-    # weighted sum of (22) multiplies by it again.
-    z1_tau_eq21 = -g.m33 * (-g.c1 * dz2e - fv + (u + z.z2 * r) * r + z.z1 * fr + ddz_d.z2)
-    tau_eq22 = g.m33 * (-g.c2 * dz3e - fr + ddz_d.z3)
-    reaching = g.m33 * (-g.eta1 * switch(S1, g.phi1, g.switching) - g.k1 * S1)
-    tau_2 = (g.b * tau_eq22 - a * z1_tau_eq21 + reaching) / (g.b - a * z.z1)
-
-    # (28) needs tau_2: the yaw acceleration enters ddz1 as z2·dr.
-    tau_eq1 = g.m11 * (-g.c3 * dz1e - fu - (v - z.z1 * r) * r - z.z2 * (fr + tau_2 / g.m33) + ddz_d.z1)
-    tau_1 = tau_eq1 + g.m11 * (-g.eta2 * switch(S2, g.phi2, g.switching) - g.k2 * S2)
-
-    return (tau_1, tau_2), StepTerms(z_e.z1, z_e.z2, z_e.z3, dz1e, dz2e, dz3e, sigma1, sigma2, S1, S2, fu, fv, fr)
-
-
-@kernel
-def adaptation(z1: float, z2: float, S1: float, S2: float, a: float, g: Gains) -> Rates:
-    """Rates of the weights, divided by H, that cancel the cross terms of (32); those of (29) if g.adapts_as_printed.
-
-    dWv = gamma1·a·S1·H, dWr = gamma2·((b - a·z1)·S1 + z2·S2)·H, dWu = gamma3·S2·H
-    (29): dWv = gamma1·S2·H, dWr = gamma2·a·S1·H, dWu = gamma3·(b·z1·S1 - a·z1·S1 + z2·S2)·H
-
-    Args:
-        z1, z2: Transformed position of the ship (9), m.
-        S1, S2: Surfaces of yaw [rad/s] and surge [m/s].
-        a: Weight of the sway surface with the sign that the control law has used, rad/m.
-        g: Gains.
-
-    Returns:
-        Time derivatives of the weights, divided by H.
-    """
-    if g.adapts_as_printed:
-        return Rates(g.gamma3 * (g.b * z1 * S1 - a * z1 * S1 + z2 * S2), g.gamma1 * S2, g.gamma2 * a * S1)
-    return Rates(g.gamma3 * S2, g.gamma1 * a * S1, g.gamma2 * ((g.b - a * z1) * S1 + z2 * S2))
-
-
-@kernel
-def side_of_singularity(z1: float, last: float, g: Gains) -> float:
-    """The side of z1 = b/a, where the denominator of (22) vanishes, on which the ship is.
-
-    The moment grows without bound towards it, and behind it the gain has the wrong sign.
-
-    Args:
-        z1: Transformed position (9), m.
-        last: The side at the last step; 0 before the first.
-        g: Gains.
-
-    Returns:
-        1 or -1; NaN if the ship is there, or has crossed it since the last step.
-    """
-    distance = g.b - g.a * (abs(z1) if g.sign_switches else z1)
-    # A step can jump over the singularity, therefore the side is compared with that of the last step.
-    if abs(distance) <= 1e-9 * g.b or distance * last < 0.0:
-        return math.nan
-    return math.copysign(1.0, distance)
+    equivalent_2 = n.dw2 - r * n.w1 + ahead * turn[1] - dl * sigma2 - f.fv - ahead * f.fr
+    tau_2 = g.m33 / ahead * (equivalent_2 - g.k1 * S1 - g.eta1 * clip(S1 / g.phi1, 1.0))
+    equivalent_1 = n.dw1 + r * n.w2 - f.fu
+    tau_1 = g.m11 * (equivalent_1 - g.k2 * S2 - g.eta2 * clip(S2 / g.phi2, 1.0))
+    return Surfaces(sigma1, sigma2, S1, S2, ahead, tau_1, tau_2)
 
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants, age: float = 0.0
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period: the Euler step of the weights that the last period has left, then the wrench (22), (28).
+    """One period: the Euler step of the weights that the last period has left, the wrench, and the prediction for the next one.
 
     Args:
-        motion, desired, acceleration: Ship, virtual ship, and derivatives of the virtual ship's velocities.
+        motion, desired, acceleration: Vessel, reference, and derivatives of the reference's velocities.
         m: Internal state; its arrays are written in place.
-        constants: Gains and neurons.
+        constants: Gains, neurons and the models of the actuators.
+        age: How long ago vessel and reference were in these states, s.
 
     Returns:
-        The wrench, its terms, and the internal state. At the singularity the wrench is NaN, and the state unchanged.
+        The wrench, its terms, and the internal state.
     """
-    g, neurons = constants
-    z = transform(motion)
-    side = side_of_singularity(z.z1, m.side, g)
-    if math.isnan(side):
-        return UNDEFINED_WRENCH, UNDEFINED, m
+    g, neurons, models = constants
     adapt(m.W, m.growth, m.H, m.scratch)
     activate(motion.u, motion.v, motion.r, neurons, m.H)
     f = outputs(m.W, m.H, m.scratch)
-    wrench, terms = control(motion, desired, acceleration, f, g)
-    # The adaptation law takes the weight a with the sign that the control law has just used.
-    a = sway_weight(terms.sway_surface, terms.heading_surface, g)
-    rates = adaptation(z.z1, z.z2, terms.yaw_surface, terms.surge_surface, a, g)
-    m.growth[0, 0], m.growth[1, 0], m.growth[2, 0] = g.T * rates.u, g.T * rates.v, g.T * rates.r
-    return wrench, terms, Memory(m.W, m.H, m.scratch, m.growth, side)
+    n, turn = guidance(motion, desired, acceleration, g), turn_in_current(desired, acceleration, m.c, g)
+    s = control(motion, n, turn, m.c, desired.u, f, g)
+    tau_1, tau_2 = clip(s.tau_1, g.tau_1max), clip(s.tau_2, g.tau_2max)
+    free_1, free_2 = 1.0 if tau_1 == s.tau_1 else 0.0, 1.0 if tau_2 == s.tau_2 else 0.0
+
+    u, v, r = m.predicted if math.isfinite(m.predicted[0]) else (motion.u, motion.v, motion.r)
+    eu, ev, er = motion.u - u, motion.v - v, motion.r - r
+    adapt_weights(m, (eu, ev, er), (free_1 * s.S2, free_2 * s.S1, free_2 * s.ahead * s.S1), g)
+    predicted = (
+        u + g.T * (f.fu + tau_1 / g.m11 + g.lam * eu),
+        v + g.T * (f.fv + g.lam * ev),
+        r + g.T * (f.fr + tau_2 / g.m33 + g.lam * er),
+    )
+    if models.every > 0:
+        identify(m.bank, models, motion.psi, min(age, MAX_AGE), tau_2)
+    terms = StepTerms(
+        n.e1, n.e2, n.psi_e, n.de1, n.de2, motion.r - desired.r, s.sigma1, s.sigma2, s.S1, s.S2, n.w1, turn[0], f.fu, f.fv, f.fr,
+        1.0 - free_1, 1.0 - free_2,
+    )  # fmt: skip
+    c = learned_current(motion, desired, m.c, g)
+    return (tau_1, tau_2), terms, Memory(m.W, m.H, m.scratch, m.growth, predicted, c, m.bank)
+
+
+@kernel
+def outdated(m: Memory, constants: Constants) -> bool:
+    """Whether another model of the actuators explains the motion than the one that the gains are for."""
+    return int(m.bank.numbers[BEST]) != constants.bank.used
 
 
 class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
-    """The law with its internal state, the weights, which are integrated by one Euler step per period.
+    """The law with its internal state: weights, predictions, estimated current and identified actuators.
 
     Args:
-        parameters: Gains and network.
-        vessel: The known inertia; the paper's law does not use the limits.
+        parameters: Numbers of the law and network.
+        vessel: The known inertias, limits, length and actuators.
         period: Control period, s.
 
     Raises:
-        ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
+        ParameterError: the period is too long for the gains, or the number of listed centres is not a multiple of three.
     """
 
     name = "hierarchical"
-    keeps_limits = False
+    takes_age = True
     kernel = staticmethod(step)
+    outdated = staticmethod(outdated)
     terms = StepTerms
     networks = ("surge", "sway", "yaw")
     memory: Memory
 
+    def __init__(self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> None:
+        self._models = bank(vessel, period)  # before super().__init__, which takes the gains for a model
+        super().__init__(parameters, vessel, period)
+
     def retune(self, parameters: HierarchicalParameters) -> None:
-        """Take new gains and keep the weights; the size of the network stays as constructed.
+        """Take new numbers and keep what is learned.
 
         Raises:
-            ParameterError: a reaching gain is unstable at the law's period.
+            InstabilityError: the period is too long for the gains.
         """
-        for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
-            check_step(parameters, gain, slope, self.period, "hierarchical")
-        self.constants = Constants(gains(parameters, self.vessel, self.period), self.neurons)
-        # New gains move the singularity z1 = b/a, so the ship may be on its other side.
-        if hasattr(self, "memory"):
-            self.memory = self.memory._replace(side=0.0)
+        self.parameters = parameters
+        self._use(self._models.used)
+
+    def _use(self, model: int) -> None:
+        """Take the gains for a model of the actuators."""
+        known = with_model(self.vessel, model)
+        found = gains(self.parameters, known, self.period)
+        self._models, self._known = self._models._replace(used=model), known
+        every = self._models.every if self.parameters.actuator_identification else 0
+        self.constants = Constants(found, self.neurons, self._models._replace(every=every))
+
+    @property
+    def known(self) -> KnownVessel:
+        """The vessel with the identified actuators."""
+        return self._known
+
+    def renew(self) -> None:
+        """Take the gains for the model of the actuators that explains the motion best."""
+        self._use(int(self.memory.bank.numbers[BEST]))
 
     def reset(self) -> None:
-        """Set all weights to zero."""
-        self.memory = initial(len(self.neurons.mu))
-
-    def explain_undefined(self, motion: Motion) -> None:
-        """Report the singularity.
-
-        Raises:
-            ControlError: the ship is at the singularity z1 = b/a, or has crossed it since the last step.
-        """
-        g, z1 = self.constants.gains, transform(motion).z1
-        if math.isnan(side_of_singularity(z1, self.memory.side, g)):
-            raise ControlError(
-                f"the hierarchical law is singular at b = a·z1: a = {g.a:g}, b = {g.b:g}, and the ship is at z1 = {z1:g} m"
-            )
+        """Set all weights to zero, and discard predictions, current and identified actuators."""
+        self._use(0)
+        n = len(self.neurons.mu)
+        arrays = np.zeros((3, n)), np.zeros(n), np.zeros((3, n)), np.zeros((3, 1))
+        unknown = math.nan, math.nan, math.nan
+        self.memory = Memory(*arrays, unknown, (0.0, 0.0, 0.0), first_state(self.constants.bank, MAX_AGE))

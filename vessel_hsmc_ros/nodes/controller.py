@@ -12,7 +12,7 @@ from rclpy.duration import Duration
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RefusalError
-from vessel_hsmc_ros.guided.actuator_identification import described
+from vessel_hsmc_ros.law.actuator_identification import described
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
@@ -33,7 +33,7 @@ from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
 
-NOT_FOR_REAL_TIME = "law hierarchical tolerates no late control steps: in real time use another law, such as guided"
+NOT_FOR_REAL_TIME = "law hierarchical_printed tolerates no late control steps: in real time use hierarchical or guided"
 
 CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 """Time between two checks of the inputs, s: in lockstep two of them take less than the plant's command_timeout."""
@@ -96,7 +96,7 @@ class ControllerNode(TimedNode):
 
     def on_connected(self) -> None:
         """In lockstep, answer odometry received before the start; in real time, warn of a law that tolerates no delay."""
-        if not self.parameters.lockstep and self.parameters.law == "hierarchical":
+        if not self.parameters.lockstep and self.parameters.law == "hierarchical_printed":
             self.get_logger().warning(NOT_FOR_REAL_TIME)
         self._steps.start()
 

@@ -19,7 +19,14 @@ from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.network import Estimates
-from vessel_hsmc_ros.laws.hierarchical import Gains, HierarchicalController, HierarchicalParameters, StepTerms, control, gains
+from vessel_hsmc_ros.laws.hierarchical_printed import (
+    Gains,
+    HierarchicalPrintedController,
+    HierarchicalPrintedParameters,
+    StepTerms,
+    control,
+    gains,
+)
 from vessel_hsmc_ros.paper.cases import Case
 from vessel_hsmc_ros.paper.measure import measure, reduced_error
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
@@ -55,10 +62,15 @@ class CaseResult:
     reduced: tuple[Array, Array]
 
 
+def as_printed(case: Case) -> dict[str, object]:
+    """The law of a case: the paper's as printed, where the scenario has the repaired one."""
+    return {} if case.scenario.startswith("case1") else {"controller.law": "hierarchical_printed"}
+
+
 def scenario_of(case: Case, nodes: bool = False) -> Scenario:
     """The scenario of a case, for the nodes or for a run in this process."""
     # The nodes take a scenario with a recorder; the offline loop needs none.
-    changes = dict(case.changes) | (for_nodes(recorded=True, real_time=False) if nodes else {})
+    changes = as_printed(case) | dict(case.changes) | (for_nodes(recorded=True, real_time=False) if nodes else {})
     scenario = load_scenario(case.scenario, changes)
     if case.rate_hz:
         # load_scenario refuses a rate at which the law is unstable, so the rate is replaced after its checks.
@@ -145,7 +157,7 @@ def evaluate_case(case: Case, scenario: Scenario, run: Run, ended_at: float = NA
         The measured numbers, the thinned arrays and the prediction of the reduced dynamics.
     """
     vessel = scenario.vessel_sim.vessel.coefficients()
-    gains = scenario.controller.hierarchical if scenario.controller.law == "hierarchical" else None
+    gains = scenario.controller.hierarchical_printed if scenario.controller.law == "hierarchical_printed" else None
     reduced = (np.empty(0), np.empty(0)) if gains is None else reduced_error(run, vessel, gains)
     numbers = dataclasses.replace(measure(run, vessel, gains, reduced), ended_at=ended_at)
     return CaseResult(numbers, thinned(run), (np.empty(0), np.empty(0)) if case.ends else reduced)
@@ -176,11 +188,11 @@ def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
     """The law of a case for which no scenario exists; None for the scenario's own law."""
     controller, vessel = scenario.controller, scenario.vessel_sim.vessel.coefficients()
     if case.exact:
-        return ExactModelLaw(controller.hierarchical, controller.vessel, vessel)
+        return ExactModelLaw(controller.hierarchical_printed, controller.vessel, vessel)
     if case.rate_hz:
         # Constructed for a stable period: its constructor would reject the unstable one. Only the Euler step of the weights
         # uses it.
-        return HierarchicalController(controller.hierarchical, controller.vessel, 0.01)
+        return HierarchicalPrintedController(controller.hierarchical_printed, controller.vessel, 0.01)
     return None
 
 
@@ -208,7 +220,7 @@ def step(
     return wrench, terms, m
 
 
-class ExactModelLaw(KernelLaw[HierarchicalParameters]):
+class ExactModelLaw(KernelLaw[HierarchicalPrintedParameters]):
     """(16) to (28) with f_u, f_v, f_r of (7) in the place of the networks' outputs.
 
     Args:
@@ -221,11 +233,11 @@ class ExactModelLaw(KernelLaw[HierarchicalParameters]):
     terms = StepTerms
     networks = ("surge", "sway", "yaw")
 
-    def __init__(self, parameters: HierarchicalParameters, known: KnownVessel, vessel: Vessel) -> None:
+    def __init__(self, parameters: HierarchicalPrintedParameters, known: KnownVessel, vessel: Vessel) -> None:
         self._ship = vessel
         super().__init__(parameters, known, math.nan)  # nothing adapts, so there is no period
 
-    def retune(self, parameters: HierarchicalParameters) -> None:
+    def retune(self, parameters: HierarchicalPrintedParameters) -> None:
         """Replace the gains."""
         self.constants = ExactConstants(gains(parameters, self.vessel, self.period), self._ship)
 

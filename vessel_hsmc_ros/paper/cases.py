@@ -13,7 +13,7 @@ CALM: Mapping[str, object] = {
 def learning(sway: float, yaw: float, surge: float) -> Mapping[str, object]:
     """Set the adaptation gains of the networks for f_v, f_r and f_u."""
     gains = {"sway": sway, "yaw": yaw, "surge": surge}
-    return {f"controller.hierarchical.{name}_adaptation_gain": gain for name, gain in gains.items()}
+    return {f"controller.hierarchical_printed.{name}_adaptation_gain": gain for name, gain in gains.items()}
 
 
 NO_LEARNING = learning(0.0, 0.0, 0.0)
@@ -23,12 +23,12 @@ FASTER = learning(1.0, 0.02, 10.0)
 
 def switching(gain: float) -> Mapping[str, object]:
     """Set both switching gains to one value."""
-    return {f"controller.hierarchical.{name}_switching_gain": gain for name in ("yaw", "surge")}
+    return {f"controller.hierarchical_printed.{name}_switching_gain": gain for name in ("yaw", "surge")}
 
 
 def slopes(slope: float) -> Mapping[str, object]:
     """Set the slopes c1, c2, c3 of the surfaces to one value."""
-    return {f"controller.hierarchical.{name}_surface_slope": slope for name in ("sway", "heading", "surge")}
+    return {f"controller.hierarchical_printed.{name}_surface_slope": slope for name in ("sway", "heading", "surge")}
 
 
 def damping(factor: float) -> Mapping[str, object]:
@@ -73,7 +73,7 @@ LIMITS: Mapping[str, object] = {
     "vessel_sim.actuators.surge_force_limit": 2e5,
     "vessel_sim.actuators.yaw_moment_limit": 3e6,
 }
-SWAY_WEIGHT = "controller.hierarchical.sway_weight"
+SWAY_WEIGHT = "controller.hierarchical_printed.sway_weight"
 # 0.299 rad/s² and 0.213 m/s² at the largest z1 and z2 of the circle, rounded up. Without networks eta1 must exceed b·|f_r| too,
 # in all 1.9 rad/s² on the circle.
 ETA_OF_34, ETA_WITHOUT_NETWORKS = 0.3, 2.0
@@ -128,14 +128,14 @@ CASES: tuple[Case, ...] = (
         "circle_as_printed",
         "circle, adaptation by (29) as printed",
         TRACKING,
-        {"controller.hierarchical.adaptation": "as_printed"},
+        {"controller.hierarchical_printed.adaptation": "as_printed"},
         ends=True,
     ),
     Case(
         "circle_switched",
         "circle, a of switching sign",
         TRACKING,
-        {"controller.hierarchical.sway_weight_sign": "switched"},
+        {"controller.hierarchical_printed.sway_weight_sign": "switched"},
     ),
     Case("circle_weak_hull", "circle, the ship's linear damping halved", TRACKING, damping(0.5)),
     Case("circle_stiff_hull", "circle, the ship's linear damping times 1.5", TRACKING, damping(1.5)),

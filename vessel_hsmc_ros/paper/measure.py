@@ -35,7 +35,7 @@ from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, tracking_error, tra
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.law.network import activations
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalParameters
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 
@@ -53,7 +53,7 @@ ON_SURFACES, STRIDE = 20.0, 10
 
 
 def measure(
-    run: Run, vessel: Vessel, gains: HierarchicalParameters | None, reduced: tuple[Array, Array] | None = None
+    run: Run, vessel: Vessel, gains: HierarchicalPrintedParameters | None, reduced: tuple[Array, Array] | None = None
 ) -> Numbers:
     """Measure all numbers of a run.
 
@@ -149,7 +149,7 @@ def _effort(run: Run, vessel: Vessel) -> dict[str, float]:
     }
 
 
-def _surfaces(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
+def _surfaces(run: Run, gains: HierarchicalPrintedParameters) -> dict[str, float]:
     control = run.control
     time, S1, S2 = control["time"], control["yaw_surface"], control["surge_surface"]
     late = _quarter(time, 3)
@@ -173,7 +173,7 @@ def _surfaces(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
     }
 
 
-def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
+def _networks(run: Run, gains: HierarchicalPrintedParameters) -> dict[str, float]:
     """Errors of the network outputs relative to the rms of what they approximate: f plus the disturbance."""
     control = run.control
     late = _quarter(run.time, 3)
@@ -189,7 +189,7 @@ def _networks(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
     return {**errors, "weights": float(weights), "activation_spread": float(np.max(np.ptp(H, axis=0)))}
 
 
-def _switching(run: Run, gains: HierarchicalParameters) -> dict[str, float]:
+def _switching(run: Run, gains: HierarchicalPrintedParameters) -> dict[str, float]:
     """The switching gains and their lower bounds by (34) on the reference, for networks without errors."""
     d1, d2, d3 = np.max(np.abs(run.disturbance), axis=0)
     # (34) must hold at the farthest point of the reference: that of a ship which is lost would count its error as a demand.
@@ -210,7 +210,7 @@ def _farthest(poses: Array) -> tuple[float, float]:
     return float(np.max(np.abs(z1))), float(np.max(np.abs(z2)))
 
 
-def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalParameters) -> tuple[Array, Array]:
+def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalPrintedParameters) -> tuple[Array, Array]:
     """Times and lateral errors that the reduced dynamics predict from ON_SURFACES on; empty for a run that ends before.
 
     The prediction holds only for a constant weight a: a weight of switching sign changes the surfaces at every switch.

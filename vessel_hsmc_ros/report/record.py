@@ -63,7 +63,7 @@ ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_co
 """Keys of run.json that describe the origin of a run."""
 
 
-WITHOUT_LIMITS = ("hierarchical", "course", "pd")
+WITHOUT_LIMITS = ("hierarchical_printed", "course", "pd")
 """The paper's own laws: they do not use the limits of the vessel that they know."""
 
 

@@ -28,7 +28,7 @@ NUMBERS = (
 """Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel,
 error on the legs."""
 
-COLOURS = dict(zip(("guided", "hierarchical", "los_pid", "nmpc"), SERIES, strict=False))
+COLOURS = dict(zip(("guided", "hierarchical_printed", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
 
 

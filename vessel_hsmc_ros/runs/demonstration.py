@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.report.record import Record
 
 SCENARIO = "case2_tracking"
-LAWS = ("hierarchical", "guided")
+LAWS = ("hierarchical_printed", "guided")
 DURATION = 150.0
 """Simulated time, s: long enough to show which law converges, and short enough to wait for."""
 
@@ -29,9 +29,9 @@ CONVERGED = 0.5
 UNEQUAL_FORCES = 10.0
 """Ratio of the largest surge forces of two runs above which their approaches cannot be compared."""
 
-TITLES = {"hierarchical": "The paper's law (hierarchical)", "guided": "The guided law"}
+TITLES = {"hierarchical_printed": "The paper's law (hierarchical)", "guided": "The guided law"}
 CAUSES = {
-    "hierarchical": "the sway and heading terms of its sliding surface S1 cancel each other without vanishing (equation 46)",
+    "hierarchical_printed": "the sway and heading terms of its surface S1 cancel each other without vanishing (equation 46)",
 }
 """Why a law fails to converge, where the analysis in docs/paper.md explains it."""
 
