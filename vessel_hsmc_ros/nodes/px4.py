@@ -17,6 +17,7 @@ from vessel_hsmc_ros.messages.mavlink import BootClock
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
@@ -138,6 +139,7 @@ class Px4Node(VesselNode):
         """Send shares of force and moment in Offboard; in other modes they would compete with PX4's own setpoints."""
         if self._mode != px4.OFFBOARD:
             return
+        throttle, to_port = finite((throttle, to_port), self._refuse)
         at = self._timestamp()
         # The other direction is that of boats with thrusters to the side.
         self.send(self._throttle_out, RoverThrottleSetpoint(timestamp=at, throttle_body_x=throttle, throttle_body_y=math.nan))
