@@ -189,7 +189,7 @@ class ReferenceShipNode(VesselNode):
 
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
-            x, y, psi, stamp = read_goal(message, self._frames)
+            x, y, psi, stamp = read_goal(message, self._frames, self._here)
             self._check_order(stamp)
             self._ship.set_goal(x, y, psi, stamp)
             self._name_frame(message.header.frame_id)
@@ -200,6 +200,11 @@ class ReferenceShipNode(VesselNode):
             self._goal = goal
 
         self._take(work)
+
+    @property
+    def _here(self) -> Point:
+        x, y = self._ship.state[:2]
+        return float(x), float(y)
 
     def _name_frame(self, frame: str) -> None:
         """Name the frame of the reference: that of its goal or path, which the controller compares with its odometry's."""
@@ -223,7 +228,7 @@ class ReferenceShipNode(VesselNode):
             return
 
         def work() -> None:
-            points = read_path(message, self._frames)
+            points = read_path(message, self._frames, self._here)
             self._ship.set_path(points)
             self._follow(message, points)
 
@@ -233,7 +238,7 @@ class ReferenceShipNode(VesselNode):
         message, self._path = self._path, None
 
         def work() -> None:
-            self._planning.start(read_path(message, self._frames))
+            self._planning.start(read_path(message, self._frames, self._here))
             self._planned = message
 
         self._take(work)

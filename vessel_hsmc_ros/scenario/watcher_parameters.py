@@ -69,7 +69,9 @@ class NavsatOdometryParameters(CommonParameters):
     """Parameters of navsat_odom, which makes odometry of satellite fixes and a heading."""
 
     datum: tuple[float, ...] = parameter(
-        (), "Latitude and longitude of the origin of the odometry, degrees; by default those of the first fix."
+        (),
+        "Latitude and longitude of the origin of the odometry, degrees; by default those of the first fix that the next"
+        " one agrees with. Fixes must be within 50 km.",
     )
     heading: str = parameter(
         "imu",
