@@ -122,10 +122,10 @@ class MavlinkNode(VesselNode):
         if all(map(math.isfinite, values)):
             self._attitude = Attitude(m.time_boot_ms * 1e-3, *values)
 
-    def _on_position(self, m: Any, _: float) -> None:
+    def _on_position(self, m: Any, now: float) -> None:
         position = Position(m.time_boot_ms * 1e-3, m.x, m.y, m.vx, m.vy)
         reboots = self._boot.reboots
-        stamp = self._boot.time(position.time, self.now() / NANOSECONDS)
+        stamp = self.now() - round(self._boot.age(position.time, now) * NANOSECONDS)
         if self._boot.reboots > reboots:
             self._attitude = None
             self._handover.take_over("the autopilot has been restarted")
@@ -133,7 +133,7 @@ class MavlinkNode(VesselNode):
             self._refuse(f"no odometry: {reason}")
             return
         state = motion(position, self._attitude)  # type: ignore[arg-type] # there is one: otherwise unusable
-        conversions.write_odometry(self._odometry, conversions.time_message(round(stamp * NANOSECONDS)), state)
+        conversions.write_odometry(self._odometry, conversions.time_message(stamp), state)
         self.send(self._odometry_out, self._odometry)
 
     def _unusable(self, position: Position) -> str:

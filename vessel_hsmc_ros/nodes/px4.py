@@ -96,10 +96,11 @@ class Px4Node(VesselNode):
         self._takeover.act()
 
     def _on_odometry(self, message: Any) -> None:
-        """Publish the motion, with the time of this computer: PX4's may count from its start."""
+        """Publish the motion, with the time of this computer: PX4's may count from its start, or by another clock."""
         self._received += 1
         reboots = self._boot.reboots
-        stamp = self._boot.time((message.timestamp_sample or message.timestamp) * 1e-6, self.now() / NANOSECONDS)
+        age = self._boot.age((message.timestamp_sample or message.timestamp) * 1e-6, time.monotonic())
+        stamp = self.now() - round(age * NANOSECONDS)
         if self._boot.reboots > reboots:
             self._handover.take_over("the autopilot has been restarted, or has set its clock back")
             self._takeover.act()
@@ -111,7 +112,7 @@ class Px4Node(VesselNode):
                 self.get_logger().warning("the estimator of PX4 has been reset: position or heading may have jumped")
             self._resets = message.reset_counter
         motion = px4.motion_of(message)
-        conversions.write_odometry(self._odometry, conversions.time_message(round(stamp * NANOSECONDS)), motion)
+        conversions.write_odometry(self._odometry, conversions.time_message(stamp), motion)
         self.send(self._odometry_out, self._odometry)
         self._published += 1
 
@@ -146,7 +147,9 @@ class Px4Node(VesselNode):
         self.send(self._steering_out, RoverSteeringSetpoint(timestamp=at, **{self._steering: -to_port}))
 
     def _timestamp(self) -> int:
-        return self.now() // MICROSECOND
+        """The time of PX4, µs, by its own stamps: that of this computer may be stepped; before the first one, the latter."""
+        at = self._boot.stamp(time.monotonic())
+        return self.now() // MICROSECOND if at is None else round(at * 1e6)
 
     # -- diagnostics and the end --------------------------------------------------------------------------------------
 
