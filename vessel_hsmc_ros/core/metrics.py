@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.hull import LENGTH
+from vessel_hsmc_ros.core.limits import AT_LIMIT
 from vessel_hsmc_ros.core.track_errors import TrackErrors, summarise
 
 Array = NDArray[np.float64]
@@ -17,9 +18,6 @@ Array = NDArray[np.float64]
 
 SETTLED_SHARE, SETTLED_LENGTHS = 0.05, (0.01, 0.1)
 """The position error has settled below 5 % of its initial value, at least 1 % and at most 10 % of the hull's length."""
-
-AT_LIMIT = 1.0 - 1e-6
-"""A wrench is at its limit from this share of it on: the recorded number may be rounded."""
 
 UNLIMITED = (math.inf, math.inf)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, wrap
+from vessel_hsmc_ros.core.limits import AT_LIMIT
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.safety.parameters import MonitorParameters
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -133,7 +134,7 @@ class _Axis:
 
     def driven(self, tau: float, bound: float) -> bool:
         """Whether a command is at its bound, on the same side as the one before."""
-        side = (tau >= bound) - (tau <= -bound)
+        side = (tau >= AT_LIMIT * bound) - (tau <= -AT_LIMIT * bound)
         same, self._side = side != 0 and side == self._side, side
         return same
 
