@@ -1,6 +1,7 @@
 """`vessel-hsmc excite`: the manoeuvres worth sailing for an identification, as a scenario."""
 
 import math
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,7 +58,8 @@ def excite(ship: str, output: Path | None) -> None:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
     print_table(HEAD, _rows(steps, run))
     print_line(_space(run))
-    print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}, or sail it; then vessel-hsmc identify on the bag")
+    simulate_it = f"vessel-hsmc simulate {shlex.quote(str(path))}"
+    print_line(f"scenario: {path}; next: {simulate_it}, or sail it; then vessel-hsmc identify on the bag")
 
 
 HEAD = ["manoeuvre", "time", "surge force", "yaw moment", "speed", "yaw rate"]

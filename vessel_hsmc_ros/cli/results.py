@@ -1,5 +1,6 @@
 """Printed results of a run, common to the verbs: metrics, failure, files."""
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,10 +31,10 @@ def _what_remains(bag: Path) -> str:
 
     try:
         if is_complete(bag):
-            return f"the bag is complete up to the failure; for metrics and figures: vessel-hsmc report {bag}"
+            return f"the bag is complete up to the failure; for metrics and figures: vessel-hsmc report {shlex.quote(str(bag))}"
     except BagError:
         return f"the bag cannot be read: {bag}"
-    return f"the bag lacks what could not be written; to repair the rest: vessel-hsmc recover {bag}"
+    return f"the bag lacks what could not be written; to repair the rest: vessel-hsmc recover {shlex.quote(str(bag))}"
 
 
 def print_metrics(runs: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None:

@@ -111,7 +111,7 @@ class ProcessFaults:
         self._nodes = nodes
         faults = [fault for fault in script.faults if fault.kind in ("kill", "stop", "restart")]
         self._begin = {f"{fault.describe()} begins": fault for fault in faults}
-        self._end = {f"{fault.describe()} ends": fault for fault in faults}
+        self._end = {f"{fault.describe()} ends": fault for fault in faults if fault.kind != "kill"}
         self.affected: set[str] = set()
         self.restarted: set[str] = set()
 
@@ -120,7 +120,7 @@ class ProcessFaults:
         if fault := self._begin.get(text):
             self.affected.add(fault.node)
             self._nodes.send_signal(fault.node, signal.SIGSTOP if fault.kind == "stop" else signal.SIGKILL)
-        elif (fault := self._end.get(text)) and fault.kind != "kill":
+        elif fault := self._end.get(text):
             self.affected.discard(fault.node)
             if fault.kind == "stop":
                 self._nodes.send_signal(fault.node, signal.SIGCONT)
