@@ -29,7 +29,8 @@ def drawn(seed: int) -> list[complex]:
     for turn in rng.choice([0.15, 0.4, 0.9, 1.6, 2.0], 4) * rng.choice([-1.0, 1.0], 4):
         points.append(points[-1] + rng.uniform(3.0, 9.0) * LENGTH * complex(math.cos(course), math.sin(course)))
         course += turn
-    return points
+    # The legs from and to rest are long: what they leave free for the change of speed is another matter.
+    return [-20.0 * LENGTH, *points, points[-1] + 20.0 * LENGTH * complex(math.cos(course), math.sin(course))]
 
 
 def test_a_large_corner_before_a_small_one_is_as_fast_as_the_small_one_before_it() -> None:
@@ -45,3 +46,17 @@ def test_a_large_corner_before_a_small_one_is_as_fast_as_the_small_one_before_it
         assert corner_speeds(points[::-1]) == pytest.approx(there[::-1]), f"the way back, seed {seed}"
         unlike += len(set(there)) > 1
     assert unlike > 20
+
+
+@pytest.mark.parametrize("angle", [1.2, 1.6, 2.0])
+@pytest.mark.parametrize("legs", [2.0, 4.0, 6.0])
+def test_corners_leave_a_quarter_of_a_leg_from_rest_free_and_none_of_one_under_way(angle: float, legs: float) -> None:
+    p, first = boat(LENGTH), legs * LENGTH
+    ship = Ship(p.vessel.coefficients(), travel_limits(p), 0.0, "path")
+    ends = first, first + 20.0 * LENGTH * complex(math.cos(angle), math.sin(angle))
+    part = Part(tuple(Waypoint(complex(end), "through", p.motion.speed) for end in ends), 0)
+    rest, way = (polyline(0j, part, ship, under_way) for under_way in (False, True))
+    free = [sum(element.length for element in elements[:1] if not element.turn) for elements, _ in (rest, way)]
+    assert free[0] >= 0.25 * first * (1.0 - 1e-9)
+    assert free[1] <= free[0]
+    assert legs > 2.0 or free[1] < 0.25 * first, "there the corner may take all of the leg"

@@ -60,7 +60,7 @@ class RealTime(Timing):
     def take_odometry(self, measured: Measured) -> None:
         """Take odometry; the first fixes the phase of the control periods, also after silence or a step of the clock."""
         node, missing = self._node, self.overdue()
-        if missing and missing[0] == "odometry":  # that of a sensor which was started again has another phase
+        if missing and missing[0] == "odometry":  # by another clock, or of a sensor that was started again: of another phase
             self._locked = False
         if node.inputs.take_odometry(measured, node.now(), self.received()) and node.connected and not self._locked:
             self._lock_phase(measured.sample.stamp)
@@ -170,7 +170,6 @@ class RealTime(Timing):
         direction, forgotten = ("back", "law and inputs") if back else ("ahead", "the inputs")
         node.report_clock(reason, f"the clock was set {direction} by {size:.3g} s: {forgotten} are reset")
         node.inputs.reset(reason)
-        self._locked = False
         self._origin = now
         node.loop.begin()
         if not self._simulated:  # timers on simulated time follow it
