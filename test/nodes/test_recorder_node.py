@@ -230,7 +230,7 @@ def test_a_bag_states_which_parameters_it_lacks_and_the_recorder_waits_for_them_
     bench.until(lambda: "the bag lacks the parameters of /silent: no answer came" in lines())
 
 
-def test_a_recorder_that_nobody_waits_for_joins_at_once(bench: Any, tmp_path: Path, silent: Any) -> None:
+def test_a_recorder_of_no_run_joins_at_once(bench: Any, tmp_path: Path, silent: Any) -> None:
     node = record(bench, tmp_path, topics=["cmd_wrench"])
     bench.until(lambda: recorded_topics(node))
     assert "/silent" not in node._collector.parameters

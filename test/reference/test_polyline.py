@@ -4,18 +4,20 @@ import math
 
 import numpy as np
 import pytest
-from test_path_joining import boat
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.reference.factory import travel_limits
 from vessel_hsmc_ros.reference.polyline import Part, Ship, Waypoint, polyline
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.scenario import parse_scenario
 
 LENGTH = 4.0
+BOAT = parse_scenario(scenario_text("boat", MainData(length=LENGTH)), "boat", source="boat").reference_ship
 
 
 def corner_speeds(points: list[complex], corner: str = "through") -> list[float]:
     """The speeds of the corners of a path from rest to rest by its points, the first of which is its start."""
-    p = boat(LENGTH)
+    p = BOAT
     ship = Ship(p.vessel.coefficients(), travel_limits(p), 0.0, "path")
     part = Part(tuple(Waypoint(point, corner, p.motion.speed) for point in points[1:]), 0)
     elements, sections = polyline(points[0], part, ship)
@@ -51,7 +53,7 @@ def test_a_large_corner_before_a_small_one_is_as_fast_as_the_small_one_before_it
 @pytest.mark.parametrize("angle", [1.2, 1.6, 2.0])
 @pytest.mark.parametrize("legs", [2.0, 4.0, 6.0])
 def test_corners_leave_a_quarter_of_a_leg_from_rest_free_and_none_of_one_under_way(angle: float, legs: float) -> None:
-    p, first = boat(LENGTH), legs * LENGTH
+    p, first = BOAT, legs * LENGTH
     ship = Ship(p.vessel.coefficients(), travel_limits(p), 0.0, "path")
     ends = first, first + 20.0 * LENGTH * complex(math.cos(angle), math.sin(angle))
     part = Part(tuple(Waypoint(complex(end), "through", p.motion.speed) for end in ends), 0)

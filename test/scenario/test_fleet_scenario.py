@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,7 +82,8 @@ def test_the_rectangle_of_a_survey_is_shifted_as_a_whole_and_keeps_its_size() ->
 def test_the_whole_survey_of_a_vessel_is_that_of_the_scenario_shifted_by_the_spacing() -> None:
     changes = {**LIMITS, **MODES["lawnmower"], "mode": "lawnmower"}
     base = load_scenario("case2_tracking", {f"reference_ship.{name}": value for name, value in changes.items()})
-    ships = [make_reference(scenario.reference_ship, 2.0) for scenario in make_fleet(base, 2, spacing=30.0).vessels.values()]
+    fleet = make_fleet(base, 2, spacing=30.0).vessels.values()
+    ships: list[Any] = [make_reference(scenario.reference_ship, 2.0) for scenario in fleet]
     tables = [ship.constants.table for ship in ships]
     np.testing.assert_allclose(tables[1].times, tables[0].times, rtol=1e-9)
     shift = np.zeros_like(tables[0].rows)
