@@ -11,6 +11,7 @@ from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Log
+from rclpy.logging import LoggingSeverity
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, Event
 
@@ -203,6 +204,7 @@ def test_a_changed_gain_and_a_reset_move_the_command_at_a_bounded_rate(bench: An
 
 def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any, sea: RealTimePlant) -> None:
     node = start(sea)
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
     sea.run(0.3)
     other = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", qos.data(False))
 
@@ -213,8 +215,19 @@ def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any,
     bench.until(lambda: node.second_publisher() and operates(ControlState.SAFE))
     assert sea.states[-1].reason == ControlState.SECOND_PUBLISHER
     assert node.status()[:2] == (DiagnosticStatus.ERROR, "safe: another node commands as well")
+    named = f"another node commands as well, on /cmd_wrench: {bench.probe.get_fully_qualified_name()}"
+    bench.until(lambda: named in [log.msg for log in logs if log.level == LoggingSeverity.ERROR])
     bench.probe.destroy_publisher(other)
     bench.until(lambda: operates(ControlState.ACTIVE))
+
+
+def test_a_command_that_the_output_guard_refuses_is_an_error_on_the_log(bench: Any, sea: RealTimePlant) -> None:
+    start(sea, safety__surge_force_limit=1e-3)
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
+    sea.run(0.5)
+    assert sea.states[-1].operation == ControlState.SAFE
+    expected = "the law's command is above its limit: the safe action is commanded"
+    bench.until(lambda: expected in [log.msg for log in logs if log.level == LoggingSeverity.ERROR])
 
 
 def test_a_jump_is_held_out_and_then_taken_without_a_bump(sea: RealTimePlant) -> None:

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -16,7 +17,7 @@ from vessel_hsmc_ros.guided.actuator_identification import described
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, DiagnosticTask
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.control_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
@@ -62,6 +63,7 @@ class ControllerNode(TimedNode):
         self._clock_step = RecentProblem()
         self._begun, self._zeros = False, LAST_COMMANDS
         self._alarms: dict[Reason, Alarm] = {}
+        self._violations: Counter[Reason] = Counter()
         self._known = self.loop.law.known
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self.health = ControlDiagnostics(self.loop, p.lockstep)
@@ -154,7 +156,7 @@ class ControllerNode(TimedNode):
             self.activate_quietly()
 
     def _report_alarms(self) -> None:
-        """Log each monitor that begins to warn or to demand the safe action, and what it has found."""
+        """Log each monitor that begins to warn or to demand the safe action, and what it or the output guard has found."""
         for monitor in self.loop.watch.monitors if self.loop.watch else ():
             if monitor.alarm > self._alarms.get(monitor.reason, Alarm.OK):
                 text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
@@ -163,6 +165,9 @@ class ControllerNode(TimedNode):
                 else:  # rclpy gives each line of code one severity
                     self.get_logger().warning(text)
             self._alarms[monitor.reason] = monitor.alarm
+        for reason in self.loop.supervision.violations - self._violations:
+            self.get_logger().error(f"{reason.text}: the safe action is commanded", throttle_duration_sec=WARNING_PERIOD)
+        self._violations = self.loop.supervision.violations.copy()
 
     def _report_actuators(self) -> None:
         """Log the actuators that the law takes the ship to have, where it has found other ones than the declared."""
@@ -185,12 +190,14 @@ class ControllerNode(TimedNode):
             RefusalError: an input, a consumer or a command of a person is missing; with the reason.
         """
         if refused := self.loop.supervision.activate(self._steps.ready()):
-            raise RefusalError(self._refusal_text(refused))
+            raise RefusalError(self.refusal_text(refused))
         self._begun = True
 
-    def _refusal_text(self, reason: Reason) -> str:
+    def refusal_text(self, reason: Reason) -> str:
         """The text of a reason, with the topic that it is about."""
-        if reason in (Reason.NO_CONSUMER, Reason.SECOND_PUBLISHER):
+        if reason is Reason.SECOND_PUBLISHER:
+            return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}: {self._commanding.others()}"
+        if reason is Reason.NO_CONSUMER:
             return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}"
         overdue = self._steps.overdue()
         text = self.inputs.monitor.named(overdue[0], reason) if overdue and overdue[1] is reason else reason.text

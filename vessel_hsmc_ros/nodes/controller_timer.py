@@ -132,6 +132,8 @@ class RealTime(Timing):
         """Look for a clock that has not begun or was stepped, and for a second publisher of the command."""
         node, now = self._node, self._node.now()
         self._alone = not node.second_publisher()
+        if not self._alone:
+            node.get_logger().error(node.refusal_text(Reason.SECOND_PUBLISHER), throttle_duration_sec=WARNING_PERIOD)
         if self._simulated:
             node.clock_problem = self._standstill(now)
             if node.clock_problem:

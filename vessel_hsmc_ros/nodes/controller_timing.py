@@ -57,6 +57,10 @@ class TimedNode(ManagedNode):
     def second_publisher(self) -> bool:
         """Whether another node commands as well."""
 
+    @abstractmethod
+    def refusal_text(self, reason: Reason) -> str:
+        """The text of a reason, with the topic that it is about."""
+
 
 class Timing(ABC):
     """When the law runs, and on which inputs.
