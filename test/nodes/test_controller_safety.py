@@ -158,17 +158,73 @@ def test_a_stop_is_commanded_at_once_and_not_in_the_next_period(bench: Any, sea:
         assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
 
 
+class Manager:
+    """What a lifecycle manager requests of the controller."""
+
+    def __init__(self, bench: Any) -> None:
+        self.bench = bench
+
+    def change(self, transition: int) -> bool:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return bool(self.bench.call(ChangeState, "/controller/change_state", request).success)
+
+    def label(self) -> str:
+        return str(self.bench.call(GetState, "/controller/get_state", GetState.Request()).current_state.label)
+
+
+def test_without_autostart_a_manager_configures_and_activates(bench: Any, sea: RealTimePlant) -> None:
+    start(sea, autostart=False, start_enabled=True)
+    manager = Manager(bench)
+    sea.run(0.3)
+    assert (manager.label(), sea.states[-1].operation) == ("unconfigured", ControlState.STANDBY)
+    assert not sea.commands
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    sea.run(0.3)
+    assert (manager.label(), sea.states[-1].operation) == ("inactive", ControlState.STANDBY)
+    assert not sea.commands
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    sea.run(0.1)
+    assert (manager.label(), sea.states[-1].operation) == ("active", ControlState.ACTIVE)
+
+
+def test_a_configured_node_has_the_parameters_that_were_set_before(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea, start_enabled=False)
+    manager = Manager(bench)
+    sea.run(0.2)
+    assert not bench.set_parameters("controller", law="pd").successful, "it computes: its law is fixed"
+    assert manager.change(Transition.TRANSITION_CLEANUP)
+    assert not bench.set_parameters("controller", rate_hz=20.0).successful, "its timers are made of it"
+    assert not bench.set_parameters("controller", law="nothing").successful
+    assert bench.set_parameters("controller", law="pd", input_timeout=0.2).successful
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    assert type(node.loop.law).name == "pd"
+    assert not bench.set_parameters("controller", law="guided").successful
+    sea.run(0.3)
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    sea.run(0.3)
+    assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.ACTIVE, ControlState.NONE)
+    assert any(sea.wrenches()[-1])
+
+
+def test_a_stop_stays_latched_while_a_node_is_configured_anew(bench: Any, sea: RealTimePlant) -> None:
+    start(sea)
+    manager = Manager(bench)
+    sea.run(0.3)
+    assert bench.call(Trigger, "/controller/stop", Trigger.Request()).success
+    assert manager.change(Transition.TRANSITION_CLEANUP)
+    assert bench.set_parameters("controller", law="pd").successful
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.STOPPED
+    assert not manager.change(Transition.TRANSITION_ACTIVATE)
+    assert bench.call(Trigger, "/controller/rearm", Trigger.Request()).success
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+
+
 def test_the_lifecycle_services_activate_and_deactivate(bench: Any, sea: RealTimePlant) -> None:
     start(sea, start_enabled=False)
     sea.run(0.2)
-
-    def change(transition: int) -> bool:
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return bool(bench.call(ChangeState, "/controller/change_state", request).success)
-
-    def label() -> str:
-        return str(bench.call(GetState, "/controller/get_state", GetState.Request()).current_state.label)
-
+    change, label = Manager(bench).change, Manager(bench).label
     assert label() == "inactive"
     assert change(Transition.TRANSITION_ACTIVATE)
     sea.run(0.1)

@@ -50,6 +50,19 @@ class ControllerNode(TimedNode):
     """
 
     NAME = "controller"
+    FIXED = frozenset(
+        {
+            "lockstep",
+            "rate_hz",
+            "recorded",
+            "frame_prefix",
+            "odometry",
+            "observer.enabled",
+            "black_box",
+            "ride_through",
+            "autostart",
+        }
+    )
 
     def __init__(self, **options: Any) -> None:
         self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
@@ -61,7 +74,8 @@ class ControllerNode(TimedNode):
         self.inputs = ControllerInputs(self, self.loop)
         self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
         self._clock_step = RecentProblem()
-        self._begun, self._zeros = False, LAST_COMMANDS
+        self._begun, self._zeros = not (p.autostart or p.lockstep), LAST_COMMANDS
+        self._outdated = False
         self._alarms: dict[Reason, Alarm] = {}
         self._violations: Counter[Reason] = Counter()
         self._known = self.loop.law.known
@@ -70,7 +84,7 @@ class ControllerNode(TimedNode):
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
-        self.manage()
+        self.manage(p.autostart or p.lockstep)
         if p.lockstep:
             self.activate_quietly()
         else:
@@ -183,6 +197,26 @@ class ControllerNode(TimedNode):
         """Whether the law is stepped, for its command or its terms."""
         return self.lifecycle in ("active", "inactive")
 
+    def configure(self) -> None:
+        """Make the control loop anew where parameters have been set since it was made; a stop stays latched.
+
+        Raises:
+            VesselHsmcError: the law cannot be made with them.
+        """
+        if not self._outdated:
+            return
+        p, stopped = self.parameters, self.loop.supervision.operation is Operation.STOPPED
+        self.loop = make_control_loop(p)
+        self.loop.supervision.standby()
+        if stopped:
+            self.loop.supervision.stop()
+        self.inputs = ControllerInputs(self, self.loop)
+        self.health = ControlDiagnostics(self.loop, p.lockstep)
+        self._known, self._alarms, self._violations = self.loop.law.known, {}, Counter()
+        self._steps.renewed()
+        self._outdated = False
+        self.get_logger().info(f"configured: {self.describe()}")
+
     def begin(self) -> None:
         """Let the law command.
 
@@ -248,11 +282,15 @@ class ControllerNode(TimedNode):
         super().close()
 
     def retune(self, parameters: ControllerParameters) -> None:
-        """Apply changed gains of the law; the network weights are kept.
+        """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured.
 
         Raises:
             ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
         """
+        if self.lifecycle == "unconfigured" and not parameters.lockstep:
+            make_control_loop(parameters)
+            self._outdated = True
+            return
         gains = getattr(parameters, parameters.law)
         if gains != getattr(self.parameters, parameters.law):
             self.loop.retune(gains)

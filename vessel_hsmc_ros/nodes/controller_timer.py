@@ -82,6 +82,10 @@ class RealTime(Timing):
             return Reason.SECOND_PUBLISHER
         return Reason.NONE if node.has_consumer() else Reason.NO_CONSUMER
 
+    def renewed(self) -> None:
+        """Let the next odometry fix the phase of the control periods."""
+        self._locked = False
+
     def stopped(self) -> None:
         """Command zero at once."""
         if self._node.connected:

@@ -102,5 +102,8 @@ class Timing(ABC):
         """What is missing before the law may command; NONE if nothing is."""
         return Reason.NONE
 
+    def renewed(self) -> None:  # noqa: B027 - in lockstep the plant counts the steps
+        """Begin the control periods of a new control loop."""
+
     def stopped(self) -> None:  # noqa: B027 - in lockstep there is nothing to do
         """Act on a stop; in lockstep, the command of the next step is zero."""
