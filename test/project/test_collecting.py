@@ -23,6 +23,6 @@ def test_a_module_that_skips_itself_does_not_take_its_folder_along(tmp_path: Pat
     support = Path(__file__).resolve().parents[1] / "support"
     environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{support}", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     options = [part for name in ("collecting", *plugins) for part in ("-p", name)]
-    command = [sys.executable, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", tmp_path, *options, tmp_path]
+    command = [sys.executable, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(tmp_path), *options, str(tmp_path)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120.0, cwd=tmp_path)
     assert "1 passed, 1 skipped" in done.stdout, done.stdout + done.stderr
