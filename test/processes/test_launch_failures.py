@@ -114,7 +114,7 @@ def test_vessels_in_pushed_namespaces_are_two_and_have_frames_of_their_own(launc
     arguments = {"scenario": str(scenario), "real_time": "True", "law": "guided", "record": "False", "output": str(tmp_path)}
     groups = [f"GroupAction([PushRosNamespace({name!r}), included('closed_loop', **{arguments})])" for name in ("a", "b")]
     command = launched(", ".join(groups))
-    assert command.wait(60.0) == 0, command.text
+    assert command.wait(200.0) == 0, command.text
     assert "/a/cmd_wrench" in command.text
     assert "/b/cmd_wrench" in command.text
     prefixes = [set(re.findall(r"frame_prefix: (\S+)", path.read_text())) for path in tmp_path.glob("*/params.yaml")]
