@@ -259,6 +259,17 @@ def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason
     assert lines == [("error", "the black box is not written: no space left")]
 
 
+@pytest.mark.parametrize("refused", ["", "the first folder cannot be made"])
+def test_the_line_that_names_a_black_box_has_its_cause(monkeypatch: pytest.MonkeyPatch, refused: str) -> None:
+    boxes, lines = Boxes(monkeypatch), []
+    monkeypatch.setattr(boxes.box._node, "get_logger", lambda: SimpleNamespace(warning=lines.append))
+    done = SimpleNamespace(returncode=0, stdout=f"boxes/1\n{refused}".encode(), stderr=b"")
+    monkeypatch.setattr(black_box, "_run", lambda *_: done)
+    boxes.box.keep("/cmd_wrench", conv.new_wrench())
+    boxes.write("safe: another node commands as well", ends=True)
+    assert lines == [*filter(None, [refused]), "safe: another node commands as well: the black box is in boxes/1"]
+
+
 def test_an_error_that_ends_the_node_does_not_wait_for_what_follows_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(black_box, "AFTERWARDS", 1000.0)
     boxes = Boxes(monkeypatch)

@@ -87,6 +87,7 @@ def test_what_was_published_before_a_recorder_joined_is_named_and_does_not_count
     bench.until(lambda: "flushed" in warned())
     assert warned() == [missed, "flushed"]
     node.close()
+    assert open_bag(tmp_path / "bag").recording["joined_late"] == "1 of /cmd_wrench"
 
 
 def test_messages_of_two_publishers_in_turns_are_no_gaps(bench: Any, tmp_path: Path) -> None:

@@ -54,8 +54,12 @@ def test_rclpy_from_elsewhere_is_refused_by_a_node_in_one_line(tmp_path: Path) -
     assert line.startswith(f"[FATAL]: PYTHONPATH leads to rclpy in {tmp_path}")
 
 
-def test_logs_go_elsewhere_where_the_home_cannot_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HOME", "/proc/1")
+@pytest.mark.parametrize("home", ["/proc/1", "", None])
+def test_logs_go_elsewhere_where_there_is_no_home_that_can_be_written(monkeypatch: pytest.MonkeyPatch, home: str | None) -> None:
+    if home is None:
+        monkeypatch.delenv("HOME", raising=False)
+    else:
+        monkeypatch.setenv("HOME", home)
     monkeypatch.delenv("ROS_HOME", raising=False)
     monkeypatch.delenv("ROS_LOG_DIR", raising=False)
     monkeypatch.setattr(os, "environ", dict(os.environ))

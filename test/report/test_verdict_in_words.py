@@ -112,6 +112,11 @@ def test_missed_periods_and_dropped_messages_are_stated() -> None:
     assert text.endswith("7 of 7 control periods were missed; the recorder dropped 3 messages.")
 
 
+def test_what_a_late_recorder_missed_is_stated() -> None:
+    text = judged(np.zeros_like, provenance={"joined_late": "1 of /cmd_wrench"})
+    assert text.endswith("he recorder joined late and missed 1 of /cmd_wrench.")
+
+
 def test_a_law_that_controls_the_heading_only_is_judged_by_its_heading() -> None:
     text = judged(lambda t: t, changes={"controller.law": "pd"})
     assert text == "The law controls the heading only: the heading error is 0° rms, 0° at the end."

@@ -154,9 +154,8 @@ class BlackBox:
             return
         folder, _, refused = done.stdout.decode().strip().partition("\n")
         if refused:
-            self._node.get_logger().warning(f"{refused}: the black box is in {folder}")
-        else:
-            self._node.get_logger().warning(f"the black box is in {folder}")
+            self._node.get_logger().warning(refused)
+        self._node.get_logger().warning(f"{reason}: the black box is in {folder}")
 
     def _directory(self) -> Path:
         return Path(self._parameters.directory or get_logging_directory() / "black_box")

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -16,7 +17,7 @@ from vessel_hsmc_ros.guided.actuator_identification import described
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, DiagnosticTask
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.control_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
@@ -49,6 +50,19 @@ class ControllerNode(TimedNode):
     """
 
     NAME = "controller"
+    FIXED = frozenset(
+        {
+            "lockstep",
+            "rate_hz",
+            "recorded",
+            "frame_prefix",
+            "odometry",
+            "observer.enabled",
+            "black_box",
+            "ride_through",
+            "autostart",
+        }
+    )
 
     def __init__(self, **options: Any) -> None:
         self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
@@ -60,15 +74,17 @@ class ControllerNode(TimedNode):
         self.inputs = ControllerInputs(self, self.loop)
         self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
         self._clock_step = RecentProblem()
-        self._begun, self._zeros = False, LAST_COMMANDS
+        self._begun, self._zeros = not (p.autostart or p.lockstep), LAST_COMMANDS
+        self._outdated = False
         self._alarms: dict[Reason, Alarm] = {}
+        self._violations: Counter[Reason] = Counter()
         self._known = self.loop.law.known
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self.health = ControlDiagnostics(self.loop, p.lockstep)
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
-        self.manage()
+        self.manage(p.autostart or p.lockstep)
         if p.lockstep:
             self.activate_quietly()
         else:
@@ -154,7 +170,7 @@ class ControllerNode(TimedNode):
             self.activate_quietly()
 
     def _report_alarms(self) -> None:
-        """Log each monitor that begins to warn or to demand the safe action, and what it has found."""
+        """Log each monitor that begins to warn or to demand the safe action, and what it or the output guard has found."""
         for monitor in self.loop.watch.monitors if self.loop.watch else ():
             if monitor.alarm > self._alarms.get(monitor.reason, Alarm.OK):
                 text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
@@ -163,6 +179,9 @@ class ControllerNode(TimedNode):
                 else:  # rclpy gives each line of code one severity
                     self.get_logger().warning(text)
             self._alarms[monitor.reason] = monitor.alarm
+        for reason in self.loop.supervision.violations - self._violations:
+            self.get_logger().error(f"{reason.text}: the safe action is commanded", throttle_duration_sec=WARNING_PERIOD)
+        self._violations = self.loop.supervision.violations.copy()
 
     def _report_actuators(self) -> None:
         """Log the actuators that the law takes the ship to have, where it has found other ones than the declared."""
@@ -178,6 +197,26 @@ class ControllerNode(TimedNode):
         """Whether the law is stepped, for its command or its terms."""
         return self.lifecycle in ("active", "inactive")
 
+    def configure(self) -> None:
+        """Make the control loop anew where parameters have been set since it was made; a stop stays latched.
+
+        Raises:
+            VesselHsmcError: the law cannot be made with them.
+        """
+        if not self._outdated:
+            return
+        p, stopped = self.parameters, self.loop.supervision.operation is Operation.STOPPED
+        self.loop = make_control_loop(p)
+        self.loop.supervision.standby()
+        if stopped:
+            self.loop.supervision.stop()
+        self.inputs = ControllerInputs(self, self.loop)
+        self.health = ControlDiagnostics(self.loop, p.lockstep)
+        self._known, self._alarms, self._violations = self.loop.law.known, {}, Counter()
+        self._steps.renewed()
+        self._outdated = False
+        self.get_logger().info(f"configured: {self.describe()}")
+
     def begin(self) -> None:
         """Let the law command.
 
@@ -185,12 +224,14 @@ class ControllerNode(TimedNode):
             RefusalError: an input, a consumer or a command of a person is missing; with the reason.
         """
         if refused := self.loop.supervision.activate(self._steps.ready()):
-            raise RefusalError(self._refusal_text(refused))
+            raise RefusalError(self.refusal_text(refused))
         self._begun = True
 
-    def _refusal_text(self, reason: Reason) -> str:
+    def refusal_text(self, reason: Reason) -> str:
         """The text of a reason, with the topic that it is about."""
-        if reason in (Reason.NO_CONSUMER, Reason.SECOND_PUBLISHER):
+        if reason is Reason.SECOND_PUBLISHER:
+            return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}: {self._commanding.others()}"
+        if reason is Reason.NO_CONSUMER:
             return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}"
         overdue = self._steps.overdue()
         text = self.inputs.monitor.named(overdue[0], reason) if overdue and overdue[1] is reason else reason.text
@@ -241,11 +282,15 @@ class ControllerNode(TimedNode):
         super().close()
 
     def retune(self, parameters: ControllerParameters) -> None:
-        """Apply changed gains of the law; the network weights are kept.
+        """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured.
 
         Raises:
             ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
         """
+        if self.lifecycle == "unconfigured" and not parameters.lockstep:
+            make_control_loop(parameters)
+            self._outdated = True
+            return
         gains = getattr(parameters, parameters.law)
         if gains != getattr(self.parameters, parameters.law):
             self.loop.retune(gains)

@@ -84,6 +84,10 @@ class RealTime(Timing):
             return Reason.SECOND_PUBLISHER
         return Reason.NONE if node.has_consumer() else Reason.NO_CONSUMER
 
+    def renewed(self) -> None:
+        """Let the next odometry fix the phase of the control periods."""
+        self._locked = False
+
     def stopped(self) -> None:
         """Command zero at once."""
         if self._node.connected:
@@ -134,6 +138,8 @@ class RealTime(Timing):
         """Look for a clock that has not begun or was stepped, and for a second publisher of the command."""
         node, now = self._node, self._node.now()
         self._alone = not node.second_publisher()
+        if not self._alone:
+            node.get_logger().error(node.refusal_text(Reason.SECOND_PUBLISHER), throttle_duration_sec=WARNING_PERIOD)
         if self._simulated:
             node.clock_problem = self._standstill(now)
             if node.clock_problem:

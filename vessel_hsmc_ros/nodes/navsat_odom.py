@@ -20,6 +20,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.scenario.watcher_parameters import NavsatOdometryParameters
 
 RATE = 10.0
@@ -69,6 +70,7 @@ class NavsatOdometryNode(VesselNode):
         self._odometry = self.framed(self._odometry)
         self._out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
         self.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(self)
         self._subscribe(p.heading, p.velocity)
         self._offer_conversions()
 
@@ -252,6 +254,7 @@ class NavsatOdometryNode(VesselNode):
         for k, number in ((0, 0), (7, 4)):
             self._odometry.pose.covariance[k] = float(covariance[number])
         self.send(self._out, self._odometry)
+        self._publish_transform(self._odometry)
         self._published += 1
 
     def _velocity_at(self, stamp: int) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.nodes.takeover import Takeover
+from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.safety.handover import FAILSAFE, Handover
 from vessel_hsmc_ros.scenario.autopilot_parameters import Px4Parameters
 
@@ -70,6 +71,7 @@ class Px4Node(VesselNode):
         self._odometry = self.framed(conversions.new_odometry())
         self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
         self.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(self)
         stream = qos.data(False)
         self._mode_out = self.advertise(OffboardControlMode, "fmu/in/offboard_control_mode", stream)
         self._throttle_out = self.advertise(RoverThrottleSetpoint, "fmu/in/rover_throttle_setpoint", stream)
@@ -114,6 +116,7 @@ class Px4Node(VesselNode):
         motion = px4.motion_of(message)
         conversions.write_odometry(self._odometry, conversions.time_message(stamp), motion)
         self.send(self._odometry_out, self._odometry)
+        self._publish_transform(self._odometry)
         self._published += 1
 
     # -- commands -----------------------------------------------------------------------------------------------------

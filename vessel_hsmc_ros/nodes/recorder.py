@@ -235,6 +235,8 @@ class RecorderNode(VesselNode):
         if self._before:
             missed = ", ".join(f"{count} of {name}" for name, count in self._before.items())
             self.get_logger().warning(f"joined late: messages published before are not in the bag: {missed}")
+            notes = self._writer.notes
+            notes["joined_late"] = ", ".join(filter(None, (notes.get("joined_late"), missed)))
             self._before.clear()
         self._collector.request()
         if (document := self._collector.new_document()) is not None:

@@ -77,8 +77,8 @@ def _log_folder() -> Iterator[str]:
         if not _writable(Path(given)):
             yield f"ROS_LOG_DIR = {given} cannot be written: unset ROS_LOG_DIR"
         return
-    home = os.environ.get("ROS_HOME") or Path.home() / ".ros"
-    if not _writable(Path(home) / "log"):
+    home = os.environ.get("ROS_HOME") or (Path.home() / ".ros" if os.environ.get("HOME") else "")  # without HOME, ROS finds none
+    if not home or not _writable(Path(home) / "log"):
         os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / f"ros_log_{os.getuid()}")
 
 

@@ -176,5 +176,7 @@ def _losses(record: Record) -> Iterator[str]:
         yield f"{missed} of {missed + steps} control periods were missed"
     if dropped := record.facts.get("messages_dropped"):
         yield f"the recorder dropped {dropped} messages"
+    if late := record.provenance.get("joined_late"):
+        yield f"the recorder joined late and missed {late}"
     if "state" in record.provenance:
         yield "the bag was cut off"

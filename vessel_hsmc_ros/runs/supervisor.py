@@ -352,8 +352,8 @@ def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None)
                 lock.bind(f"\0vessel_hsmc_ros_{domain}_{sha256(name.encode()).hexdigest()[:32]}")  # such names have 107 bytes
             except OSError:
                 raise RunError(
-                    f"another run uses ROS domain {domain} and {meaning}:"
-                    " give this one another --namespace in real time, or another ROS_DOMAIN_ID"
+                    f"another run uses ROS domain {domain} and {meaning}: give this one another namespace in real time"
+                    " (--namespace, or namespace:= in launch), or another ROS_DOMAIN_ID"
                 ) from None
         yield
 

@@ -24,6 +24,7 @@ from vessel_hsmc_ros.scenario.common_parameters import (
     DiagnosticsParameters,
     OdometryParameters,
     rate,
+    transform,
     world_frames,
 )
 from vessel_hsmc_ros.scenario.watcher_parameters import AUXILIARY as AUXILIARY
@@ -49,6 +50,7 @@ class SimParameters(PlantParameters, CommonParameters):
         low=0.01,
         high=60.0,
     )
+    publish_tf: bool = transform()
     clock: ClockParameters = group(ClockParameters)
     freshness: FreshnessParameters = group(FreshnessParameters)
 
@@ -78,6 +80,11 @@ class ControlParameters(CommonParameters):
     )
     start_enabled: bool = parameter(
         True, "In real time, activate as soon as the node is ready; false waits in standby for ~/enable. Lockstep always starts."
+    )
+    autostart: bool = parameter(
+        True,
+        "In real time, go to the lifecycle state inactive by itself; false stays unconfigured, and never activates itself, for a"
+        " lifecycle manager. Lockstep always starts.",
     )
     odometry: OdometryParameters = group(OdometryParameters)
     safety: SafetyParameters = group(SafetyParameters)
