@@ -19,7 +19,7 @@ SETTLED_SHARE, SETTLED_LENGTHS = 0.05, (0.01, 0.1)
 """The position error has settled below 5 % of its initial value, at least 1 % and at most 10 % of the hull's length."""
 
 NOISE_PEAK = 3.0
-"""Largest error of noisy positions in their standard deviations: larger ones are rare. A law is not more accurate than they are."""
+"""Largest error of noisy positions, in their standard deviations: larger ones are rare."""
 
 AT_LIMIT = 1.0 - 1e-6
 """A wrench is at its limit from this share of it on: the recorded number may be rounded."""

@@ -39,7 +39,8 @@ def scheduled_goals(p: GoalParameters) -> list[tuple[float, tuple[float, float, 
     times = given_times(p.times, p.poses, "reference_ship.goal.times", "reference_ship.goal.poses")
     if len(p.poses) != 3 * len(times) and p.poses != NONE:
         raise ParameterError(
-            f"reference_ship.goal.poses must have x, y, heading for each of the {len(times)} goal.times (got {len(p.poses)} numbers)"
+            f"reference_ship.goal.poses must have x, y, heading for each of the {len(times)} goal.times"
+            f" (got {len(p.poses)} numbers)"
         )
     if any(later <= earlier for earlier, later in pairwise(time for time in times if time >= 0.0)):
         raise ParameterError(f"reference_ship.goal.times must increase (got {list(times)})")

@@ -173,7 +173,8 @@ def _actuators(record: Record, metrics: Metrics) -> Iterator[str]:
             yield f"the {name} is at its limit {quantity(100.0 * share, '%')} of the time"
         found = _chatter(command[0], command[1][:, i])
         if found is not None:
-            yield f"the {name} chatters, with {number(found[0])} reversals per second of {quantity(found[1], unit)} on average{calmed}"
+            size = quantity(found[1], unit)
+            yield f"the {name} chatters, with {number(found[0])} reversals per second of {size} on average{calmed}"
 
 
 def _calmed_by(record: Record) -> str:
