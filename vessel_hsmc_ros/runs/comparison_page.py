@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, cycle, product
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun
-from vessel_hsmc_ros.scenario.run_folder import provenance
+from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
 from vessel_hsmc_ros.scenario.suite import Row
 
 NUMBERS = (
@@ -156,7 +155,7 @@ def notes(outcomes: Sequence[LawRun]) -> list[str]:
 def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
     """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder."""
     (folder / "figures").mkdir(exist_ok=True)
-    names = {row.name: re.sub(r"[^A-Za-z0-9_.-]+", "_", row.name) for row, _ in by_row(outcomes)}
+    names = {row.name: file_name(row.name) for row, _ in by_row(outcomes)}
     for row, of_row in by_row(outcomes):
         draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
     pictures = {row: (folder / "figures" / f"{name}.png").read_bytes() for row, name in names.items()}
