@@ -146,7 +146,7 @@ BOAT = ("controller", "reference_ship")
         (("odom", "reference"), BOAT, observation.LOOK, "no odom and no reference within 3 s"),
     ],
 )
-def test_the_first_state_has_every_input_and_node_or_says_what_did_not_arrive(
+def test_the_first_state_has_every_input_and_node_or_names_what_did_not_arrive(
     monkeypatch: pytest.MonkeyPatch, silent: tuple[str, ...], there: tuple[str, ...], wait: float, missing: str
 ) -> None:
     """On a boat there is no node of the plant, for which nothing waits."""
