@@ -248,8 +248,8 @@ def test_a_goal_that_is_given_is_set_at_the_start_unless_it_has_a_time(x: float,
     """Also the origin is a goal; a list below zero never sets one, and neither does a list without a pose."""
     far = replace(AT_ORIGIN, initial_pose=(70.0, 0.0, 0.0))
 
-    def target(after: float, **goals: tuple[float, ...]) -> tuple[float, float]:
-        reference = make_reference(replace(far, goal=GoalParameters(**goals)), PERIOD)
+    def target(after: float, **goals: Any) -> Any:
+        reference: Any = make_reference(replace(far, goal=GoalParameters(**goals)), PERIOD)
         for _ in range(round(after / PERIOD)):
             reference.advance()
         return reference.target()[:2]
