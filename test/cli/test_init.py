@@ -215,3 +215,4 @@ def test_noise_of_the_positions_is_no_failure_to_follow_the_circle() -> None:
     check = ShipCheck(2.5, 3.0, 0.5, 10.0, Demand(0.01, 1.0, 1.0), 0.3, 0.2, 0.2, 0.05, 300.0)
     assert not check.tracked
     assert check._replace(noise=0.04).tracked
+    assert "of noise of its positions" in verdict(check._replace(noise=0.04))[-1]

@@ -44,7 +44,8 @@ def test_the_exit_code_of_a_fleet_is_that_of_its_run(fleets: list[Any], code: in
     fleets[0].exit_code, fleets[0].failure = code, failure
     done = CliRunner().invoke(cli, ["run", "case2_straight", "--vessels", "2", "--output", "there"])
     assert done.exit_code == code
-    assert (f"error: {failure}" in done.output) == bool(failure)
+    assert (f"error: {failure}" in done.output) == (code == 1)
+    assert ("\ninterrupted\n" in f"\n{done.output}") == (code == 130)
     assert fleets[2].path.parent == Path("there")
 
 

@@ -210,6 +210,19 @@ def test_an_empty_path_and_an_odd_number_of_coordinates_are_rejected() -> None:
             reference_of(LOOP, **{name: values})
 
 
+def test_waypoints_that_are_given_are_set_at_the_start_unless_they_have_a_time() -> None:
+    def moved(**path: Any) -> bool:
+        states, _ = motion_of(make_reference(replace(AT_ORIGIN, path=replace(AT_ORIGIN.path, **path)), PERIOD), 3.0)
+        return bool(np.any(states[-1] != states[0]))
+
+    assert moved(waypoints=(60.0, 0.0))
+    assert not moved(waypoints=(60.0, 0.0), time=-1.0)
+    assert not moved(waypoints=(60.0, 0.0), time=4.0)
+    assert not moved()
+    with pytest.raises(ParameterError, match=r"path\.waypoints must be given with reference_ship\.path\.time \(got"):
+        moved(time=2.0)
+
+
 def test_no_corner_is_slower_than_the_current_that_is_allowed_for() -> None:
     points = [(100.0, 0.0), (100.0, 20.0), (200.0, 20.0)]
     slow, _ = motion_of(reference_of(points), 200.0)

@@ -29,7 +29,7 @@ from vessel_hsmc_ros.bags.mcap_layout import (
     message_offsets,
 )
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
-from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.exceptions import BagError, NoBagError
 from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
@@ -250,7 +250,7 @@ def bag_path(path: Path) -> Path:
         BagError: there is neither.
     """
     if not path.exists():
-        raise BagError(f"bag {path} does not exist")
+        raise NoBagError(f"bag {path} does not exist")
     folder = RunFolder(path)
     if not path.is_dir() or (path / METADATA).is_file() or next(path.glob("*.mcap*"), None):
         return path
@@ -279,7 +279,7 @@ def bag_files(path: Path, strict: bool = True) -> list[Path]:
     if path.is_file():
         return [path]
     if not path.is_dir():
-        raise BagError(f"bag {path} does not exist")
+        raise NoBagError(f"bag {path} does not exist")
     bag_information(path, strict)
     plain = list(path.glob("*.mcap"))
     # rosbag2 decompresses a file beside itself when it plays it: both are the same file of the bag.

@@ -54,6 +54,10 @@ class BagError(VesselHsmcError):
     """A bag cannot be written, read or repaired."""
 
 
+class NoBagError(BagError):
+    """There is no bag at a path that was given."""
+
+
 class RunError(VesselHsmcError):
     """A run of the nodes did not complete."""
 

@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 SETTLED_SHARE, SETTLED_LENGTHS = 0.05, (0.01, 0.1)
 """The position error has settled below 5 % of its initial value, at least 1 % and at most 10 % of the hull's length."""
 
+NOISE_PEAK = 3.0
+"""Largest error of noisy positions, in their standard deviations: larger ones are rare."""
+
 UNLIMITED = (math.inf, math.inf)
 
 

@@ -67,3 +67,8 @@ def number(value: float) -> str:
 def _rounded(value: float) -> float:
     """The value to three significant digits, so that 999.9996 N is 1 kN and not 1000 N; zero has no sign."""
     return float(f"{value:.3g}") + 0.0
+
+
+def in_noise(error: float, noise: float) -> str:
+    """A position error in words, relative to the standard deviation of the measured positions, both m."""
+    return f"{number(error / noise)} of the {quantity(noise, 'm')} of noise of its positions"

@@ -292,6 +292,8 @@ class RecorderNode(VesselNode):
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of recorded and of dropped messages, and the topics that have no publisher yet."""
         optional = self._topics_named(OPTIONAL_TOPICS)
+        if not (self.parameters.lockstep or self._sim_time):
+            optional.add("/clock")  # in real time no node has to publish it
         missing = [topic for topic in self._choice.missing if topic not in optional]
         values = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
         if self._dropped:

@@ -1,7 +1,6 @@
 """Makes the files of a report from bags: the page with labels of its runs, and on request figures and tables (CSV or Parquet)."""
 
 import csv
-import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,7 +18,7 @@ from vessel_hsmc_ros.report.from_bag import of_fleet, of_vessel
 from vessel_hsmc_ros.report.record import ORIGIN, Record, over_shared_interval
 from vessel_hsmc_ros.report.tables import value_text
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, file_name
 
 MAX_LABEL_TEXTS = 2
 """Differing parameters that a label names; the table of parameters has all of them."""
@@ -146,7 +145,7 @@ def write(records: Sequence[Record], options: Options) -> WrittenFiles:
         if getattr(options, kind):
             files[kind] = files["page"].parent / f"{prefix}{kind}"
             for record in records:
-                export_run(record.run, files[kind] / _file_name(record.name) if len(records) > 1 else files[kind])
+                export_run(record.run, files[kind] / file_name(record.name) if len(records) > 1 else files[kind])
     return WrittenFiles(list(records), files)
 
 
@@ -176,11 +175,6 @@ def page_of(bags: Sequence[Path]) -> Path:
         return Path(PAGE)
     bag = bags[0].absolute()
     return bag.parent / (PAGE if bag.name == "bag" else f"{bag.stem if bag.is_file() else bag.name}_{PAGE}")
-
-
-def _file_name(name: str) -> str:
-    """A run's name as the name of a folder."""
-    return re.sub(r"[^A-Za-z0-9_.=-]+", "_", name)
 
 
 ROWS = 10_000

@@ -201,7 +201,7 @@ def _verdicts(records: Sequence[Record]) -> list[dict[str, str]]:
 
 def _subtitle(records: Sequence[Record]) -> str:
     """Durations, laws and ships of the runs."""
-    durations = dict.fromkeys(f"{record.duration:g} s" for record in records)
+    durations = dict.fromkeys(quantity(record.duration, "s") for record in records)
     parts = [" and ".join(durations)]
     laws = dict.fromkeys(record.scenario.controller.law for record in records if record.scenario)
     if laws:
