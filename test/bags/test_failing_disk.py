@@ -2,6 +2,7 @@
 
 import errno
 import os
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,6 @@ def prepared(patch: pytest.MonkeyPatch, disk: Disk) -> None:
         disk.check()
         rosbag2_metadata.write_metadata(*arguments)
 
-    tempfile = crash_safe_file.tempfile
     patch.setattr(crash_safe_file, "os", disk)
     patch.setattr(crash_safe_file, "tempfile", type("Temporary", (), {"TemporaryFile": staticmethod(temporary)}))
     patch.setattr(writer, "write_metadata", described)

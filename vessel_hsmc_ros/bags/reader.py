@@ -25,18 +25,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
-from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
-from vessel_hsmc_ros.bags.mcap_contents import Contents
+from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
 from vessel_hsmc_ros.bags.recorded_scenario import former_names_accepted, recorded_parameters, recorded_scenario
-from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
+from vessel_hsmc_ros.bags.topic_columns import Series, load_columns, topics_of
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
+from vessel_hsmc_ros.messages.state_columns import ODOMETRY
 from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
@@ -132,17 +131,16 @@ class Bag:
     Attributes:
         path: The folder or file.
         files: The contents of each of its files.
+        missing: Names of files that metadata.yaml has, and the folder has not.
         topics: Its topics by their full names.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._source = BagFiles(path)
-        self.files: list[Contents] = self._source.contents
-        self.topics: dict[str, Series] = {}
-        for contents in self.files:
-            for channel in contents.channels.values():
-                self._add(contents, channel)
+        self.files = self._source.contents
+        self.missing = self._source.missing
+        self.topics: dict[str, Series] = topics_of(self._source)
 
     def __getitem__(self, name: str) -> Series:
         """A topic by its full name, or by the end of its name if only one topic ends so.
@@ -163,8 +161,8 @@ class Bag:
 
     @property
     def complete(self) -> bool:
-        """Whether every file was closed. A file that was cut off is read up to where it breaks off."""
-        return all(contents.complete for contents in self.files)
+        """Whether every file is there and was closed. A file that was cut off is read up to where it breaks off."""
+        return all(contents.complete for contents in self.files) and not self.missing
 
     @property
     def count(self) -> int:
@@ -220,7 +218,8 @@ class Bag:
     @property
     def namespaces(self) -> list[str]:
         """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
-        names = [name.removesuffix("odom") for name in self.topics if name.endswith("/odom")]
+        odometry = [name for name, series in self.topics.items() if name.endswith("/odom") and series.type == ODOMETRY]
+        names = [name.removesuffix("odom") for name in odometry]
         return [name for name in names if not name.endswith(f"/{RELAYED}")]
 
     def namespace(self, wanted: str | None = None) -> str:
@@ -232,7 +231,7 @@ class Bag:
         found = [name for name in self.namespaces if wanted is None or name.strip("/") == wanted.strip("/")]
         if not found:
             where = "" if wanted is None else f" in namespace /{wanted.strip('/')}"
-            raise BagError(f"bag {self.path} has no odometry{where}: its topics are {', '.join(self.topics) or 'none'}")
+            raise BagError(f"bag {self.path} has no odometry{where}: its topics are {self._described() or 'none'}")
         if len(found) > 1:
             raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
@@ -271,7 +270,7 @@ class Bag:
         The arguments and exceptions are those of `diagnostics`.
         """
         prefix = self.namespace(namespace)
-        if not self.topics.get(prefix + EVENTS):
+        if not self.readable(prefix + EVENTS):
             return []
         odometry = self.topics[f"{prefix}odom"]
         start = int(odometry.stamp.min()) if len(odometry) else self.start_time
@@ -287,8 +286,17 @@ class Bag:
             BagError: there is no such vessel, or there are several to choose from.
         """
         prefix = self.namespace(namespace)
-        messages = self.messages("/diagnostics") if "/diagnostics" in self.topics else ()
+        messages = self.messages("/diagnostics") if self.readable("/diagnostics") else ()
         return last_diagnostics((message for _, _, message in messages), prefix)
+
+    def readable(self, name: str) -> bool:
+        """Whether a topic, by its full name, has messages that can be decoded."""
+        return bool(self.topics.get(name)) and not self.topics[name].undecodable
+
+    def _described(self) -> str:
+        """The topics, with the reason for those whose messages cannot be decoded."""
+        reasons = {name: series.undecodable for name, series in self.topics.items()}
+        return ", ".join(f"{name} ({reason})" if reason else name for name, reason in reasons.items())
 
     # -- messages -----------------------------------------------------------------------------------------------------
 
@@ -334,20 +342,22 @@ class Bag:
         Raises:
             BagError: one of those that are needed is not among them.
         """
-        names = [name for name in run_from_bag.TOPICS if self.topics.get(prefix + name)]
+        names = [name for name in run_from_bag.TOPICS if self.readable(prefix + name)]
         for name in needed:
             if name not in names:
-                raise BagError(f"bag {self.path} has no message on {prefix}{name}")
+                reason = f": it {series.undecodable}" if (series := self.topics.get(prefix + name)) else ""
+                raise BagError(f"bag {self.path} has no message on {prefix}{name}{' to decode' if reason else ''}{reason}")
         self.load(*(prefix + name for name in names))
         return {name: self.topics[prefix + name] for name in names}
 
     def load(self, *names: str) -> None:
-        """Read the narrow columns of several topics, of all if none is given, in one pass over the bag."""
-        load_columns([self[name] for name in names] if names else self.topics.values())
+        """Read the narrow columns of several topics, of all that can be decoded if none is given, in one pass over the bag."""
+        load_columns([self[name] for name in names or self.topics if names or not self.topics[name].undecodable])
 
     def messages(self, *names: str) -> Iterator[tuple[str, int, Any]]:
-        """Topic, log time and deserialised message, in the recorded order; all topics if none is given."""
-        for raw in self.raw_messages(*names):
+        """Topic, log time and deserialised message, in the recorded order; all topics that can be decoded if none is given."""
+        chosen = names or [name for name in self.topics if self.readable(name)]
+        for raw in self.raw_messages(*chosen) if chosen else ():
             yield raw.topic, raw.log_time, self.topics[raw.topic].deserialize(raw.data)
 
     def raw_messages(self, *names: str) -> Iterator[RawMessage]:
@@ -360,17 +370,6 @@ class Bag:
         A message that was recorded more than NEIGHBOURS messages late stays out of order.
         """
         return by_log_time(self.raw_messages(*names))
-
-    def _add(self, contents: Contents, channel: Channel) -> None:
-        schema = contents.schemas.get(channel.schema_id)
-        if channel.message_encoding != "cdr" or schema is None or schema.encoding != "ros2msg":
-            raise BagError(f"{contents.path}: {channel.topic} is not a ROS 2 topic, cdr with a ros2msg schema")
-        if channel.topic not in self.topics:
-            qos = offered_qos(channel)
-            type_hash = channel.metadata.get("topic_type_hash", "")
-            series = Series(channel.topic, schema.name, schema.data.decode(errors="replace"), type_hash, qos, self._source)
-            self.topics[channel.topic] = series
-        self.topics[channel.topic].count += contents.counts[channel.id]
 
 
 NEIGHBOURS = 4096

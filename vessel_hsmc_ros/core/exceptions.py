@@ -54,6 +54,10 @@ class BagError(VesselHsmcError):
     """A bag cannot be written, read or repaired."""
 
 
+class BagWarning(UserWarning):
+    """The files of a bag differ from those that its metadata.yaml names; the command prints it as a line."""
+
+
 class RunError(VesselHsmcError):
     """A run of the nodes did not complete."""
 

@@ -151,7 +151,7 @@ def from_bag(path: Path | str, namespace: str | None = None) -> Measurements:
 
 def _wrench_topic(bag: Bag, prefix: str) -> str:
     for name in WRENCH_TOPICS:
-        if bag.topics.get(prefix + name):
+        if bag.readable(prefix + name):
             return prefix + name
     raise IdentificationError(f"bag {bag.path} has no wrench: {' or '.join(prefix + name for name in WRENCH_TOPICS)} is needed")
 

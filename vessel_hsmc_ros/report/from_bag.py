@@ -89,7 +89,7 @@ def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
         BagError: a vessel has no odometry.
     """
     prefixes = sorted(bag.namespaces, key=lambda prefix: (len(prefix), prefix))  # vessel_10 after vessel_2
-    found = [prefix + name for prefix in prefixes for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)]
+    found = [prefix + name for prefix in prefixes for name in run_from_bag.TOPICS if bag.readable(prefix + name)]
     bag.load(*found)  # in one pass over the bag
     records = []
     for prefix in prefixes:
@@ -108,7 +108,9 @@ def _scenario(bag: Bag, prefix: str) -> Scenario | None:
 
 def _origin(bag: Bag, known: Mapping[str, Any]) -> dict[str, Any]:
     origin = {"bag": str(bag.path), **known, **bag.recording, "messages": f"{bag.count} on {len(bag.topics)} topics"}
-    return origin if bag.complete else {**origin, "state": "cut off, read as far as it is intact"}
+    if bag.complete:
+        return origin
+    return {**origin, "state": f"without {', '.join(bag.missing)}" if bag.missing else "cut off, read as far as it is intact"}
 
 
 def _with_commands(run: Run, topics: run_from_bag.Topics, start: int) -> Run:
@@ -154,9 +156,9 @@ def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mar
         marks: Events of the run.
         start: Stamp at which the time of the run is zero, ns.
     """
-    if not has_legs(scenario) or not bag.topics.get(f"{prefix}reference"):
+    if not has_legs(scenario) or not bag.readable(f"{prefix}reference"):
         return None
-    messages = [message.poses for _, _, message in bag.messages(f"{prefix}path")] if bag.topics.get(f"{prefix}path") else []
+    messages = [message.poses for _, _, message in bag.messages(f"{prefix}path")] if bag.readable(f"{prefix}path") else []
     sent = [[(pose.pose.position.x, pose.pose.position.y) for pose in poses] for poses in messages if poses]
     paths = []
     for mark in marks:
