@@ -10,8 +10,10 @@ from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.state_columns import CONTROL_STATE, KNOWN, columns_of
 from vessel_hsmc_ros.messages.topics import EVENTS
-from vessel_hsmc_ros.safety.connection import Connection, Endpoint, Role, Topic
+from vessel_hsmc_ros.safety.connection import WRONG, Connection, Endpoint, Role, Topic
+from vessel_hsmc_ros.safety.connection_rules import judge
 from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.safety.stamp_rules import clocks_differ
 from vessel_hsmc_ros.scenario.connection import connection_of, values_of
 from vessel_hsmc_ros.scenario.interfaces import Interface
 
@@ -25,6 +27,9 @@ class _Names:
     def of(self, role: Role) -> str:
         if role.topic in self.bag.topics:
             return role.topic
+        own = self.bag.find("/", "odom") if role.name == "odometry" else None
+        if own is not None:
+            return own.name
         typed = [name for name, series in self.bag.topics.items() if series.type in role.kinds and not series.undecodable]
         ending = [name for name in typed if name.endswith(role.topic)]
         found = ending or (typed if role.is_input else [])
@@ -52,6 +57,20 @@ def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
     wanted = {role.topic for role in roles}
     topics = {name: _topic(series, name in wanted) for name, series in bag.topics.items()}
     return made._replace(roles=tuple(roles), topics=topics, events=_events(bag), reasons=_reasons(bag))
+
+
+JUDGED = ("odometry", "pose", "twist", "positions", "velocities", "heading")
+"""What the motion of a bag rests on."""
+
+
+def faults_in(bag: Bag) -> list[str]:
+    """Sentences on stamps, frames and units of the recorded motion that cannot be right, and on clocks that differ."""
+    connection = connection_in(bag)
+    found = [f"{each.about}: {each.text}" for each in judge(connection) if each.level == WRONG and each.about in JUDGED]
+    state, force = connection.of("odometry"), connection.of("applied", "command")
+    if state is not None and force is not None and "stamp" in force.columns:
+        found.append(clocks_differ(state, force, connection.roles[0].timeout))
+    return [text for text in found if text]
 
 
 def _topic(series: Series, with_columns: bool) -> Topic:

@@ -107,6 +107,14 @@ class Series:
                 return self[f"{name}.sec"].astype(np.int64) * NANOSECONDS + self[f"{name}.nanosec"]
         return self.log_time
 
+    def as_recorded(self, column: Array) -> Array:
+        """A column in the order of the files instead of that of the log times."""
+        if self._order is None:
+            return column
+        found = np.empty_like(column)
+        found[self._order] = column
+        return found
+
     def stack(self, *names: str) -> Array:
         """Several columns of numbers side by side, (n, k)."""
         return np.column_stack([self[name] for name in names])

@@ -55,7 +55,7 @@ class BagError(VesselHsmcError):
 
 
 class BagWarning(UserWarning):
-    """The files of a bag differ from those that its metadata.yaml names; the command prints it as a line."""
+    """The files of a bag are not those that its metadata.yaml names, or its content contradicts itself."""
 
 
 class RunError(VesselHsmcError):
