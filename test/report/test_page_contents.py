@@ -171,17 +171,17 @@ def test_every_option_of_a_page_reaches_its_file(tmp_path: Path, monkeypatch: py
     assert files == {"page": path, "figures": tmp_path / "mine_figures", "csv": tmp_path / "mine_csv"}
     making.write(runs, replace(options, title="My title", figures=None, csv=False))
     assert written[2][2] == "My title"
-    namespaces: list[str | None] = []
+    chosen: list[tuple[str | None, str, str]] = []
 
-    def read(_: object, namespace: str | None = None) -> list[Record]:
-        namespaces.append(namespace)
+    def read(_: object, namespace: str | None = None, odometry: str = "", wrench: str = "") -> list[Record]:
+        chosen.append((namespace, odometry, wrench))
         return runs
 
     monkeypatch.setattr(making, "read", read)
     (tmp_path / "bag").mkdir()
     monkeypatch.setattr(making, "bag_path", Path)
-    making.make([tmp_path / "bag"], Options(page=path, namespace="boat"))
-    assert namespaces == ["boat"]
+    making.make([tmp_path / "bag"], Options(page=path, namespace="boat", odometry="/state", wrench="/thrust"))
+    assert chosen == [("boat", "/state", "/thrust")]
 
 
 def test_a_table_of_many_rows_is_written_to_its_last_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

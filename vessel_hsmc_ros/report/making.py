@@ -82,6 +82,7 @@ class Options:
         page: The page's file; None for the default of `page_of`.
         title: Headline of the page; None for the names of the runs.
         namespace: ROS namespace of the vessel, in bags that hold several.
+        odometry, wrench: Topics of them, where they are not found by name or type.
         figures: png or svg; None for no figures.
         csv, parquet: Whether to write tables.
         hull: Dimensions of the ship that is drawn, by default those of the first run's ship.
@@ -91,6 +92,8 @@ class Options:
     page: Path | None = None
     title: str | None = None
     namespace: str | None = None
+    odometry: str = ""
+    wrench: str = ""
     figures: str | None = None
     csv: bool = False
     parquet: bool = False
@@ -116,7 +119,7 @@ def make(bags: Sequence[Path], options: Options) -> WrittenFiles:
     bags = [bag_path(bag) for bag in bags]
     chosen = options.page or page_of(bags)
     check_writable(chosen.parent)
-    return write(read(bags, options.namespace), replace(options, page=chosen))
+    return write(read(bags, options.namespace, options.odometry, options.wrench), replace(options, page=chosen))
 
 
 def _ships(records: Sequence[Record]) -> list[str]:
@@ -149,7 +152,7 @@ def write(records: Sequence[Record], options: Options) -> WrittenFiles:
     return WrittenFiles(list(records), files)
 
 
-def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
+def read(bags: Sequence[Path], namespace: str | None = None, odometry: str = "", wrench: str = "") -> list[Record]:
     """Read the records of bags, labelled by what distinguishes them, with metrics over the interval that all of them cover.
 
     Raises:
@@ -157,10 +160,10 @@ def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
     """
     records: list[Record] = []
     for path in bags:
-        bag = open_bag(path)
+        bag = open_bag(path, odometry, wrench)
         summary = RunFolder(bag.path.absolute().parent).read_summary()
         origin = {name: summary[name] for name in (*ORIGIN, "failure") if summary.get(name) not in (None, "")}
-        several = len(bag.namespaces) > 1 and namespace is None
+        several = len(bag.namespaces) > 1 and namespace is None and not odometry
         records += of_fleet(bag, origin) if several else [of_vessel(bag, bag.namespace(namespace), origin)]
     return over_shared_interval(distinguished(records))
 
