@@ -38,7 +38,10 @@ def test_an_input_is_overdue_once_it_is_older_than_the_timeout(monitor: InputMon
 @pytest.mark.parametrize(
     ("bad", "expected"),
     [
-        (sample(0, "map"), "odometry with frame 'map' is not allowed: it must be 'odom'; frames_checked: false takes any"),
+        (
+            sample(0, "map"),
+            "odometry with frame 'map' is not allowed: it must be 'odom'; safety.freshness.frames_checked: false takes any",
+        ),
         (sample(-10 * TIMEOUT), "odometry with a stamp 5 s old is not allowed: it takes at most 0.5 s"),
         (sample(60 * TIMEOUT), "odometry with a stamp 30 s ahead is not allowed: it takes at most 0.1 s"),
     ],

@@ -186,7 +186,7 @@ class InputMonitor:
         pairs = zip((sample.frame, sample.child_frame), freshness.frames, strict=True)
         given, needed = zip(*((repr(frame), " or ".join(map(repr, allowed))) for frame, allowed in pairs if allowed), strict=True)
         before = " as before" if freshness.narrowed else ""
-        remedy = "frames_checked: false takes any"
+        remedy = "safety.freshness.frames_checked: false takes any"
         return f"frame {' and '.join(given)} is not allowed: it must be {' and '.join(needed)}{before}; {remedy}"
 
     def narrow(self, name: str, frames: tuple[str, ...]) -> None:
