@@ -23,6 +23,7 @@ from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, Reporter, summarised
+from vessel_hsmc_ros.scenario.given_parameters import missed_sections
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
@@ -74,6 +75,9 @@ class VesselNode(Node):
         self.compatibility = Compatibility(self)
         super().__init__(self.NAME, **options)
         self.given = take_given(self, command_line)
+        if missed := missed_sections(command_line, self.get_fully_qualified_name()):
+            self.get_logger().warning(missed)
+        self.missed = missed
         refuse_failed_requests(self, self.services)
         self.parameters: Any = declare(self, self.PARAMETERS)
         self.compatibility.check()

@@ -89,6 +89,24 @@ def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
     return found
 
 
+def missed_sections(arguments: Sequence[str], node: str) -> str:
+    """That the files of a command line are for other nodes only; empty if a section names the node, or none names one.
+
+    Args:
+        arguments: The command line.
+        node: The fully qualified name of the node.
+
+    Raises:
+        ParameterError: a file cannot be read.
+    """
+    named = [each for option, file in rules(arguments) if option in FILE for each in sections(file) if each.named]
+    if not named or any(section.reaches(node) for section in named):
+        return ""
+    names = ", ".join(dict.fromkeys(section.name for section in named))
+    files = ", ".join(dict.fromkeys(section.file for section in named))
+    return f"no section for this node, {node}, in {files}, but for {names}: rename the node or the section"
+
+
 def sections(file: str) -> list[Section]:
     """The sections of a parameters file from top to bottom.
 
