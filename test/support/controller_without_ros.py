@@ -106,6 +106,7 @@ class ControllerWithoutRos(ControllerNode):
         self.inputs = ControllerInputs(self, self.loop)
         self._steps = self.timer = RealTime(self)
         self._clock_step = RecentProblem()
+        self._unfit = ""
         self._begun, self._zeros, self.stamp = True, LAST_COMMANDS, -1
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self._alarms: dict[Any, Any] = {}

@@ -27,6 +27,7 @@ from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.safety.enabling import hull_problem
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
@@ -84,6 +85,7 @@ class ControllerNode(TimedNode):
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
+        self._unfit = self._why_unfit()
         self.manage(p.autostart or p.lockstep)
         if p.lockstep:
             self.activate_quietly()
@@ -109,6 +111,16 @@ class ControllerNode(TimedNode):
     def describe(self) -> str:
         """The law and its rate."""
         return f"law {self.parameters.law} at {self.parameters.rate_hz:g} Hz"
+
+    def announce(self) -> None:
+        """Log what the node does, and in standby how to enable it, or why it will not be."""
+        super().announce()
+        service = self.resolve_service_name("~/enable")
+        if self._unfit:
+            self.get_logger().error(f"standby, and {service} will be refused: {self._unfit}")
+        elif not self.parameters.lockstep and not self.parameters.start_enabled:
+            command = f"ros2 service call {service} std_srvs/srv/SetBool '{{data: true}}'"
+            self.get_logger().info(f"standby: nothing is commanded; enable by {command}")
 
     def on_connected(self) -> None:
         """In lockstep, answer odometry received before the start; in real time, warn of a law that tolerates no delay."""
@@ -165,7 +177,7 @@ class ControllerNode(TimedNode):
         if terms is not None and self.loop.estimate is not None:
             conversions.write_odometry(self._estimate, time_stamp, self.loop.estimate)
             self.send(self._estimate_out, self._estimate)
-        starts = self.parameters.start_enabled and not self.parameters.lockstep
+        starts = self.parameters.start_enabled and not self.parameters.lockstep and not self._unfit
         if not self._begun and starts and not self._steps.ready():
             self.activate_quietly()
 
@@ -175,7 +187,7 @@ class ControllerNode(TimedNode):
             if monitor.alarm > self._alarms.get(monitor.reason, Alarm.OK):
                 text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
                 if monitor.alarm is Alarm.SAFE:
-                    self.get_logger().error(f"{text}; the safe action is commanded")
+                    self.get_logger().error(f"{text}; {self.loop.supervision.consequence}")
                 else:  # rclpy gives each line of code one severity
                     self.get_logger().warning(text)
             self._alarms[monitor.reason] = monitor.alarm
@@ -214,15 +226,22 @@ class ControllerNode(TimedNode):
         self.health = ControlDiagnostics(self.loop, p.lockstep)
         self._known, self._alarms, self._violations = self.loop.law.known, {}, Counter()
         self._steps.renewed()
-        self._outdated = False
+        self._outdated, self._unfit = False, self._why_unfit()
         self.get_logger().info(f"configured: {self.describe()}")
+
+    def _why_unfit(self) -> str:
+        """Why no command is to be sent with these parameters; a plant in lockstep is simulated, where nothing breaks."""
+        return "" if self.parameters.lockstep else self.missed or hull_problem(self.parameters.vessel, self.given)
 
     def begin(self) -> None:
         """Let the law command.
 
         Raises:
-            RefusalError: an input, a consumer or a command of a person is missing; with the reason.
+            RefusalError: an input, a consumer or a command of a person is missing, the vessel is not described, or the reference
+                is too far away; with the reason.
         """
+        if problem := self._unfit or ("" if self.parameters.lockstep else self.inputs.distance_problem()):
+            raise RefusalError(problem)
         if refused := self.loop.supervision.activate(self._steps.ready()):
             raise RefusalError(self.refusal_text(refused))
         self._begun = True
@@ -318,7 +337,8 @@ class ControllerNode(TimedNode):
             "compute_time_max": self._compute_time_max,
         }
         clock = (WARN, self.clock_problem) if self.clock_problem else self._clock_step.current
-        return *(clock or self.inputs.monitor.status() or operation_status(supervision)), values
+        unfit = (WARN, f"standby: {self._unfit}") if self._unfit else None
+        return *(clock or unfit or self.inputs.monitor.status() or operation_status(supervision)), values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The node as a whole, its inputs, its output guard, and the health of law and timing."""

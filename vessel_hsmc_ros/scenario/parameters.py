@@ -79,7 +79,9 @@ class ControlParameters(CommonParameters):
         0.5, "In real time, the age of odometry or reference from which on the safe action begins.", unit="s", low=0.01, high=60.0
     )
     start_enabled: bool = parameter(
-        True, "In real time, activate as soon as the node is ready; false waits in standby for ~/enable. Lockstep always starts."
+        False,
+        "In real time, command as soon as the node is ready; false waits in standby for ~/enable. Lockstep always starts, and so"
+        " does a run with its own simulated plant.",
     )
     autostart: bool = parameter(
         True,
