@@ -123,7 +123,8 @@ def test_a_path_that_begins_under_way_turns_to_the_nearer_side(side: float, bear
 @pytest.mark.parametrize("first", [0, 1, 4])
 def test_a_corner_without_room_is_counted_from_the_beginning_of_the_path(first: int) -> None:
     strong = ship()._replace(limits=ship().limits._replace(current=0.7))  # no corner is slower than the current
-    points = tuple(Waypoint(place, THROUGH, 0.8) for place in (50.0 + 0.0j, 50.0 + 0.5j, 0.5j, 40.0 + 0.0j))
+    places = (50.0 + 0.0j, 50.0 + 0.5j, 0.5j, 40.0 + 0.0j)
+    points = tuple(Waypoint(place, THROUGH, 0.8, number=first + k) for k, place in enumerate(places, 1))
     with pytest.raises(ParameterError, match=rf"^{PATH}: corner {first + 1} of 90° needs "):
         polyline(0j, Part(points, first), strong)
     elements, _ = polyline(0j, Part(points[:1], first), ship())
