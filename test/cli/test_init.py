@@ -195,6 +195,7 @@ def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_pat
         (("--thruster", "1,9,10,10"), "x and y from -4 to 4 m"),
         (("--thruster", "1,0,0,10"), "thrust ahead above 0"),
         (("--thruster", "1,0,10,10"), "cannot give a surge force and a yaw moment independently"),
+        (("--thruster", "-1,0,1_0,10"), "--thruster -1,0,1_0,10 is not allowed"),
         (("--thruster", "nan,0,10,10"), "such as -1.5,0.5,100,60"),
         ((*TWIN, "--vessel", "otter"), "--thruster cannot be given with --vessel"),
         (("--interface", "vrx"), "--interface vrx is not allowed without thrusters: give each by --thruster"),

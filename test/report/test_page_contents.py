@@ -100,10 +100,11 @@ def test_every_run_has_the_errors_of_its_own_legs_and_its_own_verdict(monkeypatc
         for name, size in (("one", 0.5), ("two", 0.07))
     }
     monkeypatch.setattr(Record, "track_errors", property(lambda self: errors.get(self.name)))
+    monkeypatch.setattr(Record, "passed", property(lambda self: {0: (3.0, 4.0), 1: (7.0, 7.0)} if self.name == "two" else {}))
     runs = [spiral(name, 0.0, 20.0, side, verdict=f"{name} is judged.") for side, name in enumerate(("one", "none", "two"))]
     assert page._legs(runs) == [
-        {"name": "one", "rows": [("1", "0.5 m", "0.5 m", "1.5 m"), ("2", "1 m", "1 m", "1.5 m")]},
-        {"name": "two", "rows": [("1", "70 mm", "70 mm", "0.21 m"), ("2", "0.14 m", "0.14 m", "0.21 m")]},
+        {"name": "one", "rows": [("1", "0.5 m", "0.5 m", "1.5 m", "0 %"), ("2", "1 m", "1 m", "1.5 m", "0 %")]},
+        {"name": "two", "rows": [("1", "70 mm", "70 mm", "0.21 m", "25 %"), ("2", "0.14 m", "0.14 m", "0.21 m", "0 %")]},
     ]
     assert page._verdicts([runs[0], replace(runs[1], verdict=""), runs[2]]) == [
         {"name": "one", "text": "one is judged.", "colour": "--run-0"},

@@ -34,6 +34,7 @@ class Metrics(NamedTuple):
         surge_force_travel, yaw_moment_travel: Actuator travel, 1/min; None without a limit.
         leg_cross_track_rms, leg_cross_track_peak, leg_along_track_rms: Errors against the planned legs; None without legs.
         turn_cross_track_rms: Likewise in the planned turns.
+        legs_missed: Share of the length of the planned legs that was not passed near enough, from 0 to 1; None without legs.
     """
 
     position_error_rms: float
@@ -55,6 +56,7 @@ class Metrics(NamedTuple):
     leg_cross_track_peak: float | None = None
     leg_along_track_rms: float | None = None
     turn_cross_track_rms: float | None = None
+    legs_missed: float | None = None
 
 
 def position_error(state: Array, reference: Array) -> Array:

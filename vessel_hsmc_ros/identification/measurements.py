@@ -15,6 +15,7 @@ from vessel_hsmc_ros.bags.run_from_bag import matched, measured_states, seconds_
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
+from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.identification.soundness import judged
 from vessel_hsmc_ros.identification.types import Measurements
@@ -254,7 +255,7 @@ def _table(path: Path) -> dict[str, Array]:
         for number, row in enumerate(rows, 1):
             if len(row) != len(header):
                 raise IdentificationError(f"cannot read {path}: {len(header)} names, but {len(row)} numbers in row {number}")
-            numbers.extend(float(field) if field.strip() else math.nan for field in row)
+            numbers.extend(number_of(field) if field.strip() else math.nan for field in row)
             if len(numbers) > MOST_NUMBERS:
                 raise IdentificationError(f"cannot read {path}: it has more than {MOST_NUMBERS} numbers")
     except (OSError, ValueError, csv.Error) as error:

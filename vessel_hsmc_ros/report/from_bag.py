@@ -182,7 +182,7 @@ def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mar
     track = planned(scenario, paths)
     # In real time the reference begins a little before or after the first odometry.
     delay = 1e-9 * int(bag.topics[f"{prefix}reference"].stamp.min() - start)
-    return track and PlannedTrack(stretches_of(track.stretches, delay), track.waypoints)
+    return track and track._replace(stretches=stretches_of(track.stretches, delay))
 
 
 def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:

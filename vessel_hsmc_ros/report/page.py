@@ -161,7 +161,8 @@ def _legs(records: Sequence[Record]) -> list[dict[str, Any]]:
     tables = []
     for record in records:
         rows = [
-            (str(leg), *(quantity(round(value, 6), "m") for value in values)) for leg, *values in leg_rows(record.track_errors)
+            (str(leg), *(quantity(round(value, 6), "m") for value in values), quantity(round(missed, 3), "%"))
+            for leg, *values, missed in leg_rows(record)
         ]
         if rows:
             tables.append({"name": record.name, "rows": rows})

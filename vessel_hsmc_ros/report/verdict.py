@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.track_errors import per_leg
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.plant.hull_check import bounded, outside
 from vessel_hsmc_ros.reference.planned_track import leg_count
-from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded, running_time
+from vessel_hsmc_ros.report.record import Record, commanded, hull_length, leg_rows, recorded, running_time
 
 Array = NDArray[np.float64]
 
@@ -132,7 +132,19 @@ def _survey(record: Record, metrics: Metrics) -> str:
     total = 0 if record.track is None else leg_count(record.track)
     legs = f"{len(rows)} of its {total} legs" if len(rows) < total else f"its {total} legs" if total > 1 else "its leg"
     off = f"{_distance(metrics.leg_cross_track_rms or 0.0)} rms{relative} off the line"
-    return f"On {legs} the ship is {off}{at_most}{where}{turned}."
+    return f"On {legs} the ship is {off}{at_most}{where}{turned}{_missed(record, metrics)}."
+
+
+def _missed(record: Record, metrics: Metrics) -> str:
+    """What was not surveyed of the legs."""
+    share = metrics.legs_missed or 0.0
+    if share < NOTABLE or record.track is None:
+        return ""
+    rows = leg_rows(record)
+    worst = max(rows, key=lambda row: row.missed)
+    most = f", {quantity(worst.missed, '%')} of leg {worst.leg}" if len(rows) > 1 else ""
+    near = quantity(record.track.near, "m")
+    return f"; it missed {quantity(100.0 * share, '%')} of their length{most}, where it was never within {near}"
 
 
 def _distance(value: float) -> str:

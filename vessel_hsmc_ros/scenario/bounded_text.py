@@ -42,7 +42,18 @@ _Plain.add_constructor("tag:yaml.org,2002:int", _Plain.construct_yaml_int)
 
 
 class _Loader(_Plain):
-    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
+    """Reads numbers as ROS does.
+
+    1e5 is a number, although YAML 1.1 requires a decimal point and a sign; 1_0 and 1:30 are texts.
+    """
+
+    def construct_yaml_int(self, node: Any) -> Any:
+        """An integer, or the text of one that only YAML 1.1 writes so."""
+        return node.value if set(node.value) & set("_:") else super().construct_yaml_int(node)
+
+    def construct_yaml_float(self, node: Any) -> Any:
+        """A number, or the text of one that only YAML 1.1 writes so."""
+        return node.value if set(node.value) & set("_:") else super().construct_yaml_float(node)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         """Refuse a second value of a key, which would take the place of the first without a word."""
@@ -52,6 +63,8 @@ class _Loader(_Plain):
         return super().construct_mapping(node, deep)
 
 
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
+_Loader.add_constructor("tag:yaml.org,2002:float", _Loader.construct_yaml_float)
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
 )
