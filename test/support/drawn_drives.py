@@ -5,13 +5,14 @@ The motion is that of Fossen's model of a vessel in surge, sway and yaw, in arra
     M·dnu + C(nu)·nu + D(nu)·nu = (X, 0, N) + wind,   with velocities relative to the water
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.safety.connection import Connection, Endpoint, Topic
+from vessel_hsmc_ros.safety.connection import WRONG, Connection, Endpoint, Topic
+from vessel_hsmc_ros.safety.connection_rules import judge
 from vessel_hsmc_ros.scenario.connection import connection_of, values_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
 
@@ -83,6 +84,7 @@ HAND = (
     "ahead and astern",
     "pulses",
 )
+BY_VELOCITY = ("steps by cmd_vel", "pulses by cmd_vel")
 LOOPS = (
     "courses",
     "courses, speed by the way made good",
@@ -92,7 +94,7 @@ LOOPS = (
 )
 
 
-def draw(seed: int, count: int, drives: Sequence[str] = HAND + LOOPS) -> list[Boat]:
+def draw(seed: int, count: int, drives: Sequence[str] = HAND + BY_VELOCITY + LOOPS) -> list[Boat]:
     """Draw boats, half of them wired right."""
     rng = np.random.default_rng(seed)
     hulls = [*vessel_names(), "boat", "boat", "boat"]
@@ -182,9 +184,8 @@ class Driver:
 
     def __init__(self, boats: Sequence[Boat], fleet: Fleet) -> None:
         self.drive = np.array([boat.drive for boat in boats])
-        self.fleet, self.rng = fleet, np.random.default_rng([boat.seed for boat in boats][:1] + [len(boats)])
+        self.fleet, self.rng = fleet, np.random.default_rng([boats[0].seed, len(boats)])
         n = len(boats)
-        force, moment = fleet.limits
         slow = np.sqrt(fleet.length / 2.0).clip(0.7, 6.0)
         self.period = self.rng.uniform(18.0, 40.0, n) * slow
         self.short = self.rng.uniform(4.0, 8.0, n) * slow
@@ -207,12 +208,11 @@ class Driver:
             u = 0.5 * u + 0.5 * force / (c["d_u"] + c["d_u2"] * u + c["d_u3"] * u * u).clip(1e-9)
         return np.minimum(u, 0.6 * np.sqrt(9.8 * self.fleet.length))
 
-    def hand(self, t: float) -> tuple[Any, Any]:
-        """Shares of force and moment by hand."""
+    def hand(self, t: float, like: str = "") -> tuple[Any, Any]:
+        """Shares of force and moment by hand, of the drives of the boats or of one."""
         phase = (t % self.period) / self.period
         side = np.where((t // self.period) % 2 == 0, 1.0, -1.0)
         turning, early = phase > 0.6, phase > 0.45
-        k = int(t // 1.0)
         slot = (t // (0.5 * self.period)).astype(int) % 400
         each = np.arange(len(side))
         zig = np.where((t // self.short) % 2 == 0, 1.0, -1.0)
@@ -220,7 +220,6 @@ class Driver:
         straight = np.where((t // (0.4 * self.period)) % 2 == 0, low, high)
         astern = np.where(phase < 0.6, high, -0.8 * high)
         pulse = t % 12.0
-        del k
         table = {
             "throttle up in turns": (np.where(turning, high, low), turn),
             "throttle up before turns": (np.where(early, high, low), turn),
@@ -234,7 +233,7 @@ class Driver:
         }
         x, n = np.zeros(len(low)), np.zeros(len(low))
         for name, (force, moment) in table.items():
-            mine = self.drive == name
+            mine = (self.drive == name) | (like == name)
             x, n = np.where(mine, force, x), np.where(mine, moment, n)
         return x, n
 
@@ -271,6 +270,11 @@ class Driver:
         of_wrench = self.drive == "courses by cmd_vel of the wrench"
         u_c = np.where(of_wrench, u + 0.5 * fx / c["m11"], u_c)
         r_c = np.where(of_wrench, r + 0.3 * nz / c["m33"], r_c)
+        # By hand, velocities in the same steps as forces and moments.
+        for drive, like in zip(BY_VELOCITY, ("independent steps", "pulses"), strict=True):
+            share_x, share_n = self.hand(t, like)
+            mine = self.drive == drive
+            u_c, r_c = np.where(mine, share_x * self.speed, u_c), np.where(mine, share_n * top, r_c)
         return np.where(loop, fx, x), np.where(loop, nz, n), u_c, r_c
 
 
@@ -320,41 +324,79 @@ def sail(boats: Sequence[Boat]) -> list[Connection]:
 
 def connection(boat: Boat, k: int, states: Any, commands: Any, fleet: Fleet) -> Connection:
     """The record of one of the boats."""
-    rng = np.random.default_rng(boat.seed)
     part = slice(round(boat.begin / STEP), round((boat.begin + boat.seconds) / STEP))
     motions, sent = states[part, :, k][:: boat.every], commands[part, :, k]
-    stamps = 1e3 + STEP * boat.every * np.arange(len(motions))
-    received = np.sort(stamps + rng.uniform(0.005, 0.02, len(stamps)))
-    at = 1e3 + STEP * np.arange(len(sent))
-    text = {name: np.array([word] * len(motions), dtype=object) for name, word in (("frame", "odom"), ("child", "base_link"))}
-    numbers = dict(zip(("x", "y", "psi", "u", "v", "r"), motions.T, strict=True))
+    stamps, at = 1e3 + STEP * boat.every * np.arange(len(motions)), 1e3 + STEP * np.arange(len(sent))
+    noise = (boat.noise[0], boat.noise[1]) if boat.declared else (0.01, 0.001)
+    ship = float(fleet.length[k]), float(fleet.c["m11"][k]), float(fleet.c["m33"][k])
+    velocities = sent[:, 2:] if "cmd_vel" in boat.drive else None
+    return recorded(ship, (stamps, motions), (at, sent[:, :2], velocities), noise if boat.noise[0] > 0.0 else None, boat.seed)
+
+
+def connection_of_run(vessel: str, times: Any, motions: Any, commands: Any) -> Connection:
+    """The record of a run of a ship of the library, (n,), (n, 6) and (n, 2)."""
+    coefficients, length, _ = hull_of(vessel)
+    at = 1e3 + np.asarray(times)
+    return recorded((length, coefficients["m11"], coefficients["m33"]), (at, motions), (at, commands, None), None, 1)
+
+
+def recorded(
+    ship: tuple[float, float, float],
+    motion: tuple[Any, Any],
+    sent: tuple[Any, Any, Any],
+    noise: tuple[float, float] | None,
+    seed: int,
+) -> Connection:
+    """A connection as `check` observes it.
+
+    Args:
+        ship: Length and inertias of surge and yaw.
+        motion: Times and x, y, psi, u, v, r.
+        sent: Times, wrenches, and velocities where these are commanded.
+        noise: That of positions and headings, as it is declared to an observer; None without one.
+        seed: Of the times of receipt.
+    """
+    stamps, motions = motion
+    at, wrenches, velocities = sent
+    n = len(stamps)
+    received = np.sort(stamps + np.random.default_rng(seed).uniform(0.005, 0.02, n))
+    text = {name: np.array([word] * n, dtype=object) for name, word in (("frame", "odom"), ("child", "base_link"))}
+    numbers = dict(zip(("x", "y", "psi", "u", "v", "r"), np.array(motions).T, strict=True))
     numbers["psi"] = np.angle(np.exp(1j * numbers["psi"]))
-    ones = {"norm": np.ones(len(motions)), "up": np.ones(len(motions)), "variance": 0 * stamps, "least_variance": 0 * stamps}
+    ones = {"norm": np.ones(n), "up": np.ones(n), "variance": np.zeros(n), "least_variance": np.zeros(n)}
+    command = {"stamp": at, "force": wrenches[:, 0], "moment": wrenches[:, 1]}
     topics = {
         "/odom": Topic(
             "/odom", (Endpoint("driver", types.ODOMETRY),), (), received, {"stamp": stamps, **text, **numbers, **ones}
         ),
-        "/cmd_wrench": Topic(
-            "/cmd_wrench",
-            (Endpoint("controller", types.WRENCH),),
-            (),
-            at,
-            {"stamp": at, "force": sent[:, 0], "moment": sent[:, 1]},
-        ),
+        "/cmd_wrench": Topic("/cmd_wrench", (Endpoint("controller", types.WRENCH),), (), at, command),
     }
-    c = fleet.c
-    ship: dict[str, Any] = {
-        "vessel.length": float(fleet.length[k]),
-        "vessel.surge_inertia": float(c["m11"][k]),
-        "vessel.yaw_inertia": float(c["m33"][k]),
-        "observer.enabled": boat.noise[0] > 0.0,
-        "observer.position_noise": boat.noise[0] if boat.declared else 0.01,
-        "observer.heading_noise": boat.noise[1] if boat.declared else 0.001,
-    }
-    values: dict[str, Any] = {"controller": ship}
-    if "cmd_vel" in boat.drive:
+    parameters: dict[str, Any] = dict(zip(("vessel.length", "vessel.surge_inertia", "vessel.yaw_inertia"), ship, strict=True))
+    if noise is not None:
+        parameters |= {"observer.enabled": True, "observer.position_noise": noise[0], "observer.heading_noise": noise[1]}
+    values: dict[str, Any] = {"controller": parameters}
+    if velocities is not None:
         values["drive"] = {"form": "cmd_vel"}
-        topics["/cmd_vel"] = Topic(
-            "/cmd_vel", (Endpoint("drive", types.TWIST_STAMPED),), (), at, {"stamp": at, "u": sent[:, 2], "r": sent[:, 3]}
-        )
+        columns = {"stamp": at, "u": velocities[:, 0], "r": velocities[:, 1]}
+        topics["/cmd_vel"] = Topic("/cmd_vel", (Endpoint("drive", types.TWIST_STAMPED),), (), at, columns)
     return connection_of(values_of(None, values), {}, topics=topics, is_live=False, events=("stop",), reasons=("OVERDUE",))
+
+
+SIGNS = {"sign of force": "force", "sign of speed": "force", "sign of moment": "moment", "sign of rate": "moment"}
+ABSENT = ("reference", "odometry")
+"""What the records lack: a reference, and an odometry that is as fast as the loop needs."""
+
+
+def judged(boat: Boat, record: Connection) -> tuple[list[tuple[str, bool, str]], list[str]]:
+    """The verdicts on the signs, whether each is wired right, and what else is called wrong although it is right."""
+    right = dict(zip(("force", "moment"), (sign > 0.0 for sign in FLIPS[boat.flip]), strict=True))
+    found = judge(record)
+    signs = [(SIGNS[each.about], right[SIGNS[each.about]], each.level) for each in found if each.about in SIGNS]
+    # That a boat goes astern under a force ahead is named as well.
+    named = (*ABSENT, *SIGNS, *(() if right["force"] else ("direction",)))
+    return signs, [f"{each.about}: {each.text}" for each in found if each.level == WRONG and each.about not in named]
+
+
+def judged_right(record: Connection) -> tuple[list[tuple[str, bool, str]], list[str]]:
+    """`judged` of a boat that is wired right."""
+    return judged(draw(1, 1)[0]._replace(flip="right"), record)

@@ -150,26 +150,28 @@ def late(command: Array, lag: float, dead: float) -> Array:
     return np.asarray(np.convolve(np.concatenate((before, moved)), taps, "valid"))
 
 
-def effect(command: Array, rate: Array, velocity: Array, rest: Array, width: int) -> Effect:
+def effect(commands: Sequence[Array], rate: Array, velocity: Array, rest: Array, width: int) -> Effect:
     """The effect of a command on a rate, by the lags with which the equation fits best.
 
     Args:
-        command: On the grid, (n,).
+        commands: The command, and others that may act on the rate as well, on the grid, (n,) each.
         rate: Smoothed, (m,).
         velocity: That of the rate, which is damped, smoothed, (m,).
         rest: The other terms of the equation, smoothed, (m, k).
         width: Intervals of smoothing.
     """
     tried = []
-    damped = np.column_stack((velocity, np.abs(velocity) * velocity))[::width]
-    others = np.column_stack((damped, rest[::width]))
-    span, fast = basis(others), float(np.abs(velocity).mean())
+    y, fast = rate[::width], float(np.abs(velocity).mean())
+    terms = np.column_stack((velocity, np.abs(velocity) * velocity, rest))[::width]
     for lag, dead in LAGS:
-        x = smoothed_command(late(command, lag, dead), width)[::width]
-        left, found = partial(x, rate[::width], span)
-        whole = np.column_stack((x, others))
+        x, *others = (smoothed_command(late(each, lag, dead), width)[::width] for each in commands)
+        known = np.column_stack((terms, *others))
+        left, found = partial(x, y, basis(known))
+        if math.isnan(found.slope):  # with this lag, which may be the true one, nothing tells it from the other terms
+            return Effect(0)
+        whole = np.column_stack((x, known))
         scale = np.maximum(np.linalg.norm(whole, axis=0), 1e-300)
-        fit = np.linalg.lstsq(whole / scale, rate[::width], rcond=ACCURACY)[0] / scale
+        fit = np.linalg.lstsq(whole / scale, y, rcond=ACCURACY)[0] / scale
         tried.append((left, found, bool(fit[1] + fast * fit[2] <= 0.0)))
     least = min(left for left, _, _ in tried)
     close = [(found, valid) for left, found, valid in sorted(tried, key=lambda each: each[0]) if left <= CLOSE * least]

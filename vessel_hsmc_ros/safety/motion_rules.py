@@ -49,10 +49,10 @@ LEAST_BLOCKS = 6
 ERROR_SHARE = 0.3
 """Share of the velocity above which an error counts; knots are twice m/s."""
 
-LEAST_SPREAD = 0.005
-"""Circular variance of the heading from which on its sense can be seen: 0.1 rad."""
+LEAST_SPREAD = 0.1
+"""Circular variance of the difference of course and heading from which on the sense of the heading can be seen."""
 
-LARGEST_SPREAD = 0.25
+LARGEST_SPREAD = 0.1
 """Circular variance above which a sum of course and heading is not constant."""
 
 LONGEST_REPETITION = 2.0

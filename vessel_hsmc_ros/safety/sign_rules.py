@@ -34,6 +34,9 @@ INERTIAS = ("surge_inertia", "yaw_inertia")
 DELAYS = (0.0, 0.5, 1.0, 2.0)
 """Times after which velocities follow their commands, s."""
 
+STEPWISE = 0.9
+"""Share of the time for which a command is constant that a person or a pulse gives, and no law."""
+
 
 def judge_signs(connection: Connection, doubted: str = "") -> Iterator[Finding]:
     """Whether force and moment, or speed and yaw rate where these are commanded, have moved the boat in their direction.
@@ -126,15 +129,18 @@ def held(command: Topic, name: str, grid: Array) -> Array:
 
 
 def velocity_effect(recorded: Record, k: int) -> Effect:
-    """Whether surge speed (0) or yaw rate (1) follow their commands."""
-    motion = recorded.motion(k)
+    """Whether surge speed (0) or yaw rate (1) follow their commands, or, of commands in steps, what these do."""
+    motion, command = recorded.motion(k), recorded.commands[k]
     if motion is None:
         return Effect(0)
     velocity = motion.r if k else motion.u
     lags = [round(delay / GRID) for delay in DELAYS]
     if len(velocity) < 2 * lags[-1] or math.sqrt(float((velocity**2).mean())) < recorded.slow[k]:
         return Effect(0)
-    return Effect(tracked(smoothed_command(recorded.commands[k], motion.width), velocity, lags))
+    found = tracked(smoothed_command(command, motion.width), velocity, lags)
+    if found or float((np.diff(command) == 0.0).mean()) < STEPWISE:  # else it may follow from the motion
+        return Effect(found)
+    return Effect(effect([command], motion.dr if k else motion.du, velocity, np.ones((len(velocity), 1)), motion.width).sign)
 
 
 def wrench_effect(recorded: Record, k: int) -> Effect:
@@ -142,12 +148,12 @@ def wrench_effect(recorded: Record, k: int) -> Effect:
     motion = recorded.motion(k)
     if motion is None:
         return Effect(0)
-    u, v, r, force = motion.u, motion.v, motion.r, smoothed_command(recorded.commands[0], motion.width)
+    u, v, r = motion.u, motion.v, motion.r
     around = np.ones(len(u)), np.cos(motion.psi), np.sin(motion.psi)
     if k:
-        return effect(recorded.commands[1], motion.dr, r, np.column_stack((*around, u * v, u * r, force)), motion.width)
-    found = effect(recorded.commands[0], motion.du, u, np.column_stack((*around, v * r, r * r)), motion.width)
-    steady = driven(force, u, motion.psi, recorded.slow[0])
+        return effect(recorded.commands[::-1], motion.dr, r, np.column_stack((*around, u * v, u * r)), motion.width)
+    found = effect(recorded.commands[:1], motion.du, u, np.column_stack((*around, v * r, r * r)), motion.width)
+    steady = driven(smoothed_command(recorded.commands[0], motion.width), u, motion.psi, recorded.slow[0])
     if not steady:
         return found
     return found._replace(sign=steady if found.sign in (0, steady) else 0)
