@@ -3,7 +3,7 @@
 The boats are those of the library and that of benchmarks/boats.py, driven by hand in nine ways, by loops of force and moment, and
 by velocities that a stack's own loops follow; with lags to 2 s, noise that is declared or not, current, wind and gusts; wired
 right, or with force, moment or both reversed. The boats and their records are drawn by test/support/drawn_drives.py without the
-simulator of the package. A further row has the package's own law on each ship of the library.
+simulator of the package. A further row has the package's own law on the boats of the suite `boats`.
 
     python benchmarks/check_signs.py [--seed 1] [--count 1000]
 
@@ -16,21 +16,18 @@ from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection
-from vessel_hsmc_ros.safety.connection_rules import judge
-from vessel_hsmc_ros.scenario.vessels import vessel_names
+from vessel_hsmc_ros.scenario.suite import load_suite
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 
-import drawn_drives  # noqa: E402
+import drawn_drives
 
 BATCH = 100
-SCENARIOS, SECONDS = ("goal", "waypoints", "figure_eight"), 120.0
 OWN_LAW = "the package's own law"
 
 
@@ -78,12 +75,15 @@ def main() -> int:
 
 
 def own_runs() -> list[Connection]:
-    """Records of the ships of the library under the package's law."""
+    """Records of the package's law on boats of which main data are declared, with noise of satellite fixes, wind and current."""
     found = []
-    for vessel in vessel_names():
-        for name in SCENARIOS:
-            run = simulate(load_scenario(name, {"vessel": vessel, "controller.law": "guided", "vessel_sim.duration": SECONDS}))
-            found.append(drawn_drives.connection_of_run(vessel, run.time, run.measured, run.control["commanded"]))
+    for row in load_suite("boats"):
+        scenario = load_scenario(row.scenario, row.changes)
+        run, controller = simulate(scenario), scenario.controller
+        ship = controller.vessel.length, controller.vessel.surge_inertia, controller.vessel.yaw_inertia
+        noise = controller.observer.position_noise, controller.observer.heading_noise
+        at = 1e3 + run.time
+        found.append(drawn_drives.recorded(ship, (at, run.measured), (at, run.control["commanded"], None), noise, 1))
     return found
 
 

@@ -333,13 +333,6 @@ def connection(boat: Boat, k: int, states: Any, commands: Any, fleet: Fleet) -> 
     return recorded(ship, (stamps, motions), (at, sent[:, :2], velocities), noise if boat.noise[0] > 0.0 else None, boat.seed)
 
 
-def connection_of_run(vessel: str, times: Any, motions: Any, commands: Any) -> Connection:
-    """The record of a run of a ship of the library, (n,), (n, 6) and (n, 2)."""
-    coefficients, length, _ = hull_of(vessel)
-    at = 1e3 + np.asarray(times)
-    return recorded((length, coefficients["m11"], coefficients["m33"]), (at, motions), (at, commands, None), None, 1)
-
-
 def recorded(
     ship: tuple[float, float, float],
     motion: tuple[Any, Any],
