@@ -144,7 +144,7 @@ class Fleet(NamedTuple):
 def fleet_of(boats: Sequence[Boat]) -> Fleet:
     """The boats as arrays."""
     hulls = [hull_of(boat.hull) for boat in boats]
-    names = {name for coefficients, _, _ in hulls for name in coefficients} | {"m23", "m32", "m_c"}
+    names = {name for coefficients, _, _ in hulls for name in coefficients} | {"m23", "m32", "m_c", "d_u2", "d_u3", "d_r2"}
     c = {name: np.array([float(h[0].get(name, 0.0)) for h in hulls]) for name in names}
     flips = np.array([FLIPS[boat.flip] for boat in boats]).T
     limits = np.array([h[2] for h in hulls]).T

@@ -232,7 +232,6 @@ class LiveConnection:
     def connection(self) -> Connection:
         """The connection as it has been observed so far."""
         topics = {name: self._topic(name) for name, _ in self._remote.node.get_topic_names_and_types()}
-        levels = {DiagnosticStatus.WARN: "warning", DiagnosticStatus.ERROR: "error"}
         made = connection_of(
             self._values,
             self._names,
@@ -240,15 +239,18 @@ class LiveConnection:
             simulated=self._simulated,
             events=tuple(self._events),
             reasons=tuple(reason.name for reason in Reason if int(reason) in self._reasons),
-            statuses={
-                name: (levels[level], text)
-                for name, (level, text) in self._statuses.items()
-                if level in levels and not (NO_COMMAND in text and self._operation == ControlState.STANDBY)
-            },
+            statuses=self._problems(),
         )
         # Before the controller is started, such as for a pulse, nothing needs a reference.
         needed = tuple(role for role in made.roles if role.name != "reference" or "controller" in self._running)
         return made._replace(roles=needed)
+
+    def _problems(self) -> dict[str, tuple[str, str]]:
+        """Level and text of what the nodes report; in standby, or without a controller, no command is as it must be."""
+        levels = {DiagnosticStatus.WARN: "warning", DiagnosticStatus.ERROR: "error"}
+        waits = self._operation == ControlState.STANDBY
+        found = {name: (levels[level], text) for name, (level, text) in self._statuses.items() if level in levels}
+        return {name: (level, text) for name, (level, text) in found.items() if not (waits and NO_COMMAND in text)}
 
     def _topic(self, name: str) -> Topic:
         node, received = self._remote.node, self._received.get(name, [])
