@@ -44,7 +44,7 @@ CLOSE = 1.3
 """Lags whose residuals are larger by at most this factor fit as well as the best one."""
 
 ACCURACY = 0.02
-"""Share to which the terms of the equation are measured: what is smaller tells nothing."""
+"""Share to which the terms of the equation are measured: what is smaller shows nothing."""
 
 LEAST_FREE = 0.005
 
@@ -167,7 +167,7 @@ def effect(commands: Sequence[Array], rate: Array, velocity: Array, rest: Array,
         x, *others = (smoothed_command(late(each, lag, dead), width)[::width] for each in commands)
         known = np.column_stack((terms, *others))
         left, found = partial(x, y, basis(known))
-        if math.isnan(found.slope):  # with this lag, which may be the true one, nothing tells it from the other terms
+        if math.isnan(found.slope):  # with this lag, which may be the true one, nothing separates it from the other terms
             return Effect(0)
         whole = np.column_stack((x, known))
         scale = np.maximum(np.linalg.norm(whole, axis=0), 1e-300)
@@ -244,9 +244,9 @@ def tracked(command: Array, measured: Array, lags: Sequence[int]) -> int:
 
 def driven(force: Array, u: Array, psi: Array, slow: float) -> int:
     """The sign of a speed that a force of one sign keeps up on headings of which no current explains it; 0 without one."""
-    pushed = float(np.abs(force).sum())
+    amount = float(np.abs(force).sum())
     side = float(force.sum())
-    if pushed == 0.0 or abs(side) < ONE_SIDED * pushed:
+    if amount == 0.0 or abs(side) < ONE_SIDED * amount:
         return 0
     signs = []
     half = len(u) // 2

@@ -67,7 +67,7 @@ NOISY_JUMP = 9.0
 BLURRED = 2.0
 """Deviations of the noise of blocks that are allowed for."""
 
-LARGEST_DRIFT, QUARTER, ASTERN, STEADY = 60.0, 25.0, 120.0, 0.8
+LARGEST_DRIFT, QUARTER, ASTERN, STEADY = 60.0, 25.0, 150.0, 0.8
 """Angle between course and heading that no turn makes, how far from a right angle it counts as one, and from where as astern,
 deg; and the resultant above which it is always about the same."""
 
@@ -115,7 +115,7 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
         about = "yaw rate" if found.about else "velocities"
         yield Finding(WRONG, about, named(samples, moved, found.about, connection.twist_frame) or explained(found))
     else:
-        yield from judge_drift_angle(samples, moved, measured, fast, pushed(connection))
+        yield from judge_drift_angle(samples, moved, measured, fast, commanded_side(connection))
 
 
 def judge_repetition(still: float, moving: bool) -> Finding:
@@ -149,7 +149,7 @@ def contradiction(moved: Array, measured: Array, slow: tuple[float, float], nois
 
 
 def differs(moved: Array, measured: Array, slow: tuple[float, float], noise: tuple[float, float]) -> list[bool | None]:
-    """Whether velocities, and the yaw rate, differ from the positions; None where the boat moves too slowly to tell."""
+    """Whether velocities, and the yaw rate, differ from the positions; None where the boat moves too slowly for a verdict."""
     verdicts: list[bool | None] = []
     for part, least, blurred in zip((slice(0, 2), slice(2, 3)), slow, noise, strict=True):
         fastest = max(rms(each[:, part]) for each in (moved, measured))
@@ -164,7 +164,7 @@ def rms(vectors: Array) -> float:
     return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
-def pushed(connection: Connection) -> int:
+def commanded_side(connection: Connection) -> int:
     """The sign of the mean of what has been commanded ahead or astern; 0 if nothing has."""
     command = connection.of("output", "command", "applied")
     columns = {} if command is None else command.columns
@@ -172,7 +172,7 @@ def pushed(connection: Connection) -> int:
     return int(np.sign(ahead.mean()))
 
 
-def judge_drift_angle(samples: Samples, moved: Array, measured: Array, fast: Array, push: int) -> Iterator[Finding]:
+def judge_drift_angle(samples: Samples, moved: Array, measured: Array, fast: Array, side: int) -> Iterator[Finding]:
     """That a boat moves roughly where it heads, and by the velocities where it does by the positions."""
     if fast.sum() < LEAST_BLOCKS // 2:
         yield Finding(OK, "velocities", "velocities fit the turns of the heading")
@@ -181,7 +181,7 @@ def judge_drift_angle(samples: Samples, moved: Array, measured: Array, fast: Arr
     ahead = (moved[fast, 0] + 1j * moved[fast, 1]) * np.exp(-1j * psi)
     angle = math.degrees(np.angle(ahead.mean()))
     if abs(angle) > LARGEST_DRIFT and abs(ahead.mean()) > STEADY * np.abs(ahead).mean():
-        yield judge_direction(angle, off_course(ahead, psi), push)
+        yield judge_direction(angle, off_course(ahead, psi), side)
     elif samples.motions[:, 3].any() and not samples.motions[:, 4].any():
         text = "v is 0 in all messages, as of wheels; a boat has sway, which controller.observer.enabled: true estimates"
         yield Finding(TODO, "velocities", text)
@@ -196,15 +196,15 @@ def judge_drift_angle(samples: Samples, moved: Array, measured: Array, fast: Arr
         yield Finding(OK, "velocities", f"they fit positions and heading, in m/s and rad/s; drift angle {angle:.0f} deg")
 
 
-def judge_direction(angle: float, shown: bool, push: int) -> Finding:
+def judge_direction(angle: float, shown: bool, side: int) -> Finding:
     """What it means that a boat moves at a large angle, deg, to its heading, whether or not a current explains it."""
     text = f"the boat moves {angle:.0f} deg to port of its heading"
     offset = f"it takes rad from east, counter-clockwise (navsat_odom.heading_offset = {math.radians(angle):.2f} corrects it)"
-    if push < 0 and abs(angle) > ASTERN:
+    if side < 0 and abs(angle) > ASTERN:
         return Finding(OK, "velocities", "they fit positions and heading, in m/s and rad/s; the boat goes astern")
     if shown and abs(abs(angle) - 90.0) < QUARTER:
         return Finding(WRONG, "heading", f"{text}: does the heading count from north? {offset}")
-    if shown and abs(angle) > ASTERN and push > 0:
+    if shown and abs(angle) > ASTERN and side > 0:
         cause = "is it going astern, by reversed drives, or is the IMU mounted backwards? Then"
         return Finding(WRONG, "direction", f"{text} under a command ahead: {cause} {offset}")
     return Finding(TODO, "direction", f"{text}: by wind, current or drives, or is the heading off? Check while it sails turns")
