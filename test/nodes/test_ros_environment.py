@@ -79,3 +79,14 @@ def test_messages_of_another_version_are_refused(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(ros_environment, "share_directory", lambda: tmp_path)
     with pytest.raises(InstallationError, match=r"Event of .* is not that of this package: "):
         ros_environment.check_messages()
+
+
+@pytest.mark.parametrize(("flags", "named"), [("0x9\n", False), ("0x8\n", True), ("", False), (None, False)])
+def test_a_loopback_interface_that_is_down_is_named_with_what_brings_it_up(
+    tmp_path: Path, flags: str | None, named: bool
+) -> None:
+    if flags is not None:
+        (tmp_path / "flags").write_text(flags)
+    text = ros_environment.loopback_down(tmp_path / "flags")
+    assert ("ip link set lo up" in text) is named
+    assert bool(text) is named

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
+from vessel_hsmc_ros.nodes.command_input import NO_COMMAND, Command, CommandInput
 from vessel_hsmc_ros.nodes.command_output import finite, is_finite
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -63,7 +63,7 @@ class ThrustInput:
         if self._problem.current:
             return self._problem.current
         if topic := self._overdue():
-            return WARN, f"no recent command on {self._node.resolve_topic_name(topic)}"
+            return WARN, f"{NO_COMMAND} {self._node.resolve_topic_name(topic)}"
         return None
 
     def values(self) -> dict[str, Any]:

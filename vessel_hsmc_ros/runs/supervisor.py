@@ -23,6 +23,7 @@ from vessel_hsmc_ros.core.node_list import RELAY, taking_part
 from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.fault_sources import clock_topic, stepped_nodes
+from vessel_hsmc_ros.nodes.ros_environment import loopback_down
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import MODULES, NodeGroup, NodeProcess
 from vessel_hsmc_ros.scenario.fault_script import dump_script
@@ -242,7 +243,7 @@ def silent_after(listener: StatusListener, names: Collection[str], limit: float)
 
 def not_discovered(limit: float) -> ExitStatus:
     """The end of a run whose nodes have not found each other in time."""
-    return ExitStatus(1, f"the nodes did not discover each other within {limit:g} s, see their logs")
+    return ExitStatus(1, f"the nodes did not discover each other within {limit:g} s, see their logs{loopback_down()}")
 
 
 def supervise(
