@@ -61,7 +61,7 @@ of the leg that it takes."""
 
 
 class Plan(NamedTuple):
-    """A path as a motion over time and its geometry, both from the time 0 on; and a remark where it is much slower than required."""
+    """A path as a motion over time and its geometry, both from the time 0 on; and a remark where it is much slower."""
 
     table: Timetable
     track: PlannedTrack
