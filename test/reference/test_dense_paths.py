@@ -59,10 +59,10 @@ def sailed(p: ReferenceShipParameters, points: np.ndarray) -> tuple[Any, np.ndar
     return reference, rows[:, 0] + 1j * rows[:, 1], perf_counter() - begin
 
 
-def asked_share(p: ReferenceShipParameters, way: float, reference: Any) -> float:
-    """The time of a way at the asked speed, with its two ends, relative to that of the plan."""
-    asked = way / p.motion.speed + p.motion.speed / p.motion.acceleration
-    return float(asked / reference.constants.table.times[-1])
+def speed_share(p: ReferenceShipParameters, way: float, reference: Any) -> float:
+    """The time of a way at the required speed, with its two ends, relative to that of the plan."""
+    required = way / p.motion.speed + p.motion.speed / p.motion.acceleration
+    return float(required / reference.constants.table.times[-1])
 
 
 @settings(max_examples=12, deadline=None)
@@ -74,7 +74,7 @@ def asked_share(p: ReferenceShipParameters, way: float, reference: Any) -> float
     st.floats(0.0, 0.05),
     st.integers(0, 10**6),
 )
-def test_a_curve_of_points_is_sailed_near_them_at_nearly_the_asked_speed(kind, length, wider, spacing, noise, seed) -> None:
+def test_a_curve_of_points_is_sailed_near_them_at_nearly_the_required_speed(kind, length, wider, spacing, noise, seed) -> None:
     p, rng = boat(length), np.random.default_rng(seed)
     radius, way = math.exp(wider) * smallest_radius(p), 30.0 * length
     s, z = curve(shape(kind, rng) / radius, way)
@@ -83,7 +83,7 @@ def test_a_curve_of_points_is_sailed_near_them_at_nearly_the_asked_speed(kind, l
     noise = min(noise, 0.05 * length)
     points = points + noise * (rng.uniform(-1.0, 1.0, len(points)) + 1j * rng.uniform(-1.0, 1.0, len(points)))
     reference, plan, took = sailed(p, points)
-    assert asked_share(p, way, reference) > 0.8
+    assert speed_share(p, way, reference) > 0.8
     assert max(apart(part, plan).max() for part in np.array_split(points, max(1, len(points) // 300))) < 0.2 * length
     assert not reference.slow
     assert took < 60.0
@@ -94,7 +94,7 @@ def test_a_circle_is_as_fast_whatever_the_spacing_of_its_points(spacing: float) 
     p = boat(4.0)
     s = np.arange(spacing, 80.0, spacing)
     reference, plan, _ = sailed(p, 20j - 20j * np.exp(1j * s / 20.0))
-    assert asked_share(p, s[-1], reference) > 0.8
+    assert speed_share(p, s[-1], reference) > 0.8
     assert np.abs(np.abs(plan - 20j) - 20.0).max() < 0.7
 
 
@@ -182,7 +182,7 @@ def test_the_first_waypoint_is_left_out_on_the_first_leg_near_it_only(here: comp
     assert len(ahead(waypoints(0j, 40.0 + 0j, corner=OVER), here, course, Scale(0.4, 4.0, 0.0))) == 2
 
 
-def test_a_path_much_slower_than_asked_is_named() -> None:
+def test_a_path_much_slower_than_required_is_named() -> None:
     p, x = boat(4.0), np.arange(4.0, 20.0, 2.0)
     reference, _, _ = sailed(p, x + 1.5j * (np.arange(len(x)) % 2))
     assert reference.slow.startswith("the path takes ")

@@ -10,8 +10,8 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.identification.types import Measurements
 from vessel_hsmc_ros.safety.connection import WRONG, Connection, Role, Topic
-from vessel_hsmc_ros.safety.connection_rules import judge_signs
 from vessel_hsmc_ros.safety.motion_rules import judge_motion
+from vessel_hsmc_ros.safety.sign_rules import judge_signs
 
 STATE, COMMAND = Role("odometry", "odometry", (), True), Role("command", "wrench", (), False)
 

@@ -30,7 +30,7 @@ from vessel_hsmc_ros.reference.turning import TravelLimits, check_straight, larg
 Array = NDArray[np.float64]
 
 SLOW = 0.5
-"""Share of the asked speed below which the mean speed of a path is named."""
+"""Share of the required speed below which the mean speed of a path is named."""
 
 DISTINCT = 2e-3
 """Waypoints nearer to each other than this are one, relative to the radius of gyration of the hull."""
@@ -61,7 +61,7 @@ of the leg that it takes."""
 
 
 class Plan(NamedTuple):
-    """A path as a motion over time and its geometry, both from the time 0 on; and a remark where it is much slower than asked."""
+    """A path as a motion over time and its geometry, both from the time 0 on; and a remark where it is much slower."""
 
     table: Timetable
     track: PlannedTrack
@@ -97,7 +97,7 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     # A ship under way returns to a path of no waypoint but where she is.
     parts = _parts(points if points or slow else waypoints[-1:])
     pieces: list[PathPiece] = []
-    asked = _asked_time(complex(motion.x, motion.y), points, ship.limits.acceleration)
+    required = _required_time(complex(motion.x, motion.y), points, ship.limits.acceleration)
     row, resting = world_row(motion, acceleration), slow if parts else _resting(motion, 0.0, fastest, ship.limits)
     if not resting:
         pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
@@ -115,10 +115,10 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints), NEAR * _gyration(ship))
     still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
     table = joined([piece.table for piece in pieces]) if pieces else still
-    return Plan(table, track, _slow(asked, sum(float(piece.table.times[-1]) for piece in pieces if piece.sailing)))
+    return Plan(table, track, _slow(required, sum(float(piece.table.times[-1]) for piece in pieces if piece.sailing)))
 
 
-def _asked_time(start: complex, points: Sequence[Waypoint], acceleration: float) -> float:
+def _required_time(start: complex, points: Sequence[Waypoint], acceleration: float) -> float:
     """The time of the legs at their speeds, with speeding up and slowing down at the ends and at each stop, s."""
     ways = np.abs(np.diff([start, *(point.position for point in points)]))
     stops = sum(point.corner == STOP for point in points)
@@ -126,11 +126,11 @@ def _asked_time(start: complex, points: Sequence[Waypoint], acceleration: float)
     return sum(float(way) / point.speed for way, point in zip(ways, points, strict=True)) + (1.0 + stops) * change
 
 
-def _slow(asked: float, time: float) -> str:
-    """A remark on a path that takes a time, s, where another one was asked."""
-    if asked >= SLOW * time:
+def _slow(required: float, time: float) -> str:
+    """A remark on a path that takes a time, s, where another one was required."""
+    if required >= SLOW * time:
         return ""
-    share = quantity(100.0 * asked / time, "%")
+    share = quantity(100.0 * required / time, "%")
     corners = "its corners are too sharp or too close together"
     return f"the path takes {quantity(time, 's')}, at {share} of the speed of its legs on average: {corners}"
 

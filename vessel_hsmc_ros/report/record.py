@@ -69,7 +69,7 @@ def leg_rows(record: "Record") -> list[LegRow]:
     errors, legs = record.track_errors, record.passed
     shares = {leg: missed({leg: lengths}) for leg, lengths in legs.items()}
     rows = [] if errors is None else per_leg(errors)
-    return [LegRow(leg + 1, *rest, 100.0 * (shares.get(leg) or 0.0)) for leg, *rest in rows]
+    return [LegRow(e.leg + 1, e.cross_rms, e.cross_peak, e.along_rms, 100.0 * (shares.get(e.leg) or 0.0)) for e in rows]
 
 
 ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_commit", "host", "system", "python")
